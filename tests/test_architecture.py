@@ -41,6 +41,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "api",
     "highlight",
     "lsp",
+    "teach",
     "cli",
     "__main__",
 )
@@ -167,7 +168,9 @@ DEFERRED = (
         "it brings mujoco, which is an extra",
     ),
     Deferred(
-        ("contacts/watch.py", "interfaces"), ("vrs_cli.world.world", "vrs_cli.world.course"), "few robots have a scene"
+        ("contacts/watch.py", "interfaces", "teach"),
+        ("vrs_cli.world.world", "vrs_cli.world.course"),
+        "few robots have a scene",
     ),
     Deferred(
         ("view3d/pictures.py", "api/answers.py"),

@@ -55,7 +55,7 @@ def parse_cell(text: str, path: str = "cell") -> Cell:
     except (ValueError, RecursionError) as error:
         raise FileDamaged(f"{path}: {str(error)[:500]}", f"a cell is a TOML file: {_KNOWN}") from None
     reader = CellText(path, text)
-    for key in given.keys() - set(TABLES):
+    for key in sorted(given.keys() - set(TABLES)):
         reader.fault(reader.whole, key, did_you_mean(key[:80], TABLES, f"there are {_KNOWN}"))
     signals = given.get("signals", {})
     if isinstance(signals, dict):

@@ -42,8 +42,10 @@ class CellText:
     def whole(self) -> CellEntry:
         return CellEntry("", range(len(self._lines)), {})
 
-    def entries(self, key: str, given: Any, keys: Iterable[str]) -> Iterator[CellEntry]:
-        """Each [[key]]; all lines of the file where it stands otherwise, as in `follow = [{when = 3}]`."""
+    def entries(self, key: str, given: Any, keys: Iterable[str] | None) -> Iterator[CellEntry]:
+        """Yield each [[key]]; all lines of the file where it stands otherwise, as in `follow = [{when = 3}]`. `keys`:
+        that it may have; None: the caller checks them.
+        """
         if not isinstance(given, list):
             self.fault(self.whole, key, f"write [[{key}]], and below it what it is")
             return
@@ -54,7 +56,8 @@ class CellText:
         for number, (one, where) in enumerate(zip(given, lines, strict=True), 1):
             entry = CellEntry(f"[[{key}]] {number}: ", where, one if isinstance(one, dict) else {})
             if isinstance(one, dict):
-                self.check_keys(entry, keys)
+                if keys is not None:
+                    self.check_keys(entry, keys)
                 yield entry
             else:
                 self.fault(entry, key, "it is a table")
@@ -69,8 +72,9 @@ class CellText:
         return entry
 
     def check_keys(self, entry: CellEntry, keys: Iterable[str]) -> None:
+        """Refuse keys that are not known, in the order of the alphabet."""
         known = tuple(keys)
-        for key in entry.given.keys() - set(known):
+        for key in sorted(entry.given.keys() - set(known)):
             self.fault(entry, key, did_you_mean(key, known, f"there are {', '.join(known)}"))
 
     def fault(self, entry: CellEntry, key: str, what: str) -> None:

@@ -27,7 +27,7 @@ from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
 from vrs_cli.interfaces.tasks.observations import Observations
-from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLines
+from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLine, TypedLines
 from vrs_cli.interfaces.tasks.tasks import (
     ONWARD,
     PROMPT_LINE,
@@ -300,12 +300,17 @@ class Driver:
             track.task.cycles_done,
             run.started,
             self.engine.now,
-            tuple(self._transcript.lines),
+            tuple(line.text for line in self._transcript.lines),
             track.fault,
             track.outcome,
             tuple(self.tasks.failed),
             track.detail,
         )
+
+    @property
+    def typed(self) -> tuple[TypedLine, ...]:
+        """Return the lines that programs have typed since the last run began."""
+        return tuple(self._transcript.lines)
 
     # --- questions ---
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import count
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec import structs
 
@@ -69,11 +69,18 @@ STAMPED = (Move, SetChannels, OperateHand)  # requests that may have a time
 STEPS_A_START = 100  # that the start of a task takes as long as
 
 
+class TypedLine(NamedTuple):
+    """A line that programs typed, and the robot's time at which it ended [s]."""
+
+    t: float
+    text: str
+
+
 class TypedLines:
     """What programs type. `lines` are the lines that have ended since the run began."""
 
     def __init__(self, engine: Engine, terminal: Terminal, advice: Advice) -> None:
-        self.lines: list[str] = []
+        self.lines: list[TypedLine] = []
         self._engine, self._terminal = engine, terminal
         self._line = ""
         self._spent = Spent("max_output", "type", advice)
@@ -95,7 +102,8 @@ class TypedLines:
         if self._engine.settings.switch("MESSAGES"):
             self._terminal.type(text, newline)
         *lines, self._line = (self._line + text + ("\n" if newline else "")).split("\n")
-        self.lines += lines
+        now = self._engine.now
+        self.lines += [TypedLine(now, line) for line in lines]
 
     def end_line(self) -> None:
         """End a line that has begun."""

@@ -1,0 +1,333 @@
+"""An exercise: what students get, what it is graded with, and its variants.
+
+NAME/exercise/text.md       what students read
+              cell.toml     the cell around the robot (optional)
+              given.v2      locations and programs that are given (optional)
+              signals.csv   when inputs change, as for `vrs run --signals` (optional)
+              start.v2      a skeleton to begin with (optional)
+NAME/teacher/checks.toml    title, robot, program, limits, rounding, checks, variants
+             model.v2       the model solution
+             wrong/*.v2     typical wrong submissions: `; fails: NAME OF CHECK` above the first program
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct, structs
+
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError
+from vrs_cli.files.cell_file import read_cell
+from vrs_cli.files.opening import text_at
+from vrs_cli.files.timed_lines import read_signals
+from vrs_cli.interfaces.station.loaded_file import LoadedFile
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.limits import Limits
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs
+from vrs_cli.language.run.variables import Item
+from vrs_cli.language.text.parser import parse_file
+from vrs_cli.teach.checks import AnyCheck, read_check
+from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.variants import Situation, Variant, moved, read_variants
+from vrs_cli.teach.verdict import Rounding
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.numbers import Value
+
+MAX_CHECKS_CHARS = 200_000
+MAX_PROGRAM_BYTES = 1_000_000  # of a submission, the model, and what is given
+KEYS = (
+    *("title", "robot", "dialect", "program", "limits", "rounding_mm", "rounding_deg", "rounding_s"),
+    *("check", "variant", "similar"),
+)
+LIMITS: Mapping[str, tuple[str, float]] = {  # fields of Limits, and the largest value
+    "time": ("max_time", 86_400.0),
+    "steps": ("max_steps", 100_000_000),
+    "elements": ("max_elements", 100_000_000),
+    "output": ("max_output", 100_000_000),
+    "disk": ("max_disk", 1_000_000_000),
+}
+USUAL_LIMITS = Limits(max_time=600.0, max_steps=200_000, max_elements=1_000_000, max_output=100_000, max_disk=1_000_000)
+_FAILS = re.compile(r"(?i)\s*;\s*fails\s*:\s*(.+?)\s*$")
+
+
+class WrongSubmission(Struct, frozen=True):
+    """A typical wrong submission. `fails`: the names of the checks that must fail, `text`: the program."""
+
+    path: str
+    fails: tuple[str, ...]
+    text: str
+
+
+class Exercise(Struct, frozen=True):
+    """An exercise, or a variant of it: `seed` is that of the variant, None where nothing was moved.
+
+    `robot`: its model. `program`: what is executed; None: the first program of a submission. `cell`, `inputs` and
+    `given`: what is around the robot, when inputs change, and what is given, as this variant has them. `solution`: the
+    text of the model solution. `similar`: from which similarity on submissions are listed, 0 to 1; None: never.
+    """
+
+    name: str
+    folder: str
+    title: str
+    robot: RobotModel
+    dialect: Dialect
+    program: str | None
+    limits: Limits
+    rounding: Rounding
+    cell: Cell
+    inputs: Inputs
+    given: LoadedFile | None
+    solution: str
+    wrong: tuple[WrongSubmission, ...]
+    checks: tuple[AnyCheck, ...]
+    variants: tuple[Variant, ...] = ()
+    similar: float | None = None
+    seed: int | None = None
+
+    @property
+    def seeds(self) -> tuple[int | None, ...]:
+        """Return the seeds of all that a submission is graded with: None (nothing is moved), then the variants."""
+        return (None, *(variant.seed for variant in self.variants))
+
+    @property
+    def locations(self) -> Mapping[Item, Value]:
+        """Return the given variables, each with its value in this variant."""
+        return {} if self.given is None else self.given.variables.values()
+
+    @property
+    def given_programs(self) -> frozenset[str]:
+        """Return the keys of the programs that are given."""
+        return frozenset() if self.given is None else frozenset(one.program.key for one in self.given.programs)
+
+    @property
+    def needs_model(self) -> bool:
+        """Return whether a check compares with the model's run: `mark` wants its evidence then."""
+        return any(check.needs_model for check in self.checks)
+
+    def variant(self, seed: int | None) -> Exercise:
+        """Return the exercise with all moved as a seed says; None: as it is. Raises KeyError for an unknown seed."""
+        if seed is None:
+            return self
+        variant = next((one for one in self.variants if one.seed == seed), None)
+        if variant is None:
+            raise KeyError(seed)
+        around = moved(Situation(self.cell, self.inputs, self.given), variant)
+        return structs.replace(self, cell=around.cell, inputs=around.inputs, given=around.given, seed=seed)
+
+    def give(self, station: Station) -> None:
+        """Put what is given into the memory of a station, in the place of what had its names: once before a submission
+        is loaded, so that it is analysed among these, and once after it. Raises ProgramInterlocked.
+        """
+        if self.given is not None:
+            station.take(self.given)
+
+
+def read_exercise(folder: str | Path) -> Exercise:
+    """Read an exercise. Raises NonexistentFile, and FileDamaged, which tells all mistakes at once, each with its file,
+    its line and what would be right.
+    """
+    return _ExerciseReader(Path(folder)).read()
+
+
+class _ExerciseReader:
+    """Reads the files of an exercise and collects the mistakes in them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.wrong = folder, list[str]()
+        self.exercise, self.teacher = folder / "exercise", folder / "teacher"
+
+    def read(self) -> Exercise:
+        """Read all files. Raises as `read_exercise`."""
+        if not self.teacher.is_dir():
+            hint = "an exercise is a folder with the folders exercise and teacher; vrs grade --new NAME makes one"
+            raise NonexistentFile(f"{self.folder} is no exercise: it has no folder teacher", hint)
+        path = str(self.teacher / "checks.toml")
+        text = text_at(path, MAX_CHECKS_CHARS)
+        try:
+            table = tomllib.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise FileDamaged(f"{path}: {str(error)[:500]}", "checks.toml is a TOML file") from None
+        reader = ExerciseText(path, text)
+        reader.check_keys(reader.whole._replace(given=table), KEYS)
+        robot = self._robot(reader, table)
+        cell, inputs = self._cell(), self._inputs()
+        dialect = self._dialect(reader, table)
+        given = None if robot is None else self._given(robot, dialect)
+        if given is not None:
+            reader.locations = frozenset(given.variables.values())
+        parts, fixtures = (tuple(one.name for one in rows) for rows in (cell.scene.parts, cell.scene.fixtures))
+        reader.parts, reader.bodies = parts, (*parts, *fixtures)
+        checks = read_checks(reader, table)
+        variants = read_variants(reader, table, Situation(cell, inputs, given))
+        whole = reader.whole._replace(given=table)
+        limits, rounding, similar = (
+            self._limits(reader, table),
+            self._rounding(reader, table),
+            self._similar(reader, table),
+        )
+        program = reader.text(whole, "program") if "program" in table else None
+        title = reader.text(whole, "title") if "title" in table else self.folder.name
+        self.wrong = [*reader.wrong, *self.wrong]
+        solution = self._program("model.v2")
+        wrong = self._wrong_submissions(checks)
+        if self.wrong or robot is None:
+            raise FileDamaged("\n".join(self.wrong), "docs/exercises.md describes the files of an exercise")
+        return Exercise(
+            self.folder.resolve().name,
+            str(self.folder),
+            title,
+            robot,
+            dialect,
+            program,
+            limits,
+            rounding,
+            cell,
+            inputs,
+            given,
+            solution,
+            wrong,
+            checks,
+            variants,
+            similar,
+        )
+
+    # --- checks.toml ---
+
+    def _robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
+        """Load the robot, a built-in one or a file beside text.md; None where there is none."""
+        given = table.get("robot", "puma560")
+        if not isinstance(given, str):
+            reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
+            return None
+        beside = self.exercise / given
+        try:
+            return load_robot(beside if beside.suffix in (".toml", ".urdf") and beside.is_file() else given)
+        except VrsError as error:
+            reader.fault(reader.whole, "robot", str(error))
+            return None
+
+    def _dialect(self, reader: ExerciseText, table: Mapping[str, Any]) -> Dialect:
+        entry = reader.whole._replace(given=table)
+        if "dialect" not in table:
+            return Dialect.VPLUS
+        word = reader.one_of(entry, "dialect", (one.value for one in Dialect))
+        return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
+
+    def _limits(self, reader: ExerciseText, table: Mapping[str, Any]) -> Limits:
+        given = table.get("limits", {})
+        if not isinstance(given, dict):
+            reader.fault(reader.whole, "limits", "write [limits], and below it time = 60")
+            return USUAL_LIMITS
+        entry = reader.entry("limits", given, LIMITS)
+        found: dict[str, Any] = {field: getattr(USUAL_LIMITS, field) for field, _ in LIMITS.values()}
+        for key in (one for one in LIMITS if one in given):
+            field, most = LIMITS[key]
+            number = reader.number(entry, key, 1.0, most)
+            found[field] = number if field == "max_time" else int(number)
+        return Limits(**found)
+
+    def _rounding(self, reader: ExerciseText, table: Mapping[str, Any]) -> Rounding:
+        entry, usual = reader.whole._replace(given=table), Rounding()
+        steps = {}
+        for unit in ("mm", "deg", "s"):
+            key = f"rounding_{unit}"
+            steps[unit] = reader.number(entry, key, 1e-6, 10.0, unit) if key in table else getattr(usual, unit)
+        return Rounding(**steps)
+
+    def _similar(self, reader: ExerciseText, table: Mapping[str, Any]) -> float | None:
+        if "similar" not in table:
+            return None
+        given = table["similar"]
+        if not isinstance(given, dict):
+            reader.fault(reader.whole, "similar", "write [similar], and below it least = 0.8")
+            return None
+        return reader.number(reader.entry("similar", given, ("least",)), "least", 0.0, 1.0)
+
+    # --- the other files ---
+
+    def _cell(self) -> Cell:
+        path = self.exercise / "cell.toml"
+        try:
+            return read_cell(str(path)) if path.exists() else NO_CELL
+        except FileError as error:
+            self.wrong.append(error.detail)
+            return NO_CELL
+
+    def _inputs(self) -> Inputs:
+        path = self.exercise / "signals.csv"
+        try:
+            return read_signals(str(path)) if path.exists() else NO_INPUTS
+        except FileError as error:
+            self.wrong.append(f"{error.detail} ({error.hint})" if error.hint else error.detail)
+            return NO_INPUTS
+
+    def _given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
+        """Read given.v2: its programs and locations."""
+        path = self.exercise / "given.v2"
+        if not path.exists():
+            return None
+        try:
+            text = text_at(str(path), MAX_PROGRAM_BYTES)
+        except FileError as error:
+            self.wrong.append(error.detail)
+            return None
+        file, unreadable = parse_file(text, dialect)
+        loaded = LoadedFile.of(file, text, Memory(units=robot.units), vplus=True)
+        for one in (*unreadable, *loaded.diagnostics):
+            if one.severity is Severity.ERROR:
+                self.wrong.append(f"{path}:{one.span.line}: {one.message}")
+        return loaded
+
+    def _program(self, name: str) -> str:
+        try:
+            return text_at(str(self.teacher / name), MAX_PROGRAM_BYTES)
+        except FileError as error:
+            self.wrong.append(error.detail)
+            return ""
+
+    def _wrong_submissions(self, checks: tuple[AnyCheck, ...]) -> tuple[WrongSubmission, ...]:
+        found, known = [], {check.name.lower(): check.name for check in checks}
+        for path in sorted((self.teacher / "wrong").glob("*.v2")):
+            text = self._program(f"wrong/{path.name}")
+            fails = list[str]()
+            for number, line in enumerate(text.splitlines(), 1):
+                if line.strip() and not line.lstrip().startswith(";"):
+                    break
+                if (match := _FAILS.match(line)) is None:
+                    continue
+                name = known.get(match[1].lower())
+                if name is None:
+                    names = ", ".join(known.values())
+                    self.wrong.append(f"{path}:{number}: no check is called {match[1][:80]}; the checks are {names}")
+                else:
+                    fails.append(name)
+            if not fails:
+                hint = "write `; fails: NAME OF CHECK` above the first program"
+                self.wrong.append(f"{path}:1: it does not say which checks it fails; {hint}")
+            found.append(WrongSubmission(str(path), tuple(fails), text))
+        return tuple(found)
+
+
+def read_checks(reader: ExerciseText, table: Mapping[str, Any]) -> tuple[AnyCheck, ...]:
+    """Read each [[check]] of a file of checks; mistakes go to the reader. Names are unique."""
+    checks, names = list[AnyCheck](), set[str]()
+    given = table.get("check", [])
+    for entry in reader.entries("check", given, None):
+        check = read_check(reader, entry)
+        if check is None:
+            continue
+        if check.name.lower() in names:
+            reader.fault(entry, "name", f"{check.name} is the name of another check: give each a name of its own")
+        names.add(check.name.lower())
+        checks.append(check)
+    if not given:
+        reader.fault(reader.whole, "check", "there is none: write [[check]], and below it kind = ...")
+    return tuple(checks)

@@ -1,0 +1,306 @@
+"""Variants of an exercise: what a seed moves, and by how much.
+
+A variant moves groups of things, each group as one rigid body: shifted in the world, and turned about the vertical
+through the first thing that the group names. Its times change by one amount, and so do its values. The amounts come
+from Python's `random.Random(seed)`: for each group, in the order of the file, six draws of `random()` give numbers
+from -1 to 1 for X, Y, Z, the turn, the time and the value. Shifts are rounded to 0.01 mm, turns to 0.01 deg, times and
+values to 0.001.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import degrees, radians
+from random import Random
+from typing import Any, NamedTuple
+
+from msgspec import Struct, structs
+
+from vrs_cli.files.cell_text import CellEntry
+from vrs_cli.interfaces.station.loaded_file import LoadedFile
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    compose,
+    inverse,
+    moved_point,
+    position,
+    rotate,
+    rotation_z,
+    translation,
+)
+from vrs_cli.language.run.signals import Cell, Inputs
+from vrs_cli.language.run.variables import Item, Variables
+from vrs_cli.language.words.values import key_of
+from vrs_cli.teach.exercise_text import ExerciseText, item_of_text
+from vrs_cli.trajectory.instant import LATEST, on_grid
+from vrs_cli.values.numbers import LIMIT, Value
+from vrs_cli.values.scene import Beam, Feeder, Sensor, Zone
+
+GROUP_KEYS = ("move", "by", "turn", "later", "value")
+MAX_SEEDS = 100
+MM_STEP, DEG_STEP, S_STEP, VALUE_STEP = 0.01, 0.01, 0.001, 0.001
+
+
+class Group(Struct, frozen=True):
+    """Things that change together. `names`: of locations, parts, fixtures, sensors, signals and reals.
+
+    The most by which they change: `by` along X, Y, Z [m], `turn` about the vertical [rad], `later` [s], `value`;
+    `whole`: by whole numbers.
+    """
+
+    names: tuple[str, ...]
+    by: Vector = (0.0, 0.0, 0.0)
+    turn: float = 0.0
+    later: float = 0.0
+    value: float = 0.0
+    whole: bool = False
+
+
+class Variant(Struct, frozen=True):
+    """A variant: its seed and its groups."""
+
+    seed: int
+    groups: tuple[Group, ...]
+
+
+class Change(NamedTuple):
+    """By how much a group changes: a motion in the world, seconds, and a value."""
+
+    T: Transform
+    later: float
+    value: float
+
+
+class Situation(Struct, frozen=True):
+    """All that a variant can change: what is around the robot, when inputs change, and what is given."""
+
+    cell: Cell
+    inputs: Inputs
+    given: LoadedFile | None
+
+
+def moved(around: Situation, variant: Variant) -> Situation:
+    """Return the surroundings with all that a variant changes."""
+    draws = Random(variant.seed)
+    for group in variant.groups:
+        shares = [2.0 * draws.random() - 1.0 for _ in range(6)]
+        around = _changed(around, group, shares)
+    return around
+
+
+def _changed(around: Situation, group: Group, shares: list[float]) -> Situation:
+    """Return the surroundings after the change of one group."""
+    x, y, z, turn, later, value = shares
+    shift = [1e-3 * _in_steps(1e3 * most * share, MM_STEP) for most, share in zip(group.by, (x, y, z), strict=True)]
+    angle = radians(_in_steps(degrees(group.turn) * turn, DEG_STEP))
+    pivot = next((place for name in group.names if (place := place_of(around, name)) is not None), (0.0, 0.0, 0.0))
+    about = compose(translation(*pivot), compose(rotation_z(angle), inverse(translation(*pivot))))
+    change = Change(
+        compose(translation(*shift), about) if angle else translation(*shift),
+        _in_steps(group.later * later, S_STEP),
+        _in_steps(group.value * value, 1.0 if group.whole else VALUE_STEP),
+    )
+    names = frozenset(name.lower() for name in group.names)
+    return Situation(
+        _changed_cell(around.cell, names, change),
+        _changed_inputs(around.inputs, _signals(around.cell, names), change.later),
+        None if around.given is None else _changed_given(around.given, group.names, change),
+    )
+
+
+def _in_steps(value: float, step: float) -> float:
+    return round(round(value / step) * step, 6) + 0.0
+
+
+def place_of(around: Situation, name: str) -> Vector | None:
+    """Return the place of what a group names [m]; None for what has none."""
+    scene, key = around.cell.scene, name.lower()
+    for part in scene.parts:
+        if part.name == key:
+            return position(part.T_world_part)
+    for item in items_named(around.given, name):
+        value = around.given.variables.value(item) if around.given is not None else None
+        if isinstance(value, Transform):
+            return position(value)
+    for fixture in scene.fixtures:
+        if fixture.name == key:
+            return position(fixture.T_world_fixture)
+    for sensor in scene.sensors:
+        if sensor.name == key:
+            region = sensor.region
+            if isinstance(region, Zone):
+                return position(region.T_world_zone)
+            return region.begin if isinstance(region, Beam) else region.place
+    return None
+
+
+def items_named(given: LoadedFile | None, name: str) -> tuple[Item, ...]:
+    """Return the given variables that a name means: one, or all elements of an array."""
+    if given is None or (item := item_of_text(name)) is None:
+        return ()
+    known = given.variables.values()
+    return (item,) if item in known else tuple(one for one in known if one[0] == item[0] and item[1] is None)
+
+
+def _changed_given(given: LoadedFile, names: tuple[str, ...], change: Change) -> LoadedFile:
+    variables = Variables(given.variables.units)
+    variables.take(given.variables)
+    for item in dict.fromkeys(item for name in names for item in items_named(given, name)):
+        value = variables.value(item)
+        if isinstance(value, Transform):
+            variables.put_back(item, compose(change.T, value))
+        elif isinstance(value, float | int):
+            variables.put_back(item, value + change.value)
+    return given._replace(variables=variables)
+
+
+def _changed_cell(cell: Cell, names: frozenset[str], change: Change) -> Cell:
+    scene, T, signals = cell.scene, change.T, _signals(cell, names)
+    keys = frozenset(key_of(name) for name in names)
+    scene = structs.replace(
+        scene,
+        parts=tuple(
+            structs.replace(one, T_world_part=compose(T, one.T_world_part)) if one.name in names else one
+            for one in scene.parts
+        ),
+        fixtures=tuple(
+            structs.replace(one, T_world_fixture=compose(T, one.T_world_fixture)) if one.name in names else one
+            for one in scene.fixtures
+        ),
+        sensors=tuple(_moved_sensor(one, T) if one.name in names else one for one in scene.sensors),
+        feeders=tuple(_changed_feeder(one, names, signals, change) for one in scene.feeders),
+        sinks=tuple(
+            structs.replace(one, after=_later(one.after, change.later)) if abs(one.when) in signals else one
+            for one in scene.sinks
+        ),
+    )
+    follows = tuple(
+        structs.replace(
+            one,
+            after=_later(one.after, change.later) if one.sets is not None and abs(one.sets) in signals else one.after,
+            rows=tuple(
+                tuple(
+                    cell_value + change.value if isinstance(cell_value, float) and key_of(name) in keys else cell_value
+                    for name, cell_value in zip(one.variables, row, strict=True)
+                )
+                for row in one.rows
+            ),
+        )
+        for one in cell.follows
+    )
+    return structs.replace(cell, scene=scene, follows=follows)
+
+
+def _moved_sensor(sensor: Sensor, T: Transform) -> Sensor:
+    region = sensor.region
+    if isinstance(region, Zone):
+        return structs.replace(sensor, region=Zone(compose(T, region.T_world_zone), region.size))
+    if isinstance(region, Beam):
+        ends = moved_point(T, region.begin), moved_point(T, region.end)
+        return structs.replace(sensor, region=Beam(*ends, region.radius))
+    place, way = moved_point(T, region.place), rotate(T, region.direction)
+    return structs.replace(sensor, region=structs.replace(region, place=place, direction=way))
+
+
+def _changed_feeder(feeder: Feeder, names: frozenset[str], signals: frozenset[int], change: Change) -> Feeder:
+    """A feeder brings its parts to the moved place where one of them is in the group."""
+    place = feeder.T_world_part
+    if place is not None and names & frozenset(feeder.parts):
+        feeder = structs.replace(feeder, T_world_part=compose(change.T, place))
+    if abs(feeder.when) in signals:
+        feeder = structs.replace(feeder, after=_later(feeder.after, change.later))
+    return feeder
+
+
+def _changed_inputs(inputs: Inputs, signals: frozenset[int], later: float) -> Inputs:
+    if not signals or not later:
+        return inputs
+    return Inputs.of(
+        structs.replace(one, time=_later(one.time, later)) if one.signal in signals else one for one in inputs.left
+    )
+
+
+def _later(time: float, seconds: float) -> float:
+    return on_grid(max(time + seconds, 0.0))
+
+
+def _signals(cell: Cell, names: frozenset[str]) -> frozenset[int]:
+    """Return the signals that names mean, or numbers written as names."""
+    known = {name: number for number, name in cell.names.items()}
+    return frozenset(
+        int(name) if name.isdecimal() else known[name] for name in names if name.isdecimal() or name in known
+    )
+
+
+# --- reading --------------------------------------------------------------------------------------------------------
+
+
+def read_variants(text: ExerciseText, table: Mapping[str, Any], around: Situation) -> tuple[Variant, ...]:
+    """Read each [[variant]]; mistakes go to `text`."""
+    variants = list[Variant]()
+    for entry in text.entries("variant", table.get("variant", []), ("seed", "group", *GROUP_KEYS)):
+        seeds = _seeds(text, entry)
+        given = entry.given.get("group", [])
+        own = {key: value for key, value in entry.given.items() if key in GROUP_KEYS}
+        rows = [own] if own or not given else []
+        if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
+            text.fault(entry, "group", "write [[variant.group]], and below it move = [...] and by = [...]")
+            given = []
+        groups = []
+        for one in (*rows, *given):
+            inner = CellEntry(f"{entry.name}", entry.lines, one)
+            text.check_keys(inner, GROUP_KEYS)
+            groups.append(_group(text, inner, around))
+        for seed in seeds:
+            if any(other.seed == seed for other in variants):
+                text.fault(entry, "seed", f"{seed} is the seed of another variant: give each a seed of its own")
+            variants.append(Variant(seed, tuple(groups)))
+    return tuple(variants)
+
+
+def _seeds(text: ExerciseText, entry: CellEntry) -> tuple[int, ...]:
+    given = entry.given.get("seed")
+    seeds = given if isinstance(given, list) else [given]
+    if seeds and len(seeds) <= MAX_SEEDS and all(type(one) is int and 0 <= one <= 2**31 for one in seeds):
+        return tuple(seeds)
+    text.fault(entry, "seed", f"{text.said(given)}a whole number from 0, or a list of them such as [1, 2, 3]")
+    return ()
+
+
+def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
+    names = [str(one) if type(one) is int else one for one in text.list_of(entry, "move", 'names, such as ["box"]')]
+    given, group = entry.given, Group(tuple(one for one in names if isinstance(one, str)))
+    if len(group.names) < len(names):
+        text.fault(entry, "move", 'each is a name in quotes, such as "box", or the number of a signal')
+    placed = {name for name in group.names if place_of(around, name) is not None}
+    timed = {name for name in group.names if _signals(around.cell, frozenset((name.lower(),)))}
+    valued = {name for name in group.names if _is_valued(around, name)}
+    for name in group.names:
+        if name not in placed | timed | valued:
+            what = f"{name[:40]!r} is nothing that can be moved"
+            text.fault(entry, "move", f"{what}: a given location or real, a part, a fixture, a sensor or a signal")
+    changes = {key for key in ("by", "turn", "later", "value") if key in given}
+    if not changes:
+        text.fault(entry, "by", "nothing changes: write by = [50, 50, 0], turn = 20, later = 0.5 or value = 3")
+    if (changes & {"by", "turn"} and not placed) or ("later" in changes and not timed):
+        text.fault(entry, "move", "by and turn move what has a place, later is for signals, value for reals")
+    if "by" in changes:
+        group = structs.replace(group, by=text.place(entry, "by"))
+    if "turn" in changes:
+        group = structs.replace(group, turn=radians(text.number(entry, "turn", 0.0, 180.0, "deg")))
+    if "later" in changes:
+        group = structs.replace(group, later=text.number(entry, "later", 0.0, LATEST, "s"))
+    if "value" in changes:
+        value = text.number(entry, "value", 0.0, LIMIT)
+        group = structs.replace(group, value=value, whole=type(given["value"]) is int)
+    return group
+
+
+def _is_valued(around: Situation, name: str) -> bool:
+    """Return whether a name is that of a given real, or of a real in the table of a rule."""
+    values: list[Value | None] = []
+    if around.given is not None:
+        values = [around.given.variables.value(item) for item in items_named(around.given, name)]
+    in_tables = (key_of(one) for rule in around.cell.follows for one in rule.variables)
+    return any(isinstance(one, float | int) for one in values) or key_of(name) in in_tables
