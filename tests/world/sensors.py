@@ -87,7 +87,7 @@ def disagreements(course: WorldCourse, scene: CellScene, step: float) -> Iterato
     samples = [(t, bodies(t)) for t in (since + step * k for k in range(int((last - since) / step)))]
     for sensor in scene.sensors:
         middle, reach = extent(sensor.region)
-        changes = [(t, on) for t, number, on in course._history.changes if number == sensor.signal]
+        changes = [(t, on) for t, number, on in course._history.rows("changes") if number == sensor.signal]
         instants = [(t + side, bodies(t + side)) for t, _ in changes if t > since for side in (-NEAR, NEAR)]
         for t, seen in (*samples, *instants):
             expected = any(dist(position(T), middle) < reach and gap(shape, T, sensor.region) <= 0 for shape, T in seen)
@@ -110,7 +110,7 @@ def run(seed: int, count: int = 10, step: float = 1e-3) -> tuple[int, list[str]]
     R = random.Random(seed)
     course, scene = course_with_sensors(R, count)
     found = list(disagreements(course, scene, step))
-    return len(course._history.changes), found
+    return len(course._history.rows("changes")), found
 
 
 def main(count: int) -> int:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import random
-from math import sqrt
+from math import inf, sqrt
 
 import pytest
 
 from tests.world.cells import BOX, TABLE, Arm, course_of, with_events, world_of
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse, position
-from vrs_cli.world.course import PartState, SpanKind, WorldCourse
+from vrs_cli.values.world import SpanKind
+from vrs_cli.world.course import PartState, WorldCourse
 
 STAND = """
 [[fixture]]
@@ -71,6 +72,12 @@ def test_a_part_that_is_let_go_falls_as_long_as_falling_takes() -> None:
     assert position(pose)[2] + 0.1 - 0.5 * 9.81 * 0.01 == pytest.approx(middle.pz, abs=1e-9)
     assert course.notes == ((t, "FALL", "box falls 100.0 mm onto stand"),)
     assert before.kind is SpanKind.HELD
+
+
+def test_a_course_can_be_read_without_an_end() -> None:
+    _, course = picked("APPRO place, 100")
+    assert [span.kind.value for span in course.spans("box", inf)] == ["rests", "held"]
+    assert [name for _, name in course.moves(-inf, inf)] == ["box"]
 
 
 def test_without_a_support_it_falls_to_the_floor() -> None:
@@ -241,7 +248,7 @@ def test_rules_apply_to_outputs_and_inputs() -> None:
 
 def all_of(course: WorldCourse) -> object:
     end = course.timeline.end + 2.0
-    return [course.spans(name, end) for name in course.parts()], course.notes, course._history.changes
+    return [course.spans(name, end) for name in course.parts()], course.notes, course._history.rows("changes")
 
 
 def test_after_an_edit_a_course_is_that_of_a_new_world() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vrs_cli.values.world import Clear, Cross, Feed
 from vrs_cli.world.history import WorldHistory
 
 
@@ -10,26 +11,27 @@ def test_what_happened_at_a_time_and_later_is_taken_back() -> None:
     for t in (0.0, 1.0, 2.0):
         history.now = t
         history.set("x", t)
-        history.plan(t + 5.0, "land", f"part {t}")
-        history.notes.append((t, "FALL", "it falls"))
+        history.plan(t + 5.0, Feed(int(t)))
+        history.add("notes", (t, "FALL", "it falls"))
     copied = history.copy()
     history.back_to(1.0)
-    assert (history.get("x"), history.now, len(history.notes)) == (0.0, 1.0, 1)
+    assert (history.get("x"), history.now, len(history.rows("notes"))) == (0.0, 1.0, 1)
     assert [due.time for due in history.due] == [5.0]
-    assert (copied.get("x"), len(copied.due), len(copied.notes)) == (2.0, 3, 3)
+    assert (copied.get("x"), len(copied.due), len(copied.rows("notes"))) == (2.0, 3, 3)
     history.back_to(0.0)
     assert history.get("x") is None
     assert history.due == ()
 
 
-def test_what_is_due_is_taken_in_order_and_dropped_by_name() -> None:
+def test_what_is_due_is_taken_in_order_and_can_be_dropped() -> None:
     history = WorldHistory()
     history.now = 0.0
-    history.plan(2.0, "cross", "a")
-    history.plan(1.0, "cross", "b", carried=True)
-    history.plan(1.0, "land", "a")
-    assert [(due.time, due.what) for due in history.due] == [(1.0, "cross"), (1.0, "land"), (2.0, "cross")]
-    history.drop(what="cross", body="a")
-    history.drop(carried=True)
-    assert history.take().what == "land"
-    assert history.due == ()
+    history.plan(2.0, Clear(1))
+    history.plan(1.0, Cross("hand", 0, inside=True, moved=True))
+    history.plan(1.0, Feed(2))
+    history.plan(1.0, Feed(1))
+    assert [due.what for due in history.due] == [Feed(2), Feed(1), Cross("hand", 0, True, True), Clear(1)]
+    history.drop(lambda what: what.carried)
+    history.drop(lambda what: isinstance(what, Clear))
+    assert history.take().what == Feed(2)
+    assert [due.what for due in history.due] == [Feed(1)]

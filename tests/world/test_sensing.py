@@ -42,7 +42,7 @@ def test_an_edit_that_only_shifts_searches_nothing_and_changes_no_bit() -> None:
 
 def changes_of(course) -> list[tuple[float, int, bool]]:  # type: ignore[no-untyped-def]
     course.spans("box", course.timeline.end)
-    return list(course._history.changes)
+    return list(course._history.rows("changes"))
 
 
 def test_an_inverted_sensor_is_on_while_nothing_is_there() -> None:

@@ -24,6 +24,7 @@ from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.events import Event, EventEdit
 from vrs_cli.values.motion import Motion
+from vrs_cli.values.world import WorldState
 
 PART = 128  # deltas
 YOUNG = 2  # parts that are as they came: the last one, which grows, and the one before it
@@ -60,19 +61,26 @@ class TimelineDelta(NamedTuple):
 class Timeline:
     """tau[k]; `version` is k. The first segment is s_0: the initial pose, of no length, at its start time.
 
-    Beside the segments it has dated events, in order of time: channels take values (`value_at`).
+    Beside the segments it has dated events, in order of time: channels take values (`value_at`). `world`: of the end of
+    a longer timeline, the state of the world when it begins, if there is one.
     """
 
-    __slots__ = ("_events", "_rope", "version")
+    __slots__ = ("_events", "_rope", "version", "world")
 
-    def __init__(self, segments: Iterable[Segment], version: int = 0, events: Iterable[Event] = ()) -> None:
+    def __init__(
+        self,
+        segments: Iterable[Segment],
+        version: int = 0,
+        events: Iterable[Event] = (),
+        world: WorldState | None = None,
+    ) -> None:
         made = rope.rope_of(Row(segments))
         if made is None:
             raise ValueError("a timeline has at least one segment: s_0, the initial pose")
         self._rope: OffsetNode[Row] = made
         dated = tuple(events)
         self._events: OffsetNode[EventRow] | None = rope.rope_of(EventRow(dated)) if dated else None
-        self.version = version
+        self.version, self.world = version, world
 
     # --- reading ---
 
@@ -236,9 +244,11 @@ class Timeline:
         return cls._made(made, rope.root(list(events)), version)
 
     @classmethod
-    def _made(cls, held: OffsetNode[Row], events: OffsetNode[EventRow] | None, version: int) -> Timeline:
+    def _made(
+        cls, held: OffsetNode[Row], events: OffsetNode[EventRow] | None, version: int, world: WorldState | None = None
+    ) -> Timeline:
         timeline = cls.__new__(cls)
-        timeline._rope, timeline._events, timeline.version = held, events, version
+        timeline._rope, timeline._events, timeline.version, timeline.world = held, events, version, world
         return timeline
 
     def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[Row]]]:
@@ -253,7 +263,7 @@ class Timeline:
 
     def in_rows(self, most: int) -> Timeline:
         """The same timeline, with no more than so many segments in each row that is in memory."""
-        return self._made(rope.in_rows(self._rope, most), self._events, self.version)
+        return self._made(rope.in_rows(self._rope, most), self._events, self.version, self.world)
 
     # --- changing: a new version ---
 
@@ -262,7 +272,7 @@ class Timeline:
         if delta.version != self.version:
             raise ValueError(f"a delta of version {delta.version} does not fit timeline version {self.version}")
         if self._is_of_events(delta):
-            return self._made(self._rope, self._with_events(delta.events), self.version + 1)
+            return self._made(self._rope, self._with_events(delta.events), self.version + 1, self.world)
         keep, new = delta.keep, delta.segments
         last: Segment | None = rope.item(self._rope, keep - 1) if keep else None
         if last is not None and last.finish > delta.cut:
@@ -270,7 +280,7 @@ class Timeline:
         made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
-        return self._made(made, self._with_events(delta.events), self.version + 1)
+        return self._made(made, self._with_events(delta.events), self.version + 1, self.world)
 
     def _is_of_events(self, delta: TimelineDelta) -> bool:
         """Return whether a delta leaves all segments as they are."""

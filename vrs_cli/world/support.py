@@ -11,12 +11,14 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.shapes import Box, MeshFile
 from vrs_cli.kinematics.transform import Transform, moved_point
 from vrs_cli.values.scene import CellScene
-from vrs_cli.world.solids import Bounds, Solids, bounds, drop, point_drop
+from vrs_cli.world.history import WorldHistory
+from vrs_cli.world.solids import Bounds, Solids, bounds, drop, overlap, point_drop
 
 CELL = 0.1  # [m] between the lines of the grid
 MOST_CELLS = 100  # of a body; a larger one is looked at always
 PRESSED = 0.005  # [m] so far a body may be pressed into what it stands on
 LEVEL = 1e-4  # [m] bodies below whose heights differ less carry together
+FALLS = 1e-3  # [m] a fall of less is not worth a word
 FLOOR = "floor"
 
 
@@ -89,3 +91,51 @@ def balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tuple[S
         if not first <= middle <= last:
             return False
     return True
+
+
+# --- the grid of all that stands ---
+
+
+def put(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform) -> None:
+    """Let a body stand at a place from now on."""
+    lift(history, name)
+    area = bounds(solids, T_world_body)
+    covered = cells(area)
+    keys = [("cell", *cell) for cell in covered] if covered is not None else [("cell",)]
+    for key in keys:
+        history.set(key, history.get(key, frozenset()) | {name})
+    history.set(("place", name), (solids, T_world_body, area, tuple(keys)))
+
+
+def lift(history: WorldHistory, name: str) -> None:
+    """Take a body out of the grid."""
+    place = history.get(("place", name))
+    if place is None:
+        return
+    for key in place[3]:
+        history.set(key, history.get(key) - {name})
+    history.set(("place", name), None)
+
+
+def placed(history: WorldHistory, name: str) -> tuple[Solids, Transform, Bounds]:
+    """Return a body that stands: T_world_body and its bounds, too."""
+    solids, T, area, _ = history.get(("place", name))
+    return solids, T, area
+
+
+def near(history: WorldHistory, area: Bounds) -> list[str]:
+    """The bodies that stand and whose bounds overlap an area, by name."""
+    found = set(history.get(("cell",), ()))
+    covered = cells(area)
+    if covered is None:
+        found.update(name for name, place in history.items("place").items() if place)
+    for cell in covered or ():
+        found |= history.get(("cell", *cell), frozenset())
+    return sorted(name for name in found if overlap(area, history.get(("place", name))[2]))
+
+
+def below_in(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform, floor_at: float) -> Below:
+    """Return what would be below a body at a place, of all that stands."""
+    x, X, y, Y, _, top = bounds(solids, T_world_body)
+    others = ((other, *placed(history, other)) for other in near(history, (x, X, y, Y, -inf, top)) if other != name)
+    return below(solids, T_world_body, others, floor_at)

@@ -1,0 +1,127 @@
+"""The state of a world at one time: what parts do, what sensors see, and what is due. With the timeline from then on it
+gives the rest of the course.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from math import inf
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from vrs_cli.kinematics.transform import Transform
+
+
+class SpanKind(Enum):
+    """The ways of a part: not there, at rest, in the hand, or falling."""
+
+    ABSENT = "absent"
+    RESTS = "rests"
+    HELD = "held"
+    FALLS = "falls"
+
+
+class PartSpan(NamedTuple):
+    """The state of a part from `begin` to `end` [s]. `T`: T_world_part; of a part that is held, T_flange_part; of one
+    that falls, where it begins to. `on`: what it stands on, or falls onto.
+    """
+
+    begin: float
+    kind: SpanKind
+    T: Transform
+    end: float = inf
+    on: tuple[str, ...] = ()
+
+
+class Happening(Struct, frozen=True, tag_field="kind", tag=True):
+    """Something that is due in a world. `rank`: of one instant, the lowest rank comes first; `carried`: it follows from
+    the motion of the arm.
+    """
+
+    @property
+    def rank(self) -> int:
+        return 0
+
+    @property
+    def carried(self) -> bool:
+        return self.rank > 0
+
+
+class Arrive(Happening, frozen=True):
+    """The fingers arrive; their gap goes from `before` to `after` [m]."""
+
+    before: float
+    after: float
+
+
+class Switch(Happening, frozen=True):
+    """A rule of the cell switches a signal."""
+
+    signal: int
+    on: bool
+
+
+class Feed(Happening, frozen=True):
+    """A feeder, by its number, brings its next part."""
+
+    feeder: int
+
+
+class Clear(Happening, frozen=True):
+    """A sink, by its number, takes the parts in its zone."""
+
+    sink: int
+
+
+class Land(Happening, frozen=True):
+    """A part that falls comes to rest at T_world_part on other bodies."""
+
+    part: str
+    T: Transform
+    on: tuple[str, ...]
+
+
+class Cross(Happening, frozen=True):
+    """A body enters (`inside`) or leaves the region of a sensor, by its number. `moved`: by the arm."""
+
+    body: str
+    region: int
+    inside: bool
+    moved: bool = False
+
+    @property
+    def rank(self) -> int:
+        return 1 if self.moved else 0
+
+
+CertainHappening = Arrive | Switch | Feed | Clear | Land | Cross  # those that may come whatever the arm does
+
+
+class Pending(NamedTuple):
+    """What is due at a time [s] whatever the arm does."""
+
+    time: float
+    what: CertainHappening
+
+
+class WorldState(Struct, frozen=True):
+    """The world just before `time` [s].
+
+    `hand`: from 0, closed, to 1, open; `held`: the part in it; `width` of it [m]; `stack`: the parts that stood on it
+    when it was taken, until the arm moves. `parts`: what each does. `on`: the inputs and outputs that are on. `inside`:
+    the regions of sensors in which bodies are. `used`, `fed`: how often rules and feeders were used, by their numbers.
+    """
+
+    time: float
+    hand: float
+    parts: Mapping[str, PartSpan]
+    held: str | None = None
+    width: float = 0.0
+    stack: tuple[str, ...] = ()
+    on: tuple[int, ...] = ()
+    inside: Mapping[str, tuple[int, ...]] = {}
+    used: Mapping[int, int] = {}
+    fed: Mapping[int, int] = {}
+    due: tuple[Pending, ...] = ()

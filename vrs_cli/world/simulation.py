@@ -1,0 +1,423 @@
+"""The simulation of a world, forward in time from cause to cause: what the hand takes and lets go, what falls, what
+feeders bring and sinks take, what sensors see, and what rules make of it.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Sequence
+from math import inf, sqrt
+
+from vrs_cli.engine.position import joints_at, world_pose
+from vrs_cli.kinematics.transform import Transform, compose, inverse, moved_point, position
+from vrs_cli.trajectory.instant import on_grid, up_to_grid
+from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.events import HAND, Event
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.world import (
+    Arrive,
+    Clear,
+    Cross,
+    Feed,
+    Happening,
+    Land,
+    PartSpan,
+    SpanKind,
+    Switch,
+    WorldState,
+)
+from vrs_cli.world.grasp import SLACK, part_between
+from vrs_cli.world.history import CHANGES, GRIPS, MOVES, NOTES, WorldHistory
+from vrs_cli.world.sensing import GRAVITY, Passage, SeenBody
+from vrs_cli.world.settings import WorldSettings
+from vrs_cli.world.solids import bounds, point_apart
+from vrs_cli.world.state import restore
+from vrs_cli.world.support import FALLS, FLOOR, balanced, below, below_in, lift, near, placed, put
+
+STANDS = 1e-7  # [m] what would fall less stands
+MOST_AT_ONCE = 1000  # of one instant: rules that drive each other for ever end there
+
+
+class Enter(Happening, frozen=True):
+    """The arm enters a segment, by its index, of which the part `since` a time [s] counts."""
+
+    segment: int
+    since: float
+
+    @property
+    def rank(self) -> int:
+        return 2
+
+
+class Unstack(Happening, frozen=True):
+    """What stood on the part in the hand falls, as the arm moves away with it."""
+
+    @property
+    def rank(self) -> int:
+        return 3
+
+
+class Simulation:
+    """The simulation of one timeline, of which `history` has what was computed so far. One thread at a time."""
+
+    def __init__(self, settings: WorldSettings, timeline: Timeline, history: WorldHistory) -> None:
+        self._settings, self._timeline, self.history = settings, timeline, history
+
+    # --- forward in time ---
+
+    @property
+    def next_time(self) -> float:
+        """When the next thing happens [s]; infinity if nothing does."""
+        history, timeline = self.history, self._timeline
+        index = history.get("events")
+        event = timeline.event(index).time if index < timeline.event_count else inf
+        return min(event, history.due[0].time if history.due else inf)
+
+    def advance(self, until: float) -> None:
+        """Let all happen that is due up to a time."""
+        history, timeline = self.history, self._timeline
+        instant, count = -inf, 0
+        while (coming := self.next_time) <= until and coming < inf:
+            count = count + 1 if coming == instant else 0
+            instant = coming
+            if count > MOST_AT_ONCE:
+                self._note("ENDLESS", "rules of the cell drive each other without end")
+                history.set("due", tuple(one for one in history.due if one.time > coming))
+                continue
+            history.now = max(history.now, coming)
+            index = history.get("events")
+            if index < timeline.event_count and timeline.event(index).time <= coming:
+                history.set("events", index + 1)
+                self._set_channel(timeline.event(index))
+            else:
+                self._happen(history.take().what)
+        history.now = max(history.now, until) if until < inf else history.now
+
+    def begin(self) -> None:
+        """Begin as the scene says, at the start of the timeline."""
+        settings, history = self._settings, self.history
+        start = history.now = self._timeline.start
+        history.set("events", 0)
+        for key, value in (("hand", 0.0), ("held", None), ("width", 0.0), ("stack", ())):
+            history.set(key, value)
+        for name, part in settings.parts.items():
+            kind = SpanKind.ABSENT if name in settings.fed else SpanKind.RESTS
+            history.add(("spans", name), PartSpan(start, kind, part.T_world_part))
+            if kind is SpanKind.RESTS:
+                self._stand(name, part.T_world_part)
+        for region, sensor in enumerate(settings.scene.sensors):
+            if not history.get(("region", region)):
+                self._show(sensor.signal, False)
+        self.follow_arm()
+
+    def resume(self, state: WorldState) -> None:
+        """Begin with the state that the timeline has at its start."""
+        restore(self.history, self._settings, state)
+        self.history.set("events", self._timeline.events_by(state.time, before=True))
+        self.follow_arm()
+
+    def follow_arm(self) -> None:
+        """Plan what follows from the motion of the arm from now on, in place of what was planned of it."""
+        history = self.history
+        history.drop(lambda what: what.carried)
+        if self._settings.sensing.regions:
+            history.plan(history.now, Enter(self._timeline.index_at(history.now), history.now))
+        if history.get("stack"):
+            self._plan_unstack()
+
+    def _happen(self, what: Happening) -> None:
+        match what:
+            case Arrive(before, after):
+                self._arrive(before, after)
+            case Switch(signal, on):
+                self._switch(signal, on)
+            case Feed(feeder):
+                self._feed(feeder)
+            case Clear(sink):
+                self._clear(sink)
+            case Land(part, T, on):
+                self.history.drop(_crossing(part))
+                self._come_to_rest(part, T, on)
+            case Cross(body, region, inside):
+                before = self.history.get(("in", body), frozenset[int]())
+                self._see(body, before | {region} if inside else before - {region})
+            case Enter(segment, since):
+                self._enter(segment, since)
+            case Unstack():
+                stack = self.history.get("stack")
+                self.history.set("stack", ())
+                self._fall_from(stack)
+
+    def _note(self, kind: str, text: str) -> None:
+        self.history.add(NOTES, (self.history.now, kind, text))
+
+    # --- where things are ---
+
+    def span(self, name: str, t: float) -> PartSpan:
+        """What a part does at a time [s], or the first that is known of it. Raises KeyError."""
+        spans: Sequence[PartSpan] = self.history.rows(("spans", name))
+        if not spans:
+            raise KeyError(name)
+        return spans[max(bisect_right(spans, t, key=lambda span: span.begin) - 1, 0)]
+
+    def flange(self, t: float) -> Transform:
+        """T_world_flange."""
+        arm, frames = self._settings.arm, self._timeline.locate(t)[0].motion.frames
+        return world_pose(arm, Frames(frames.base), joints_at(arm, self._timeline, t))
+
+    def tool(self, t: float) -> Transform:
+        """T_world_tool."""
+        return compose(self.flange(t), self._timeline.locate(t)[0].motion.frames.tool)
+
+    # --- signals ---
+
+    def _set_channel(self, event: Event) -> None:
+        """Let an event of the timeline take effect."""
+        if event.observed:
+            return
+        if event.channel != HAND:
+            if event.channel not in self._settings.sensed:
+                self._switch(event.channel, event.value > 0.5)
+            return
+        history, opening = self.history, self._settings.opening
+        before = history.get("hand")
+        history.set("hand", event.value)
+        history.drop(lambda what: isinstance(what, Arrive))
+        if event.value < before:
+            history.plan(event.time + event.duration, Arrive(before * opening, event.value * opening))
+        elif (name := history.get("held")) is not None and event.value * opening > history.get("width") + SLACK:
+            self._release(name)
+
+    def _switch(self, signal: int, on: bool) -> None:
+        """A signal takes a state: what follows of it is planned."""
+        history, settings = self.history, self._settings
+        if history.get(("signal", signal), False) is on:
+            return
+        history.set(("signal", signal), on)
+        now = history.now
+        if signal in settings.computed:
+            history.add((CHANGES, signal), (now, on))
+            history.add(CHANGES, (now, signal, on))
+        number = signal if on else -signal
+        for place, rule in settings.rules.get(number, ()):
+            used = history.get(("used", place), 0)
+            if rule.rows and used == len(rule.rows) and not rule.again:
+                continue
+            history.set(("used", place), 1 if used == len(rule.rows) else used + 1)
+            assert rule.sets is not None
+            then = now + on_grid(rule.after)
+            history.plan(then, Switch(abs(rule.sets), rule.sets > 0))
+            if rule.lasting is not None:
+                history.plan(then + on_grid(rule.lasting), Switch(abs(rule.sets), rule.sets < 0))
+        for place, feeder in enumerate(settings.scene.feeders):
+            if feeder.when == number:
+                history.plan(now + on_grid(feeder.after), Feed(place))
+        for place, sink in enumerate(settings.scene.sinks):
+            if sink.when == number:
+                history.plan(now + on_grid(sink.after), Clear(place))
+
+    def _show(self, signal: int, on: bool) -> None:
+        """The state of a sensor goes to its signal; a negative one shows the opposite. 0: to none."""
+        if signal:
+            self._switch(abs(signal), on is (signal > 0))
+
+    # --- the hand ---
+
+    def _arrive(self, before: float, after: float) -> None:
+        """The fingers have arrived: their gap has gone from one width to another [m]."""
+        history = self.history
+        if history.get("held") is not None:
+            return
+        t = history.now
+        tool = self.tool(t)
+        (x, y, z), far = position(tool), self._settings.scene.gripper.tolerance
+        bodies = near(history, (x - far, x + far, y - far, y + far, z - far, z + far))
+        parts = ((name, self.span(name, t)) for name in bodies if name in self._settings.parts)
+        standing = ((name, span.T) for name, span in parts if span.kind is SpanKind.RESTS)
+        found = part_between(self._settings, standing, tool, (before, after), self._note)
+        if found is not None:
+            history.set("width", found[1])
+            self._hold(found[0], tool)
+
+    def _hold(self, name: str, tool: Transform) -> None:
+        history, t = self.history, self.history.now
+        T = self.span(name, t).T
+        flange = compose(tool, inverse(self._timeline.locate(t)[0].motion.frames.tool))
+        T_flange_part = compose(inverse(flange), T)
+        self._span_begins(name, SpanKind.HELD, T_flange_part)
+        lift(history, name)
+        history.set("held", name)
+        history.add(GRIPS, (t, name))
+        self._show(self._settings.scene.gripper.signal, True)
+        carried = self._standing_on(name, T)
+        if carried:
+            history.set("stack", carried)
+            self._plan_unstack()
+        if self._settings.sensing.regions:
+            self._watch(SeenBody(name, T_flange_part), self._timeline.index_at(t), t)
+
+    def _release(self, name: str) -> None:
+        history, t = self.history, self.history.now
+        T = compose(self.flange(t), self.span(name, t).T)
+        history.set("held", None)
+        history.set("stack", ())
+        history.add(GRIPS, (t, None))
+        history.drop(lambda what: isinstance(what, Unstack))
+        history.drop(_crossing(name))
+        self._show(self._settings.scene.gripper.signal, False)
+        self._let_go(name, T)
+
+    # --- what stands and falls ---
+
+    def _span_begins(self, name: str, kind: SpanKind, T: Transform, on: tuple[str, ...] = ()) -> None:
+        t = self.history.now
+        self.history.add(("spans", name), PartSpan(t, kind, T, on=on))
+        self.history.add(MOVES, (t, name))
+
+    def _let_go(self, name: str, T: Transform) -> None:
+        """A part is at T and nothing holds it: it stands, or falls straight down."""
+        history, settings = self.history, self._settings
+        found = below_in(history, name, settings.solids[name], T, settings.floor)
+        if found.drop <= STANDS:
+            self._come_to_rest(name, T, found.on)
+            return
+        if found.drop > FALLS:
+            self._note("FALL", f"{name} falls {1000.0 * found.drop:.1f} mm onto {found.on[0]}")
+        lasting = up_to_grid(sqrt(2.0 * found.drop / GRAVITY))
+        self._span_begins(name, SpanKind.FALLS, T, found.on)
+        low = T._replace(pz=T.pz - found.drop)
+        put(history, name, settings.solids[name], low)  # what falls after it falls onto it
+        history.plan(history.now + lasting, Land(name, low, found.on))
+        if settings.sensing.regions:
+            self._pass(name, settings.sensing.in_fall(name, T, lasting), 0.0, inf, moved=False)
+
+    def _come_to_rest(self, name: str, T: Transform, on: tuple[str, ...]) -> None:
+        history, solids = self.history, self._settings.solids[name]
+        self._span_begins(name, SpanKind.RESTS, T, on)
+        put(history, name, solids, T)
+        self._stand(name, T)
+        if on[0] != FLOOR and not balanced(solids, T, (placed(history, other) for other in on if other != FLOOR)):
+            self._note("EDGE", f"{name} rests on an edge of {on[0]}")
+
+    def _plan_unstack(self) -> None:
+        """Plan the fall of what stood on the part in the hand, for when the arm moves next."""
+        history, timeline = self.history, self._timeline
+        history.drop(lambda what: isinstance(what, Unstack))
+        t = history.now
+        for index in range(timeline.index_at(t), len(timeline)):
+            segment = timeline[index]
+            if segment.phase is not Phase.REST and segment.finish > t:
+                history.plan(max(segment.start, t), Unstack())
+                return
+
+    def _fall_from(self, names: Iterable[str]) -> None:
+        """Let parts fall whose support has gone, and those that stand on them."""
+        history, settings = self.history, self._settings
+        waiting = sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name))
+        for name in waiting:
+            span = self.span(name, history.now)
+            if span.kind is not SpanKind.RESTS:
+                continue
+            if below_in(history, name, settings.solids[name], span.T, settings.floor).drop <= STANDS:
+                continue
+            above = self._standing_on(name, span.T)
+            self._let_go(name, span.T)
+            self._fall_from(above)
+
+    def _standing_on(self, name: str, T: Transform) -> tuple[str, ...]:
+        """The parts that stand on a body at T."""
+        settings, history = self._settings, self.history
+        x, X, y, Y, low, top = bounds(settings.solids[name], T)
+        found = []
+        for other in near(history, (x, X, y, Y, low, top + FALLS)):
+            if other == name or other not in settings.parts:
+                continue
+            span = self.span(other, history.now)
+            if span.kind is SpanKind.RESTS and span.T.pz > T.pz:
+                one = (name, settings.solids[name], T, (x, X, y, Y, low, top))
+                if below(settings.solids[other], span.T, [one], -inf).drop <= FALLS:
+                    found.append(other)
+        return tuple(found)
+
+    # --- what brings and takes parts ---
+
+    def _feed(self, place: int) -> None:
+        history, feeder = self.history, self._settings.scene.feeders[place]
+        used = history.get(("fed", place), 0)
+        if used >= len(feeder.parts) and not feeder.again:
+            return
+        name = feeder.parts[used % len(feeder.parts)]
+        if self.span(name, history.now).kind is not SpanKind.ABSENT:
+            self._note("FEEDER", f"{name} does not come: it is there already")
+            return
+        history.set(("fed", place), used + 1)
+        self._let_go(name, feeder.T_world_part or self._settings.parts[name].T_world_part)
+
+    def _clear(self, place: int) -> None:
+        """Take away the parts whose middle is in the zone of a sink."""
+        history, (zone, region) = self.history, self._settings.sinks[place]
+        gone, above = [], list[str]()
+        for name in near(history, bounds((region.solid,), zone)):
+            if name in self._settings.parts and self.span(name, history.now).kind is SpanKind.RESTS:
+                solids, T, _ = placed(history, name)
+                if point_apart((region.solid,), zone, moved_point(T, solids[0].middle)) == 0.0:
+                    gone.append(name)
+                    above += self._standing_on(name, T)
+        for name in gone:
+            self._span_begins(name, SpanKind.ABSENT, self.span(name, history.now).T)
+            lift(history, name)
+            self._see(name, frozenset())
+        self._fall_from(name for name in dict.fromkeys(above) if name not in gone)
+
+    # --- sensors ---
+
+    def _enter(self, index: int, since: float) -> None:
+        """Plan what the hand and the part that it holds cross in a segment, from a time on [s]."""
+        self._watch(self._settings.hand, index, since)
+        held = self.history.get("held")
+        if held is not None:
+            self._watch(SeenBody(held, self.span(held, since).T), index, since)
+        if index + 1 < len(self._timeline):
+            start = self._timeline[index + 1].start
+            self.history.plan(start, Enter(index + 1, start))
+
+    def _watch(self, sight: SeenBody, index: int, since: float) -> None:
+        segment = self._timeline[index]
+        passage = self._settings.sensing.on_segment(sight, segment)
+        self._pass(sight.body, passage, segment.start - since, segment.finish - since, moved=True)
+
+    def _pass(self, body: str, passage: Passage, offset: float, until: float, *, moved: bool) -> None:
+        """Plan crossings that come `offset` seconds later than they say, seen from now, and the state until then."""
+        history = self.history
+        inside = set(passage.begins_in)
+        for crossing in passage.crossings:
+            s = crossing.time + offset
+            if s > 0.0:
+                if s <= until:
+                    history.plan(history.now + s, Cross(body, crossing.region, crossing.inside, moved))
+            elif crossing.inside:
+                inside.add(crossing.region)
+            else:
+                inside.discard(crossing.region)
+        self._see(body, frozenset(inside))
+
+    def _stand(self, name: str, T: Transform) -> None:
+        if self._settings.sensing.regions:
+            self._see(name, self._settings.sensing.standing(name, T))
+
+    def _see(self, body: str, inside: frozenset[int]) -> None:
+        """A body is in these regions from now on."""
+        history = self.history
+        before = history.get(("in", body), frozenset[int]())
+        if inside == before:
+            return
+        history.set(("in", body), inside)
+        for region in sorted(before ^ inside):
+            bodies = history.get(("region", region), frozenset[str]()) ^ {body}
+            history.set(("region", region), bodies)
+            self._show(self._settings.scene.sensors[region].signal, bool(bodies))
+
+
+def _crossing(body: str) -> Callable[[Happening], bool]:
+    return lambda what: isinstance(what, Cross) and what.body == body
