@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vrs_cli.values.world import Clear, Cross, Feed
+from vrs_cli.values.world import BodyCrosses, PartComes, PartsGo
 from vrs_cli.world.history import WorldHistory
 
 
@@ -11,7 +11,7 @@ def test_what_happened_at_a_time_and_later_is_taken_back() -> None:
     for t in (0.0, 1.0, 2.0):
         history.now = t
         history.set("x", t)
-        history.plan(t + 5.0, Feed(int(t)))
+        history.plan(t + 5.0, PartComes(int(t)))
         history.add("notes", (t, "FALL", "it falls"))
     copied = history.copy()
     history.back_to(1.0)
@@ -26,12 +26,17 @@ def test_what_happened_at_a_time_and_later_is_taken_back() -> None:
 def test_what_is_due_is_taken_in_order_and_can_be_dropped() -> None:
     history = WorldHistory()
     history.now = 0.0
-    history.plan(2.0, Clear(1))
-    history.plan(1.0, Cross("hand", 0, inside=True, moved=True))
-    history.plan(1.0, Feed(2))
-    history.plan(1.0, Feed(1))
-    assert [due.what for due in history.due] == [Feed(2), Feed(1), Cross("hand", 0, True, True), Clear(1)]
+    history.plan(2.0, PartsGo(1))
+    history.plan(1.0, BodyCrosses("hand", 0, inside=True, moved=True))
+    history.plan(1.0, PartComes(2))
+    history.plan(1.0, PartComes(1))
+    assert [due.what for due in history.due] == [
+        PartComes(2),
+        PartComes(1),
+        BodyCrosses("hand", 0, True, True),
+        PartsGo(1),
+    ]
     history.drop(lambda what: what.carried)
-    history.drop(lambda what: isinstance(what, Clear))
-    assert history.take().what == Feed(2)
-    assert [due.what for due in history.due] == [Feed(1)]
+    history.drop(lambda what: isinstance(what, PartsGo))
+    assert history.take().what == PartComes(2)
+    assert [due.what for due in history.due] == [PartComes(1)]

@@ -49,33 +49,33 @@ class Happening(Struct, frozen=True, tag_field="kind", tag=True):
         return self.rank > 0
 
 
-class Arrive(Happening, frozen=True):
+class FingersArrive(Happening, frozen=True):
     """The fingers arrive; their gap goes from `before` to `after` [m]."""
 
     before: float
     after: float
 
 
-class Switch(Happening, frozen=True):
+class SignalSwitches(Happening, frozen=True):
     """A rule of the cell switches a signal."""
 
     signal: int
     on: bool
 
 
-class Feed(Happening, frozen=True):
+class PartComes(Happening, frozen=True):
     """A feeder, by its number, brings its next part."""
 
     feeder: int
 
 
-class Clear(Happening, frozen=True):
+class PartsGo(Happening, frozen=True):
     """A sink, by its number, takes the parts in its zone."""
 
     sink: int
 
 
-class Land(Happening, frozen=True):
+class PartLands(Happening, frozen=True):
     """A part that falls comes to rest at T_world_part on other bodies."""
 
     part: str
@@ -83,7 +83,7 @@ class Land(Happening, frozen=True):
     on: tuple[str, ...]
 
 
-class Cross(Happening, frozen=True):
+class BodyCrosses(Happening, frozen=True):
     """A body enters (`inside`) or leaves the region of a sensor, by its number. `moved`: by the arm."""
 
     body: str
@@ -96,10 +96,12 @@ class Cross(Happening, frozen=True):
         return 1 if self.moved else 0
 
 
-CertainHappening = Arrive | Switch | Feed | Clear | Land | Cross  # those that may come whatever the arm does
+CertainHappening = (
+    FingersArrive | SignalSwitches | PartComes | PartsGo | PartLands | BodyCrosses
+)  # those that may come whatever the arm does
 
 
-class Pending(NamedTuple):
+class DueHappening(NamedTuple):
     """What is due at a time [s] whatever the arm does."""
 
     time: float
@@ -124,4 +126,4 @@ class WorldState(Struct, frozen=True):
     inside: Mapping[str, tuple[int, ...]] = {}
     used: Mapping[int, int] = {}
     fed: Mapping[int, int] = {}
-    due: tuple[Pending, ...] = ()
+    due: tuple[DueHappening, ...] = ()

@@ -16,15 +16,15 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.events import HAND, Event
 from vrs_cli.values.motion import Frames
 from vrs_cli.values.world import (
-    Arrive,
-    Clear,
-    Cross,
-    Feed,
+    BodyCrosses,
+    FingersArrive,
     Happening,
-    Land,
+    PartComes,
+    PartLands,
+    PartsGo,
     PartSpan,
+    SignalSwitches,
     SpanKind,
-    Switch,
     WorldState,
 )
 from vrs_cli.world.grasp import SLACK, part_between
@@ -39,7 +39,7 @@ STANDS = 1e-7  # [m] what would fall less stands
 MOST_AT_ONCE = 1000  # of one instant: rules that drive each other for ever end there
 
 
-class Enter(Happening, frozen=True):
+class ArmEnters(Happening, frozen=True):
     """The arm enters a segment, by its index, of which the part `since` a time [s] counts."""
 
     segment: int
@@ -50,7 +50,7 @@ class Enter(Happening, frozen=True):
         return 2
 
 
-class Unstack(Happening, frozen=True):
+class StackFalls(Happening, frozen=True):
     """What stood on the part in the hand falls, as the arm moves away with it."""
 
     @property
@@ -122,29 +122,29 @@ class Simulation:
         history = self.history
         history.drop(lambda what: what.carried)
         if self._settings.sensing.regions:
-            history.plan(history.now, Enter(self._timeline.index_at(history.now), history.now))
+            history.plan(history.now, ArmEnters(self._timeline.index_at(history.now), history.now))
         if history.get("stack"):
             self._plan_unstack()
 
     def _happen(self, what: Happening) -> None:
         match what:
-            case Arrive(before, after):
+            case FingersArrive(before, after):
                 self._arrive(before, after)
-            case Switch(signal, on):
+            case SignalSwitches(signal, on):
                 self._switch(signal, on)
-            case Feed(feeder):
+            case PartComes(feeder):
                 self._feed(feeder)
-            case Clear(sink):
+            case PartsGo(sink):
                 self._clear(sink)
-            case Land(part, T, on):
+            case PartLands(part, T, on):
                 self.history.drop(_crossing(part))
                 self._come_to_rest(part, T, on)
-            case Cross(body, region, inside):
+            case BodyCrosses(body, region, inside):
                 before = self.history.get(("in", body), frozenset[int]())
                 self._see(body, before | {region} if inside else before - {region})
-            case Enter(segment, since):
+            case ArmEnters(segment, since):
                 self._enter(segment, since)
-            case Unstack():
+            case StackFalls():
                 stack = self.history.get("stack")
                 self.history.set("stack", ())
                 self._fall_from(stack)
@@ -183,9 +183,9 @@ class Simulation:
         history, opening = self.history, self._settings.opening
         before = history.get("hand")
         history.set("hand", event.value)
-        history.drop(lambda what: isinstance(what, Arrive))
+        history.drop(lambda what: isinstance(what, FingersArrive))
         if event.value < before:
-            history.plan(event.time + event.duration, Arrive(before * opening, event.value * opening))
+            history.plan(event.time + event.duration, FingersArrive(before * opening, event.value * opening))
         elif (name := history.get("held")) is not None and event.value * opening > history.get("width") + SLACK:
             self._release(name)
 
@@ -207,15 +207,15 @@ class Simulation:
             history.set(("used", place), 1 if used == len(rule.rows) else used + 1)
             assert rule.sets is not None
             then = now + on_grid(rule.after)
-            history.plan(then, Switch(abs(rule.sets), rule.sets > 0))
+            history.plan(then, SignalSwitches(abs(rule.sets), rule.sets > 0))
             if rule.lasting is not None:
-                history.plan(then + on_grid(rule.lasting), Switch(abs(rule.sets), rule.sets < 0))
+                history.plan(then + on_grid(rule.lasting), SignalSwitches(abs(rule.sets), rule.sets < 0))
         for place, feeder in enumerate(settings.scene.feeders):
             if feeder.when == number:
-                history.plan(now + on_grid(feeder.after), Feed(place))
+                history.plan(now + on_grid(feeder.after), PartComes(place))
         for place, sink in enumerate(settings.scene.sinks):
             if sink.when == number:
-                history.plan(now + on_grid(sink.after), Clear(place))
+                history.plan(now + on_grid(sink.after), PartsGo(place))
 
     def _show(self, signal: int, on: bool) -> None:
         """The state of a sensor goes to its signal; a negative one shows the opposite. 0: to none."""
@@ -263,7 +263,7 @@ class Simulation:
         history.set("held", None)
         history.set("stack", ())
         history.add(GRIPS, (t, None))
-        history.drop(lambda what: isinstance(what, Unstack))
+        history.drop(lambda what: isinstance(what, StackFalls))
         history.drop(_crossing(name))
         self._show(self._settings.scene.gripper.signal, False)
         self._let_go(name, T)
@@ -288,7 +288,7 @@ class Simulation:
         self._span_begins(name, SpanKind.FALLS, T, found.on)
         low = T._replace(pz=T.pz - found.drop)
         put(history, name, settings.solids[name], low)  # what falls after it falls onto it
-        history.plan(history.now + lasting, Land(name, low, found.on))
+        history.plan(history.now + lasting, PartLands(name, low, found.on))
         if settings.sensing.regions:
             self._pass(name, settings.sensing.in_fall(name, T, lasting), 0.0, inf, moved=False)
 
@@ -303,12 +303,12 @@ class Simulation:
     def _plan_unstack(self) -> None:
         """Plan the fall of what stood on the part in the hand, for when the arm moves next."""
         history, timeline = self.history, self._timeline
-        history.drop(lambda what: isinstance(what, Unstack))
+        history.drop(lambda what: isinstance(what, StackFalls))
         t = history.now
         for index in range(timeline.index_at(t), len(timeline)):
             segment = timeline[index]
             if segment.phase is not Phase.REST and segment.finish > t:
-                history.plan(max(segment.start, t), Unstack())
+                history.plan(max(segment.start, t), StackFalls())
                 return
 
     def _fall_from(self, names: Iterable[str]) -> None:
@@ -380,7 +380,7 @@ class Simulation:
             self._watch(SeenBody(held, self.span(held, since).T), index, since)
         if index + 1 < len(self._timeline):
             start = self._timeline[index + 1].start
-            self.history.plan(start, Enter(index + 1, start))
+            self.history.plan(start, ArmEnters(index + 1, start))
 
     def _watch(self, sight: SeenBody, index: int, since: float) -> None:
         segment = self._timeline[index]
@@ -395,7 +395,7 @@ class Simulation:
             s = crossing.time + offset
             if s > 0.0:
                 if s <= until:
-                    history.plan(history.now + s, Cross(body, crossing.region, crossing.inside, moved))
+                    history.plan(history.now + s, BodyCrosses(body, crossing.region, crossing.inside, moved))
             elif crossing.inside:
                 inside.add(crossing.region)
             else:
@@ -420,4 +420,4 @@ class Simulation:
 
 
 def _crossing(body: str) -> Callable[[Happening], bool]:
-    return lambda what: isinstance(what, Cross) and what.body == body
+    return lambda what: isinstance(what, BodyCrosses) and what.body == body

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vrs_cli.values.world import CertainHappening, Land, Pending, SpanKind, WorldState
+from vrs_cli.values.world import CertainHappening, DueHappening, PartLands, SpanKind, WorldState
 from vrs_cli.world.history import CHANGES, GRIPS, WorldHistory
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.support import lift, put
@@ -22,7 +22,7 @@ def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> WorldS
         used=history.items("used"),
         fed=history.items("fed"),
         due=tuple(
-            Pending(due.time, due.what)
+            DueHappening(due.time, due.what)
             for due in history.due
             if isinstance(due.what, CertainHappening) and not due.what.carried
         ),
@@ -53,6 +53,6 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
         for place, count in counts.items():
             history.set((kind, place), count)
     for time, what in state.due:
-        if isinstance(what, Land):
+        if isinstance(what, PartLands):
             put(history, what.part, settings.solids[what.part], what.T)  # what falls after it falls onto it
         history.plan(time, what)
