@@ -138,7 +138,7 @@ def test_a_dragged_tool_stops_before_a_contact() -> None:
         engine.clock.advance(engine.now + TICK)
     assert Limit.CONTACT in holds
     assert engine.position().T_world_tool.px > here.px + 0.05
-    assert session.contacts.first_contact(engine.timeline, begun, engine.end) is None
+    assert session.contacts.first_contact(engine.timeline, begun, engine.end, engine.settings) is None
 
 
 def test_without_the_package_one_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue, TooLate, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -259,7 +260,7 @@ def test_a_branch_with_events_is_merged(engine: Engine) -> None:
 
 
 def test_a_check_may_refuse_an_event(engine: Engine) -> None:
-    def refuse(_timeline: Timeline, delta: TimelineDelta) -> None:
+    def refuse(_timeline: Timeline, delta: TimelineDelta, _settings: Settings) -> None:
         if delta.events is not None:
             raise IllegalValue("touches", "no")
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from vrs_cli.contacts.physics import Ball, Bounds, Physics, Standing, around
 from vrs_cli.contacts.solids import LinkSolids, solids_of_robot, solids_of_shape
-from vrs_cli.contacts.stages import Stage, stages
+from vrs_cli.contacts.stages import Course, Stage, changed_stages, stages
 from vrs_cli.contacts.sweep import Sweep, levers, sums_of
 from vrs_cli.engine.position import finish_after, start_before
 from vrs_cli.kinematics.arm import RobotArm
@@ -102,15 +102,22 @@ class Checker:
         """Return the first contact between two times [s]; None where there is none. `course`: of the parts."""
         return self.first_in(timeline, stages(timeline, course, begin, end))
 
+    def first_changed(self, before: Course, after: Course, since: float, shift: float) -> Contact | None:
+        """Return the first contact from `since` [s] on of what is otherwise than before an edit, which shifts motions
+        by `shift` [s].
+        """
+        return self.first_in(after[0], changed_stages(before, after, since, shift))
+
     def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
-        """Return the first contact in stages that follow each other."""
-        excused: set[Pair] | None = None
+        """Return the first contact in stages that come one after the other."""
+        before: _Search | None = None
         for stage in stages:
-            search = _Search(self, timeline, stage, excused)
+            follows = before is not None and before.stage.end == stage.begin
+            search = _Search(self, timeline, stage, before.excused if before is not None and follows else None)
             contact = search.run()
             if contact is not None:
                 return contact
-            excused = search.excused
+            before = search
         return None
 
     def touching(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> set[int]:
@@ -136,6 +143,9 @@ class _Search:
         self.held = None if stage.held is None else checker.number[stage.held.name]
         in_hand = frozenset[str]() if stage.held is None else {stage.held.name}
         self.ignored = {(self.n, checker.number[name]) for name in stage.gripped | in_hand}
+        self.only = None if stage.only is None else {checker.number[name] for name in stage.only}
+        if self.only is not None and stage.hand_too:
+            self.only.add(self.n)
         self.excused = set(excused or ())
         self.pairs: dict[int, tuple[Pair, list[float], float]] = {}
         self.held_bounds = STANDS
@@ -169,13 +179,18 @@ class _Search:
         """Put the arm, the held part, and the parts that stand in a room of the robot into the model."""
         checker, stage = self.checker, self.stage
         near, (low, high) = [], (corner.tolist() for corner in room)
+        only = self.only
+        wanted = None if only is None or self.n in only or self.held in only else only
         for name, T in stage.standing.items():
+            if wanted is not None and checker.number[name] not in wanted:
+                continue
             ball = checker.part_balls[name]
             x, y, z = moved_point(compose(stage.frames.base, T), ball.centre)
             r = ball.radius
             inside = low[0] < x + r and x - r < high[0] and low[1] < y + r and y - r < high[1]
             if inside and low[2] < z + r and z - r < high[2]:
                 near.append(Standing(checker.number[name], checker.solids[name], T))
+        self.nothing = wanted is not None and not near
         self.physics = checker.physics(sum(len(one.solids) for one in near))
         held = stage.held and Standing(checker.number[stage.held.name], checker.solids[stage.held.name], stage.held.T)
         self.physics.place_base(inverse(stage.frames.base))
@@ -228,6 +243,8 @@ class _Search:
 
     def _counts(self, key: int) -> bool:
         owners = self._known(key)[0]
+        if self.only is not None and self.only.isdisjoint(owners):
+            return False
         return owners not in self.excused and owners not in self.ignored
 
     def _beyond(self, key: int, distance: float) -> float:
@@ -272,6 +289,8 @@ class _Search:
         A pair that touched and slides is looked at ever more seldom. When its distance changes after a long way, it may
         have come apart and touched again between two looks: the search goes back to the first of them.
         """
+        if self.nothing:
+            return None
         t, end = self.stage.begin, self.stage.end
         following, slide, before = t, NUDGE, dict[Pair, float]()
         while True:
@@ -332,7 +351,8 @@ class _Search:
             if distance >= limit:
                 break
             least = min(least, distance)
-        first, second = (checker.names[owner] for owner in owners)
+        moving, other = owners[::-1] if owners[1] == self.held else owners
+        first, second = checker.names[moving], checker.names[other]
         return Contact(t, first, second, place, max(0.0 - least, 0.0), max(limit, 0.0) - least)
 
 

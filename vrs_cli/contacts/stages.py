@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Transform, compose
@@ -13,6 +13,10 @@ from vrs_cli.values.motion import Frames
 from vrs_cli.world.course import WorldCourse
 
 AT_ONCE = 1e-6  # [s] that fingers take at least
+SAME = 1e-6  # [s] two times that differ by no more are one
+SAME_PLACE = 1e-9  # [m] two places
+
+Course = tuple[Timeline, WorldCourse | None]  # a timeline, and its parts; None where there are none
 
 
 class HeldPart(NamedTuple):
@@ -26,7 +30,8 @@ class Stage(NamedTuple):
     """From `begin` to `end` [s]: T_world_part of the parts that stand, and the one in the hand.
 
     `hand`: times [s], and how far the hand is open then. `changed`: parts that were taken, put down or brought when
-    the stage begins. `gripped`: parts that the hand may touch, because it is about to take them.
+    the stage begins. `gripped`: parts that the hand may touch, because it is about to take them. `only`: contacts are
+    looked for of these parts, and of the hand (`hand_too`); None: of everything.
     """
 
     begin: float
@@ -37,6 +42,8 @@ class Stage(NamedTuple):
     hand: tuple[Sequence[float], Sequence[float]]
     changed: frozenset[str] = frozenset()
     gripped: frozenset[str] = frozenset()
+    only: frozenset[str] | None = None
+    hand_too: bool = False
 
 
 def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: float) -> Iterator[Stage]:
@@ -55,6 +62,58 @@ def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: fl
         changed = frozenset(name for t, name in moves if t == since)
         gripped = frozenset([name] if held is None and (name := taken[k]) is not None else [])
         yield Stage(since, until, frames, course.standing(since), in_hand, hand, changed, gripped)
+
+
+def changed_stages(before: Course, after: Course, since: float, shift: float) -> Iterator[Stage]:
+    """Yield the stages from `since` [s] on in which parts or the hand are otherwise than before an edit, which shifts
+    the motions from then on by `shift` [s] and leaves their paths as they are. No stage is longer than a motion.
+    """
+    if _go_on_alike(before, after, since, shift):
+        return
+    timeline, course = after
+    tail = range(timeline.index_at(since) + 1, len(timeline))
+    begins = [timeline[i].start for i in tail if timeline[i].motion.number != timeline[i - 1].motion.number]
+    for begin, end in pairwise([since, *begins, timeline.end]):
+        for stage in stages(timeline, course, begin, end) if end > begin else ():
+            found = list(stages(*before, stage.begin - shift, stage.end - shift))
+            was = [one for one in found if one.end - one.begin > SAME] or found  # one of rounding is none
+            parts = frozenset(name for one in was for name in _other_parts(one, stage))
+            hand = any(
+                not _same_rows(zip(*one.hand, strict=True), zip(*stage.hand, strict=True), shift=shift) for one in was
+            )
+            if parts or hand:
+                yield stage._replace(only=parts, hand_too=hand)
+
+
+def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> bool:
+    """Return whether hand and parts begin alike and change at the same times: as all follows from that and from the
+    motions, it goes on alike.
+    """
+    begun = since - shift
+    first, other = (next(stages(*of, t, t + SAME)) for of, t in ((before, begun), (after, since)))
+    hands = (zip(*_hand(of[0], t, of[0].last), strict=True) for of, t in ((before, begun), (after, since)))
+    moves = ([] if of[1] is None else of[1].moves(t, of[0].last) for of, t in ((before, begun), (after, since)))
+    return not _other_parts(first, other) and _same_rows(*hands, shift=shift) and _same_rows(*moves, shift=shift)
+
+
+def _same_rows(rows: Iterable[tuple[float, object]], others: Iterable[tuple[float, object]], *, shift: float) -> bool:
+    """Return whether rows are equal, with times that are `shift` later in the others [s]."""
+    pairs = zip_longest(rows, others)
+    return all(a and b and a[1] == b[1] and abs(b[0] - a[0] - shift) < 2.0 * SAME for a, b in pairs)
+
+
+def _other_parts(one: Stage, other: Stage) -> set[str]:
+    """Return the parts that stand or are held in another place, or that the hand may touch in one of two stages."""
+    found = set(one.gripped ^ other.gripped)
+    if one.standing != other.standing:
+        names = {*one.standing, *other.standing}
+        found |= {name for name in names if not _same_place(one.standing.get(name), other.standing.get(name))}
+    held = [{} if stage.held is None else {stage.held.name: stage.held.T} for stage in (one, other)]
+    return found | {name for name in {*held[0], *held[1]} if not _same_place(held[0].get(name), held[1].get(name))}
+
+
+def _same_place(T: Transform | None, U: Transform | None) -> bool:
+    return T is not None and U is not None and all(abs(x - y) < SAME_PLACE for x, y in zip(T, U, strict=True))
 
 
 def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[str | None]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from msgspec import structs
 
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import CollisionAhead, IllegalValue, MotionError
 from vrs_cli.extras import how_to_install
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -42,37 +43,50 @@ class ContactWatch:
         tell: Callable[[str], None],
     ) -> None:
         self._engine, self._around, self._tell = engine, around, tell
-        self._checker: Checker | None = None
+        self._last: Checker | None = None
         self._missing = False  # and said
         self.contacts = deque[tuple[str, Contact]](maxlen=MOST_TOLD)  # that were told, with the texts of their motions
         self._number = 0  # of the motion of the last one
         engine.checks.append(self.check)
 
-    @property
-    def refuses(self) -> bool:
-        """Return whether a motion that touches is refused."""
-        return self._engine.settings.switch("COLLISION")
-
-    def check(self, timeline: Timeline, delta: TimelineDelta) -> None:
+    def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> None:
         """Raises CollisionAhead for a change after which something touches, where that is refused."""
-        moves = any(segment.motion.kind is not MotionKind.REST for segment in delta.segments)
-        of_hand = delta.events is not None and any(event.channel == HAND for event in delta.events.events)
-        if not (moves or of_hand) or (self._around()[1] is None and not self.refuses):
+        refuses = settings.switch("COLLISION")
+        if self._around()[1] is None and not refuses:
             return
-        found = self.first_contact(timeline.apply(delta), delta.cut, _end(delta))
+        found, said, after = None, "", timeline.apply(delta)
+        moves = any(segment.motion.kind is not MotionKind.REST for segment in delta.segments)
+        if moves or (delta.events is not None and any(event.channel == HAND for event in delta.events.events)):
+            found = self.first_contact(after, delta.cut, _end(delta), settings)
+        if found is None:
+            found = self._later(timeline, after, delta, settings)
+            said = f" (on {after.locate(found.t)[0].motion.text})" if found is not None else ""
         if found is None:
             return
         text = delta.motion.text or "the motion"
-        if self.refuses:
+        said = f"{text}: {found.said()}{said}"
+        if refuses:
             hint = "DISABLE COLLISION lets it begin all the same"
-            raise CollisionAhead(
-                f"{text}: {found.said()}", hint, value=found.depth, lower=found.needed, place=found.place
-            )
+            raise CollisionAhead(said, hint, value=found.depth, lower=found.needed, place=found.place)
         if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
             return  # one more target of a motion that was told
         self._number = delta.motion.number
         self.contacts.append((text, found))
-        self._tell(f"{text}: {found.said()}")
+        self._tell(said)
+
+    def _later(self, before: Timeline, after: Timeline, delta: TimelineDelta, settings: Settings) -> Contact | None:
+        """Return the first contact of motions that are only shifted, with what a change gives another place: their
+        paths are what they were, but the hand may hold another part, and parts may stand in their way.
+        """
+        times = [delta.segments[-1].finish] if delta.segments else []
+        if not times and delta.events is not None:
+            times = [event.time for event in delta.events.events]
+        since, world = min(times, default=after.end), self._around()[1]
+        checker = self._checker(settings) if since < after.end else None
+        if checker is None:
+            return None
+        old, new = (None if world is None else world.course(one) for one in (before, after))
+        return checker.first_changed((before, old), (after, new), since, delta.shift)
 
     def ahead(self, move: Move) -> Contact | None:
         """Return the first contact of a motion that would begin now, with its time from then on; None too for one that
@@ -82,15 +96,15 @@ class ContactWatch:
             delta = self._engine.trial(move)
         except (MotionError, IllegalValue):
             return None
-        found = self.first_contact(self._engine.timeline.apply(delta), delta.cut, _end(delta))
+        found = self.first_contact(self._engine.timeline.apply(delta), delta.cut, _end(delta), self._engine.settings)
         return None if found is None else structs.replace(found, t=found.t - delta.executed)
 
-    def first_contact(self, timeline: Timeline, begin: float, end: float) -> Contact | None:
+    def first_contact(self, timeline: Timeline, begin: float, end: float, settings: Settings) -> Contact | None:
         """Return the first contact between two times [s]; None too where nothing is checked."""
-        scene, world = self._around()
-        if (scene.empty and not self.refuses) or end <= begin or not self._available():
+        checker = self._checker(settings) if end > begin else None
+        if checker is None:
             return None
-        checker = self._checker_of(scene)
+        world = self._around()[1]
         return checker.first_contact(timeline, begin, end, world.course(timeline) if world is not None else None)
 
     def _available(self) -> bool:
@@ -101,13 +115,17 @@ class ContactWatch:
             self._tell(f"contacts are not checked: that needs mujoco-core ({how_to_install('mujoco-core')})")
         return False
 
-    def _checker_of(self, scene: CellScene) -> Checker:
+    def _checker(self, settings: Settings) -> Checker | None:
+        """Return what looks for contacts; None where nothing does."""
+        scene = self._around()[0]
+        if (scene.empty and not settings.switch("COLLISION")) or not self._available():
+            return None
         from vrs_cli.contacts.checker import Checker
 
-        clearance = float(self._engine.settings.parameters["CLEARANCE"]) * MM
-        known = self._checker
+        clearance = float(settings.parameters["CLEARANCE"]) * MM
+        known = self._last
         if known is None or known.scene is not scene or known.clearance != clearance:
-            known = self._checker = Checker(self._engine.arm, scene, clearance)
+            known = self._last = Checker(self._engine.arm, scene, clearance)
         return known
 
 

@@ -280,14 +280,14 @@ class Book:
         self.told(deltas)
         return before
 
-    def redo(self, count: int) -> Parts[float]:
+    def redo(self, count: int, check: Callable[[Timeline, TimelineDelta], None] | None = None) -> Parts[float]:
         """Do again the commands that were taken back last, all of them or none, and return the clock [s] after them.
-        Raises as `undo` does.
+        `check` may refuse each. Raises as `undo` does.
         """
         undone, version = self.history.last_undone(count), self.timeline.version
         again = (one.step.present(version + number) for number, one in enumerate(undone))
         done_again = (delta._replace(cause=Cause.REDO) for delta in again)
-        deltas, timeline = yield from self._planned(done_again)
+        deltas, timeline = yield from self._planned(done_again, check)
         self._change(deltas, timeline)
         for _ in undone:
             self.history.do_again()
@@ -310,16 +310,20 @@ class Book:
             self.deltas.put_away(old, window.store)
             window.let_go(self.timeline, deltas, self.history.commands, self.number)
 
-    def _planned(self, deltas: Iterable[TimelineDelta]) -> Parts[tuple[list[TimelineDelta], Timeline]]:
-        """Apply changes one after the other to a timeline that nobody has yet, and return both. Raises RequestRefused
-        if another change took place meanwhile.
+    def _planned(
+        self, deltas: Iterable[TimelineDelta], check: Callable[[Timeline, TimelineDelta], None] | None = None
+    ) -> Parts[tuple[list[TimelineDelta], Timeline]]:
+        """Apply changes one after the other to a timeline that nobody has yet, and return both. `check` is asked before
+        each. Raises RequestRefused if another change took place meanwhile.
         """
         before = timeline = self.timeline
         planned: list[TimelineDelta] = []
         for number, delta in enumerate(deltas, 1):
+            if check is not None:
+                check(timeline, delta)
             timeline = timeline.apply(delta)
             planned.append(delta)
-            if not number % AT_ONCE:
+            if check is not None or not number % AT_ONCE:
                 yield
                 self.check_same(before)
         return planned, timeline

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import takewhile
 
 from msgspec import Struct, structs
 
@@ -227,6 +228,7 @@ class Branches:
         left, main = self._left(branch), self._left(self._main)
         steps: Sequence[HistoryStep] = ()
         if branch.fork.leaves(main.book):
+            yield from self._check_again(branch.fork, main, left.book)
             main.book.follow(left.book)
             merged = structs.replace(left, book=main.book)
         else:
@@ -237,6 +239,22 @@ class Branches:
         self.engine.take_up(merged)
         del self._made[(self.who, name.lower())]
         return sum(not step.recorded for step in steps)
+
+    def _check_again(self, fork: Fork, main: Bookmark, other: Book) -> Parts[None]:
+        """Ask the engine's checks about the commands of a branch, with the settings of main."""
+        other.end_stream()
+        begun, timeline = (main.book.timeline, other.timeline), main.book.timeline
+        done, known = other.history.done, fork.done
+        same = sum(1 for _ in takewhile(lambda pair: pair[0] is pair[1], zip(done, known, strict=False)))
+        for step in reversed(known[same:]):  # the branch has undone it
+            timeline = timeline.apply(step.taking_back(timeline.version))
+        for step in done[same:]:
+            delta = step.present(timeline.version)
+            self.engine.check(timeline, delta, main.settings)
+            timeline = timeline.apply(delta)
+            yield
+            main.book.check_same(begun[0])
+            other.check_same(begun[1])
 
     def _planned_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark
@@ -258,7 +276,7 @@ class Branches:
             numbers[step.delta.motion.number] = number
             if motion.kind in (MotionKind.EVENT, MotionKind.RECORDED):
                 delta = _set_again(step.delta, motion, old, timeline, numbers)
-                self.engine.check(timeline, delta)
+                self.engine.check(timeline, delta, main.settings)
                 planned.append(HistoryStep.of(timeline, delta, clock, step.insert))
                 timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
                 continue
@@ -271,7 +289,7 @@ class Branches:
             except MotionError as error:
                 what = f"when {motion.text or 'a motion'} of {name} is planned again on main"
                 raise error.reworded(f"{what}: {error.detail}") from None
-            self.engine.check(timeline, delta)
+            self.engine.check(timeline, delta, main.settings)
             planned.append(HistoryStep.of(timeline, delta, clock, step.insert))
             timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
             if motion.start is not Start.AT:

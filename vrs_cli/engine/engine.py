@@ -113,7 +113,7 @@ class Engine:
         self.settings = Settings().after(SetParameter("PROFILE", model.profile))
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
-        self.checks: list[Callable[[Timeline, TimelineDelta], None]] = []  # may refuse a change before it is made
+        self.checks: list[Callable[[Timeline, TimelineDelta, Settings], None]] = []  # each may refuse a change
         self.turned: list[Callable[[ToolTurning], None]] = []  # the same, of those that are `NOTICEABLE`
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
@@ -407,10 +407,12 @@ class Engine:
             self.check(self.timeline, delta)
         self.book.commit([HistoryStep.of(timeline, delta, self.now, insert=True, altered=self.settings.alter)])
 
-    def check(self, timeline: Timeline, delta: TimelineDelta) -> None:
-        """Ask all `checks` about a change of a timeline before it is made. Raises what they raise."""
+    def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings | None = None) -> None:
+        """Ask all `checks` about a change of a timeline before it is made, with the present settings or others. Raises
+        what they raise.
+        """
         for check in self.checks:
-            check(timeline, delta)
+            check(timeline, delta, settings or self.settings)
 
     # --- standing still ---
 
@@ -552,14 +554,14 @@ class Engine:
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
         """Do again what `undo` took back last; timeline and clock are as before that: all or none. Their texts. Raises
-        UsageError, TooLate for one whose time has passed in real time, FileError.
+        UsageError, TooLate for one whose time has passed in real time, FileError, and what the `checks` raise.
         """
         return whole(self.redoing(count))
 
     def redoing(self, count: int) -> Parts[tuple[str, ...]]:
         """`redo`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
         steps = [one.step for one in self.book.history.last_undone(count)]
-        return self._through_history(steps, self.book.redo(count))
+        return self._through_history(steps, self.book.redo(count, self.check if self.checks else None))
 
     def _through_history(self, steps: Iterable[HistoryStep], change: Parts[float]) -> Parts[tuple[str, ...]]:
         deltas = [step.delta for step in steps]
