@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement
 from math import dist
 from random import Random
 
@@ -9,15 +10,20 @@ import pytest
 
 pytest.importorskip("mujoco")
 
+from tests.contacts.cases import random_turn
 from tests.robots import KINDS
+from vrs_cli.contacts.checker import MARGIN
 from vrs_cli.contacts.physics import Physics, Standing
-from vrs_cli.contacts.solids import Solid, SolidForm, solids_of_robot
+from vrs_cli.contacts.solids import Solid, SolidForm, solids_of_robot, solids_of_shape
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import position, translation
+from vrs_cli.kinematics.transform import at_position, compose, inverse, position, translation
+from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, SphereShape
+from vrs_cli.world.solids import Solid as WorldSolid
+from vrs_cli.world.solids import separation, solids_of
 
 BALL = Solid(SolidForm.BALL, (0.05, 0.0, 0.0))
-BOX = Solid(SolidForm.BOX, (0.05, 0.05, 0.05))
+(BOX,) = solids_of_shape(BoxShape((0.1, 0.1, 0.1)))
 WEDGE = Solid(SolidForm.HULL, points=((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)))
 
 
@@ -50,6 +56,39 @@ def test_parts_in_slots_are_seen_where_they_are_put(solid: Solid) -> None:
     assert {physics.owners_of(key) for key, _ in physics.near(ready)} == {(51, 52)}
     physics.fill([])
     assert not physics.near(ready)
+
+
+def solids_beside() -> list[tuple[Solid, WorldSolid]]:
+    """Return solids of each form, each with the same one for the world's own search for distances (GJK)."""
+    wedge = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.02), (0.0, 0.1, 0.0), (0.01, 0.0, 0.1), (0.05, 0.06, 0.08))
+    shapes = (BoxShape((0.34, 0.34, 0.024)), CylinderShape(0.03, 0.2), SphereShape(0.05), MeshShape((wedge,), ""))
+    found = [(solids_of_shape(shape)[0], solids_of(shape)[0]) for shape in shapes]
+    rod = Solid(SolidForm.CAPSULE, (0.02, 0.1, 0.0)), solids_of(Beam((0.0, 0.0, -0.1), (0.0, 0.0, 0.1), 0.02))[0]
+    return [*found, rod]
+
+
+@pytest.mark.parametrize(("first", "second"), combinations_with_replacement(range(5), 2))
+def test_distances_are_those_of_another_method(first: int, second: int) -> None:
+    """MuJoCo's own way to compare two boxes misses them where they have margins, or is millimetres off."""
+    rng, model, solids = Random(7), load_robot("puma560"), solids_beside()
+    (one, here), (other, there) = solids[first], solids[second]
+    physics, flange = Physics(model, (), kinds=(one, other), slots=1, grips=1), link_frames(model, (0.0,) * 6)[-1]
+    physics.margin(MARGIN)
+    compared = 0
+    for _ in range(400):
+        places = [at_position(random_turn(rng), *(rng.uniform(-0.15, 0.15) for _ in range(3))) for _ in range(2)]
+        T_flange_one, T_flange_other = places
+        true = separation(here, compose(inverse(T_flange_other), T_flange_one), there).distance
+        physics.fill([Standing(50, (other,), compose(flange, T_flange_other))], Standing(51, (one,), T_flange_one))
+        near = [distance for _, distance in physics.near((0.0,) * 6)]
+        if 1e-4 < true < MARGIN - 1e-4:
+            compared += 1
+            assert min(near) == pytest.approx(true, abs=2e-5)
+        elif true > MARGIN:
+            assert not near
+        elif true == 0.0:
+            assert min(near) < 1e-5
+    assert compared > 20
 
 
 def test_distances_are_those_between_the_solids() -> None:

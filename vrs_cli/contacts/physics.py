@@ -38,7 +38,6 @@ TYPES = {
     SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
     SolidForm.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
     SolidForm.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
-    SolidForm.BOX: mujoco.mjtGeom.mjGEOM_BOX,
     SolidForm.HULL: mujoco.mjtGeom.mjGEOM_MESH,
 }
 ALIKE = 1e-9  # [m, rad] two axes are one

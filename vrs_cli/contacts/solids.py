@@ -1,14 +1,16 @@
 """Convex solids that stand for the links of an arm, and for what is in a scene, when contacts are looked for.
 
-A link has the solids of its shapes (`kinematics.bodies`): a box, a cylinder or a capsule stands for itself; a cone, a
-slab and a capsule of two radii stand as the convex hull of points on them; a mesh file stands as its convex hull. A
-link whose mesh cannot be read has capsules along it, as every link of a robot of which only the links are known.
+A link has the solids of its shapes (`kinematics.bodies`): a cylinder or a capsule stands for itself, a box as the hull
+of its corners (MuJoCo has a way of its own to compare two boxes, which misses some that are near); a cone, a slab and a
+capsule of two radii stand as the convex hull of points on them; a mesh file stands as its convex hull. A link whose
+mesh cannot be read has capsules along it, as every link of a robot of which only the links are known.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from enum import Enum
+from itertools import product
 from math import acos, cos, hypot, pi, sin
 from pathlib import Path
 from typing import NamedTuple
@@ -43,12 +45,11 @@ SHORT = 1e-9  # [m] no length
 
 
 class SolidForm(Enum):
-    """How the sizes of a solid are read: half of each size of a box; radius, and half the length along z."""
+    """How the sizes of a solid are read: radius, and half the length along z. A hull has none."""
 
     BALL = "ball"
     CAPSULE = "capsule"
     CYLINDER = "cylinder"
-    BOX = "box"
     HULL = "hull"
 
 
@@ -89,7 +90,7 @@ def solids_of_shape(shape: Shape) -> tuple[Solid, ...]:
     """Return the solids of a part or a fixture, in its own frame."""
     match shape:
         case BoxShape(size):
-            return (Solid(SolidForm.BOX, scaled(size, 0.5)),)
+            return (_box(size),)
         case CylinderShape(radius, height):
             return (Solid(SolidForm.CYLINDER, (radius, 0.5 * height, 0.0)),)
         case SphereShape(radius):
@@ -104,7 +105,7 @@ def solid_of(body: Body) -> Solid:
     """
     match body:
         case Box(size, pose):
-            return Solid(SolidForm.BOX, scaled(size, 0.5), pose)
+            return _box(size, pose)
         case Capsule(start, end, (r, s)) if r == s:
             if hypot(*subtracted(end, start)) < SHORT:
                 return Solid(SolidForm.BALL, (r, 0.0, 0.0), translation(*start))
@@ -121,6 +122,11 @@ def solid_of(body: Body) -> Solid:
             mesh = load_mesh(Path(path))
             points = np.unique(mesh.vertices * (metres_of(mesh.units) * np.array(scale)), axis=0)
             return Solid(SolidForm.HULL, pose=pose, points=tuple(map(tuple, points.tolist())))
+
+
+def _box(size: Vector, pose: Transform = IDENTITY) -> Solid:
+    x, y, z = scaled(size, 0.5)
+    return Solid(SolidForm.HULL, pose=pose, points=tuple(product((-x, x), (-y, y), (-z, z))))
 
 
 def _upright(form: SolidForm, start: Vector, end: Vector, radius: float) -> Solid:
