@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, cast
 
 from msgspec import Struct
 
@@ -12,31 +12,14 @@ from vrs_cli.files.cell_text import FARTHEST, CellEntry
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
-from vrs_cli.teach.exercise_text import ExerciseText, Read
-from vrs_cli.teach.places import ModelPlace, Place
+from vrs_cli.teach.check_kind import REQUIRED, BaseCheck, CheckKind, Key
+from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.places import Place
+from vrs_cli.teach.state_checks import STATE_KINDS, StateCheck
 from vrs_cli.trajectory.instant import LATEST
 
 MAX_POINTS = 1000.0
 NO_OFFSET: Vector = (0.0, 0.0, 0.0)
-
-
-class BaseCheck(Struct, frozen=True, kw_only=True):
-    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason."""
-
-    name: str
-    points: float = 1.0
-    hint: str = ""
-    hidden: bool = False
-    partial: bool = True
-
-    @property
-    def needs_model(self) -> bool:
-        """Return whether it compares with the run of the model solution."""
-        return any(isinstance(one, ModelPlace) for name in self.__struct_fields__ for one in _flat(getattr(self, name)))
-
-
-def _flat(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
 
 
 class ToolAtCheck(BaseCheck, frozen=True, tag="tool_at"):
@@ -85,32 +68,11 @@ class WordsCheck(BaseCheck, frozen=True, tag="words"):
     avoid: tuple[str, ...] = ()
 
 
-AnyCheck = ToolAtCheck | PartAtCheck | NoErrorCheck | TypedCheck | WordsCheck
+AnyCheck = ToolAtCheck | PartAtCheck | NoErrorCheck | TypedCheck | WordsCheck | StateCheck
 
 # --- the table ----------------------------------------------------------------------------------------------------
 
 
-class Key(NamedTuple):
-    """A key of a kind: how its value is read, what it means; `default`: what holds without it, REQUIRED: it must be
-    there.
-    """
-
-    name: str
-    read: Read
-    what: str
-    default: Any
-
-
-class CheckKind(NamedTuple):
-    """A kind of check. `what`: what it looks at. `partial`: how a part of the points is earned; "": all or nothing."""
-
-    check: type[AnyCheck]
-    what: str
-    partial: str
-    keys: tuple[Key, ...]
-
-
-REQUIRED = "required"
 WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # of the language
 
 
@@ -196,6 +158,7 @@ KINDS: Mapping[str, CheckKind] = {
             Key("avoid", _words, "words that must not be used", ()),
         ),
     ),
+    **STATE_KINDS,
 }
 
 
@@ -227,4 +190,4 @@ def read_check(text: ExerciseText, entry: CellEntry) -> AnyCheck | None:
             values[key.name] = key.read(text, entry, key.name)
         elif key.name != "name":
             values[key.name] = key.default
-    return kind.check(**values) if len(text.wrong) == wrong else None
+    return cast(AnyCheck, kind.check(**values)) if len(text.wrong) == wrong else None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from vrs_cli.engine.settings import Settings
 from vrs_cli.files.store import may_be_called
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import TypedLine
@@ -32,7 +33,7 @@ class Evidence(Struct, frozen=True):
     ended. `course`: of parts, sensors and rules; None where the cell has none. `contacts`: that were told, with the
     texts of their motions. `fault`: of the program; `outcome` None while it runs. `steps`: that programs have done.
     `programs`: of the submission that may run, as trees, without those that the exercise gives. `dialect`: in which
-    they are read.
+    they are read. `undone`: the commands that are taken back, and that REDO would do again.
     """
 
     arm: RobotArm
@@ -50,6 +51,8 @@ class Evidence(Struct, frozen=True):
     programs: tuple[Program, ...]
     dialect: Dialect
     variables: Mapping[Item, Value]
+    settings: Settings
+    undone: int
 
     @property
     def end(self) -> float:
@@ -89,4 +92,6 @@ def evidence_of(
         programs=tuple(program for key, program in known.items() if key not in given),
         dialect=station.dialect,
         variables=station.environment.values(),
+        settings=engine.settings,
+        undone=len(engine.book.history.undone),
     )

@@ -7,11 +7,13 @@ from typing import Any
 
 from msgspec import Struct
 
-from vrs_cli.teach.checks import AnyCheck, BaseCheck, NoErrorCheck, PartAtCheck, ToolAtCheck, TypedCheck, WordsCheck
+from vrs_cli.teach.check_kind import BaseCheck
+from vrs_cli.teach.checks import AnyCheck, NoErrorCheck, PartAtCheck, ToolAtCheck, TypedCheck, WordsCheck
 from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.judging.basis import Basis
 from vrs_cli.teach.judging.ends import judge_no_error, judge_part_at, judge_tool_at
+from vrs_cli.teach.judging.state import STATE_JUDGES
 from vrs_cli.teach.judging.texts import judge_typed, judge_words
 from vrs_cli.teach.verdict import Verdict, rounded
 
@@ -43,6 +45,7 @@ JUDGES: Mapping[type[BaseCheck], Callable[[Any, Evidence, Basis], Verdict]] = {
     NoErrorCheck: judge_no_error,
     TypedCheck: judge_typed,
     WordsCheck: judge_words,
+    **STATE_JUDGES,
 }
 
 

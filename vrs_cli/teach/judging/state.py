@@ -1,0 +1,249 @@
+"""Judges the state of a robot: joints, variables, settings, one motion, the timeline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
+from math import degrees, inf
+from typing import Any
+
+from msgspec import Struct
+
+from vrs_cli.engine.position import joints_at, position_at
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.tool_path import ToolPath, distance_from_line
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compose, distance, position
+from vrs_cli.teach.check_kind import BaseCheck
+from vrs_cli.teach.evidence import Evidence
+from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.state_checks import (
+    ConfigurationCheck,
+    JointsCheck,
+    LocationCheck,
+    MotionCheck,
+    PassesCheck,
+    PhasesCheck,
+    ProgramCheck,
+    SettingCheck,
+    UndoneCheck,
+    ValueRange,
+    VariableCheck,
+    When,
+)
+from vrs_cli.teach.verdict import Verdict, exceeds, falls_short, rounded, written
+from vrs_cli.trajectory.segment import Phase
+from vrs_cli.values.motion import Motion, MotionKind
+
+PATH_ERROR = 1e-5  # [m] of the lines that stand for the way of the tool
+MOVES = (MotionKind.JOINT, MotionKind.STRAIGHT)
+
+
+def _verdict(right: bool, reason: str, at: float | None = None) -> Verdict:
+    """Return all points or none: what is asked of a state is so, or is not."""
+    return Verdict(float(right), reason, at)
+
+
+# --- joints and places ------------------------------------------------------------------------------------------------
+
+
+def judge_joints(check: JointsCheck, evidence: Evidence, basis: Basis) -> Verdict:
+    """Judge the joints at the end, at a time, or at the ends of motions."""
+    units, step = evidence.arm.model.units, basis.rounding.deg
+
+    def fits(q: Joints) -> bool:
+        pairs = zip(units.shown(q), check.at, strict=False)
+        return all(wanted is None or not exceeds(abs(one - wanted), check.deg, step) for one, wanted in pairs)
+
+    if check.time is None and check.when is When.PASSED:
+        ends = [one.end for one in commanded(evidence)]
+        count = sum(fits(joints_at(evidence.arm, evidence.timeline, end)) for end in ends)
+        return _verdict(count >= check.count, f"{count} motions ended there, {check.count} are wanted")
+    t = evidence.end if check.time is None else check.time
+    q = joints_at(evidence.arm, evidence.timeline, t)
+    shown = ", ".join(written(one, step) for one in units.shown(q))
+    return _verdict(fits(q), f"the joints are {shown} at {written(t, basis.rounding.s)} s", t)
+
+
+def judge_location(check: LocationCheck, evidence: Evidence, basis: Basis) -> Verdict:
+    """Judge the value of a location."""
+    found: Transform | None = None
+    for item in check.of.items:
+        value = evidence.variables.get(item)
+        if not isinstance(value, Transform):
+            return _verdict(False, f"{check.of.text} is not defined")
+        found = value if found is None else compose(found, value)
+    wanted = basis.place(check.at)
+    assert found is not None, "a name has a part"
+    far, off = 1000.0 * distance(found, wanted), degrees(angle_between(found, wanted))
+    text = f"{check.of.text} is {written(far, basis.rounding.mm)} mm from the place that is wanted"
+    right = not exceeds(far, check.mm, basis.rounding.mm)
+    if check.deg is not None:
+        text += f", turned by {written(off, basis.rounding.deg)} deg"
+        right &= not exceeds(off, check.deg, basis.rounding.deg)
+    return _verdict(right, text)
+
+
+def judge_configuration(check: ConfigurationCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+    """Judge the configuration at the end."""
+    q = joints_at(evidence.arm, evidence.timeline, evidence.end)
+    words = str(evidence.arm.configuration(q)).split()
+    return _verdict(set(check.words) <= set(words), f"the arm is {' '.join(words)}", evidence.end)
+
+
+# --- values -----------------------------------------------------------------------------------------------------------
+
+
+def judge_variable(check: VariableCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+    """Judge the value of a variable."""
+    value = evidence.variables.get(check.of.items[0])
+    if value is None:
+        return _verdict(False, f"{check.of.text} has no value")
+    if isinstance(value, float | int) and isinstance(check.value, float):
+        right = abs(value - check.value) <= check.within + 1e-9
+    else:
+        right = value == check.value
+    shown = f"{value:.7g}" if isinstance(value, float) else str(value)
+    return _verdict(right, f"{check.of.text} is {shown}")
+
+
+def judge_setting(check: SettingCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+    """Judge a switch or a parameter."""
+    value = _setting(evidence.settings, check.of)
+    return _verdict(value == check.value, f"{check.of} is {value}")
+
+
+def _setting(settings: Settings, name: str) -> float | str:
+    if name in settings.switches:
+        return "ON" if settings.switches[name] else "OFF"
+    return settings.parameters[name]
+
+
+def judge_program(check: ProgramCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+    """Judge whether a program is in memory."""
+    there = any(one.key == check.of for one in evidence.programs)
+    return _verdict(there, f"there is {'a' if there else 'no'} program {check.of}")
+
+
+def judge_undone(check: UndoneCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+    """Judge how many commands are taken back."""
+    return _verdict(evidence.undone >= check.commands, f"commands taken back: {evidence.undone}")
+
+
+# --- the timeline -----------------------------------------------------------------------------------------------------
+
+
+class CommandedMotion(Struct, frozen=True):
+    """A motion as it is on the timeline: what was commanded, and when it begins and ends [s]."""
+
+    motion: Motion
+    begin: float
+    end: float
+
+
+def commanded(evidence: Evidence) -> list[CommandedMotion]:
+    """Return the motions that begin in the step, in the order of their commands. A motion that another one cuts ends
+    there.
+    """
+    found = dict[int, CommandedMotion]()
+    for segment in evidence.timeline:
+        motion = segment.motion
+        if motion.number and motion.kind in MOVES and segment.duration > 0.0:
+            begin = found[motion.number].begin if motion.number in found else segment.start
+            found[motion.number] = CommandedMotion(motion, begin, segment.finish)
+    return [one for _, one in sorted(found.items()) if one.begin >= evidence.started]
+
+
+def judge_motion(check: MotionCheck, evidence: Evidence, basis: Basis) -> Verdict:
+    """Judge one motion of the step."""
+    motions = commanded(evidence)
+    if not motions:
+        return _verdict(False, "nothing has moved in this step")
+    wrong = [_wrong(check, one, evidence, basis) for one in (motions[-1:] if check.last else motions)]
+    return _verdict(
+        "" in wrong, next(filter(None, reversed(wrong)), "the motion is as it is wanted"), motions[-1].begin
+    )
+
+
+def _wrong(check: MotionCheck, one: CommandedMotion, evidence: Evidence, basis: Basis) -> str:
+    """Return what a motion does not fulfil; empty where it does."""
+    arm, timeline, step = evidence.arm, evidence.timeline, basis.rounding.s
+    if check.space not in (None, one.motion.kind):
+        return f"{one.motion.text} is a motion in {one.motion.kind.value} space"
+    if check.profile not in (None, one.motion.profile):
+        return f"{one.motion.text} has the profile {one.motion.profile.name}"
+    if check.seconds is not None and not _inside(one.end - one.begin, check.seconds, step):
+        return f"{one.motion.text} takes {written(one.end - one.begin, step)} s"
+    if check.begins is not None and exceeds(abs(one.begin - check.begins), 0.0, step):
+        return f"{one.motion.text} begins at {written(one.begin, step)} s"
+    ends = [position_at(arm, timeline, t) for t in (one.begin, one.end)]
+    if check.mm is not None:
+        far = 1000.0 * distance(ends[0].T_world_tool, ends[1].T_world_tool)
+        if not _inside(far, check.mm, basis.rounding.mm):
+            return f"{one.motion.text} ends {written(far, basis.rounding.mm)} mm from where it begins"
+    turning = sum(abs(a - b) > 1e-9 for a, b in zip(ends[0].joints, ends[1].joints, strict=True))
+    if turning < check.joints:
+        return f"{one.motion.text} turns {turning} joints"
+    record = next((record for record in evidence.commands if record.number == one.motion.number), None)
+    if record is None:
+        return f"it is not known when {one.motion.text} was commanded"
+    if check.displaced is not None and record.displaced is not check.displaced:
+        return f"{record.text} begins {'at another' if record.displaced else 'at the'} time than was asked"
+    if falls_short(record.executed - record.issued, check.lead, step):
+        return f"{record.text} begins {written(record.executed - record.issued, step)} s after its command"
+    return ""
+
+
+def _inside(value: float, span: ValueRange, step: float) -> bool:
+    return not falls_short(value, span.least, step) and not exceeds(value, span.most, step)
+
+
+def judge_phases(check: PhasesCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+    """Judge the phases of the segments, without those of no length."""
+    phases = [one.phase for one in evidence.timeline if one.motion.number and one.duration > 0.0]
+    order, length = list(check.order), len(check.order)
+    places = range(len(phases) - length + 1)
+    right = phases == order if check.only else any(phases[at : at + length] == order for at in places)
+    return _verdict(right, f"the timeline has {', '.join(_shortened(phases)) or 'no motion'}")
+
+
+def _shortened(phases: list[Phase]) -> Iterator[str]:
+    names = [one.value for one in phases]
+    yield from names if len(names) <= 12 else [*names[:6], "...", *names[-6:]]
+
+
+def judge_passes(check: PassesCheck, evidence: Evidence, basis: Basis) -> Verdict:
+    """Judge how near the tool comes to a place in the step."""
+    place = position(basis.place(check.at))
+    near, t = _nearest(evidence, place)
+    step = basis.rounding.mm
+    if near == inf:
+        return _verdict(False, "nothing has moved in this step")
+    text = f"the tool comes within {written(1000.0 * near, step)} mm of the place"
+    return _verdict(_inside(1000.0 * near, check.mm, step), text, rounded(t, basis.rounding.s))
+
+
+def _nearest(evidence: Evidence, place: Vector) -> tuple[float, float]:
+    """Return the least distance of the tool's tip from a place [m], and the time [s]."""
+    lines = ToolPath(evidence.arm, PATH_ERROR).lines(evidence.timeline, evidence.started, evidence.end)
+    found = (inf, evidence.started)
+    for line in lines:
+        if line.begin >= evidence.started:
+            points = zip(line.times, line.points, strict=True)
+            for (t, a), (_, b) in pairwise(points):
+                found = min(found, (distance_from_line(place, a, b), line.offset + t))
+    return found
+
+
+STATE_JUDGES: Mapping[type[BaseCheck], Callable[[Any, Evidence, Basis], Verdict]] = {
+    JointsCheck: judge_joints,
+    LocationCheck: judge_location,
+    ConfigurationCheck: judge_configuration,
+    VariableCheck: judge_variable,
+    SettingCheck: judge_setting,
+    ProgramCheck: judge_program,
+    UndoneCheck: judge_undone,
+    MotionCheck: judge_motion,
+    PhasesCheck: judge_phases,
+    PassesCheck: judge_passes,
+}
