@@ -24,7 +24,8 @@ from vrs_cli.render.blocks import TextLine
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.console import TerminalRenderer, rich_text
 from vrs_cli.render.scan import scan
-from vrs_cli.repl.interactive import BANNER, IDLE
+from vrs_cli.repl.interactive import IDLE
+from vrs_cli.repl.place import BANNER
 from vrs_cli.repl.terminal import ShellTerminal
 from vrs_cli.repl.toolbar import toolbar
 

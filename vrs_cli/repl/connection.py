@@ -13,6 +13,7 @@ from vrs_cli.interfaces.port.port import Port
 from vrs_cli.interfaces.station.lease import Requested, notice_text
 from vrs_cli.net.messages import At, Drive, Lease, LeaseAct, Present, ServerMessage, Welcome, Who
 from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.repl.place import BANNER
 from vrs_cli.values.acts import Attend
 
 SLASH = "/"  # no line of VAL-II begins with it
@@ -26,6 +27,7 @@ class Remote(Struct):
     told: Callable[[str], None]
 
     remote = lives = waits = True
+    banner = BANNER
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         return ConnectionWords(FrontEnd(terminal, self.port, self.told)).front_end
@@ -37,7 +39,8 @@ class ConnectionWords:
     def __init__(self, front_end: FrontEnd) -> None:
         self.front_end, self._port, self._told = front_end, front_end.port, front_end.told
         self._attended = front_end.terminal.attended
-        front_end.about_connection, front_end.hear_connection, front_end.opening = self.take, self.hear, self._begin
+        front_end.own_lines.append(self.take)
+        front_end.hear_connection, front_end.opening = self.hear, self._begin
 
     def _begin(self) -> None:
         """Ask for what a prompt shows, which comes with the answer to the first request."""

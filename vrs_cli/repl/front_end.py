@@ -46,8 +46,10 @@ class FrontEnd:
         self.terminal, self.port, self.told = terminal, port, told
         self.interrupted = self.failed = False
         self.noted = ""
-        # `repl/connection.py`: carries out a line that is about the connection, and hears what else comes of that
-        self.about_connection: Callable[[str], bool] = lambda _text: False
+        # lines that are no VAL-II: each function carries out a line that is its own, and returns whether it did
+        self.own_lines: list[Callable[[str], bool]] = []
+        self.taken: Callable[[], None] = lambda: None  # is called when a line has been carried out
+        # `repl/connection.py`: hears messages about the connection
         self.hear_connection: Callable[[ServerMessage], None] = lambda _message: None
         self.driven: Driven | None = None  # a robot of this process, whose time goes on while a line is waited for
         self.opening: Callable[[], None] = lambda: None  # what comes before the first line
@@ -69,7 +71,7 @@ class FrontEnd:
         """Carry out a line, or several that were pasted together."""
         self.interrupted = False
         self._breaks = self._count_breaks()
-        if self.about_connection(text):
+        if any(take(text) for take in self.own_lines):
             return
         *parts, last = _parts(text) if self.port.name else [text]
         for part in parts:
@@ -77,6 +79,7 @@ class FrontEnd:
             if end is None or not end.seq or self.interrupted:
                 return
         self.do(partial(Line, text=last), last)
+        self.taken()
 
     def answer(self) -> None:
         """Put the questions that programs have."""

@@ -37,7 +37,6 @@ from vrs_cli.repl.interrupt import Ended, aborting, stoppable
 from vrs_cli.repl.piped import KEEPING_UP, RESTING
 from vrs_cli.repl.place import Place
 from vrs_cli.repl.toolbar import GAP, asked_about, signature_row, toolbar, vi_mode
-from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
@@ -45,7 +44,6 @@ if TYPE_CHECKING:
     from vrs_cli.values.prompt import PromptStatus
 
 V = TypeVar("V")
-BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE = "."
 MENU_ROWS = 6
 LATE = 2000  # lines of the history that are looked at for each key
@@ -173,7 +171,8 @@ class Shell:
 
     def run(self) -> int:
         """Run until EXIT, QUIT or Ctrl-D."""
-        print(BANNER)
+        if self.place.banner:
+            print(self.place.banner)
         for note in self.notes:
             print(note)
         with unechoed(signals=False), aborting(self._send_abort):

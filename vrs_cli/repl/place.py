@@ -3,25 +3,46 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Protocol
 
 from msgspec import Struct, structs
+
+from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
     from vrs_cli.engine.clock import RobotClock
     from vrs_cli.interfaces.dialogue import Terminal
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.front_end import FrontEnd
     from vrs_cli.repl.local_robot import Recorder
     from vrs_cli.values.dialect import Dialect
 
 
-Place: TypeAlias = "Local | Remote"
-"""Where a shell has its robot. `lives`: things happen there while a line is typed; `waits`: something is said or asked
-before the first line; `remote`: an answer takes its time. `front_end` raises VrsError.
-"""
+BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
+
+
+class Place(Protocol):
+    """Where a shell has its robot."""
+
+    @property
+    def lives(self) -> bool:
+        """Return whether things happen there while a line is typed."""
+
+    @property
+    def waits(self) -> bool:
+        """Return whether something is said or asked before the first line."""
+
+    @property
+    def remote(self) -> bool:
+        """Return whether an answer takes its time."""
+
+    @property
+    def banner(self) -> str:
+        """Return what a terminal shows before the first prompt; empty for nothing."""
+
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        """Make the front end of the shell. Raises VrsError."""
 
 
 class Local(Struct):
@@ -40,6 +61,7 @@ class Local(Struct):
     cell: str | None = None
 
     remote = False
+    banner = BANNER
 
     @property
     def lives(self) -> bool:

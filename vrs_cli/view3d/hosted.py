@@ -29,7 +29,8 @@ OPENING = 10.0  # [s] until it listens
 class Hosted:
     """Serves one robot on a free port of this machine. `url` and `tokens`, by who they are for, are what it takes to
     hold it; who does is one user, and does not have to let himself drive. `folder`: its files; `rate`: seconds of its
-    time in one second, None for virtual time; `cell`: what is around it, for which all of its past is kept.
+    time in one second, None for virtual time; `cell`: what is around it, for which all of its past is kept. `session`
+    is changed in the robot's thread alone: `session.actor.call`.
     """
 
     def __init__(
@@ -56,6 +57,7 @@ class Hosted:
             )
             hub.open_all()
             self._left.callback(hub.close)
+            self.session = hub.rooms[model.name].session
             self.url = self._served(server, hub)
         except BaseException:
             self._left.close()
