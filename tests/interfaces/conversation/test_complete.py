@@ -20,6 +20,7 @@ NAMES = DefinedNames(
     }.get,
     switches={"CP": "continuous path", "POWER": "arm power"},
     branches={"trial": "branch"},
+    parts={"box": "part", "part.1": "part", '"old box"': "part"},
     parameters={"HAND.TIME": "", "PROFILE": ""},
 )
 
@@ -56,6 +57,9 @@ EXACT = [
     ("HELP HAND", ["HAND.TIME"]),
     ("PLOT V", ["VELOCITY"]),
     ("PLOT X, T", ["TOOL"]),
+    ("WHERE ", ["FROM", "TO", "STEP", "AT", "IN", "box", "part.1", '"old box"']),
+    ("WHERE p", ["part.1"]),
+    ("WHERE box ", ["FROM", "TO", "STEP", "AT", "IN"]),
     ("WHERE FROM 0 ", ["TO", "STEP", "AT", "IN"]),
     ("WHERE FROM 0 TO 2 S", ["STEP"]),
     ("POINT pall", ["pallet[1]"]),

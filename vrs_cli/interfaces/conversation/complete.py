@@ -13,6 +13,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from heapq import nsmallest
+from itertools import islice
 
 from msgspec import Struct, field
 
@@ -44,18 +45,21 @@ class DefinedNames(Struct, frozen=True):
     switches: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
     branches: Mapping[str, str] = field(default_factory=dict)
+    parts: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, *kinds: Kind) -> dict[str, str]:
         """The variables of some kinds."""
         return {name: note for kind in kinds for name, note in (self.variables(kind) or {}).items()}
 
 
-def names_of(memory: Memory, branches: Iterable[str], begun: str = "") -> DefinedNames:
-    """The first programs and variables (elements of arrays too) whose names begin so; all switches and parameters.
+def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (), begun: str = "") -> DefinedNames:
+    """The first programs, variables (elements of arrays too) and parts of the cell whose names begin so; all switches
+    and parameters. A name that is no word stands in quotes.
     The variables of a kind are collected when they are asked for: most lines need one kind, or none.
     """
     programs, begun = memory.programs, begun.lower()
     first = nsmallest(MOST, (key for key in programs if key.startswith(begun)))
+    written = (name if _NAME.fullmatch(name) else f'"{name}"' for name in parts)
 
     def variables(kind: Kind) -> dict[str, str]:
         return {name: _noted(value, memory.units) for name, value in memory.first_variables(kind, MOST, begun)}
@@ -65,6 +69,7 @@ def names_of(memory: Memory, branches: Iterable[str], begun: str = "") -> Define
         variables=variables,
         switches={row.name: row.summary for row in SWITCHES.values()},
         branches=dict.fromkeys(branches, "branch"),
+        parts=dict.fromkeys(islice((name for name in written if name.lower().startswith(begun)), MOST), "part"),
         parameters={row.name: row.summary for row in PARAMETERS.values()},
     )
 
@@ -82,6 +87,7 @@ def _noted(value: Value, units: JointUnits) -> str:
 LONGEST = 1000  # characters of a line that is completed: searches from its end cost their square
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
+_NAME = re.compile(r"[A-Za-z][\w.]*")
 _LABEL = re.compile(r"^\s*\d+\s+")
 _FIRST = re.compile(r"\s*(\.?[A-Za-z][\w.]*)")
 _GROUP = re.compile(r"\s*\([^()]*\)(?=\s)")
@@ -161,6 +167,7 @@ SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
     Shape.SWITCH: lambda names: names.switches.items(),
     Shape.PARAMETER_NAME: lambda names: names.parameters.items(),
     Shape.BRANCH: lambda names: names.branches.items(),
+    Shape.PART: lambda names: names.parts.items(),
     Shape.INSTRUCTION: lambda _names: _rows(INSTRUCTIONS),
 }
 

@@ -271,12 +271,14 @@ class Conversation:
     def suggesting(self, text: str, everything: bool) -> Dialogue[list[Suggestion]]:
         """Suggest words for the end of a line that is not complete; another thread looks through many names."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
+        world = session.driver.world
+        parts = () if world is None else world.settings.parts
         steps = self.in_program or isinstance(self.user_state.on_screen, ScreenDraft)
         many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
         among = memory.copy() if many else memory
 
         def found() -> list[Suggestion]:
-            names = names_of(among, branches, begun(text))
+            names = names_of(among, branches, parts, begun(text))
             return suggestions(text, names, session.folder, in_program=steps, everything=everything)
 
         return (yield from beside_if(many, found))
