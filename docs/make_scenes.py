@@ -132,6 +132,7 @@ LESSON = (
 )
 RATE = 10.0  # [1/s]
 PROMPT, SCENE = (400, 380), (440, 380)  # [px]
+MOST_LINES = 12  # of the prompt that are seen
 
 
 def drive() -> None:
@@ -156,31 +157,35 @@ def drive() -> None:
 
 
 def pick() -> None:
-    """The program's motions beside the arm, the part and the stand of its cell."""
+    film(acted("pick_and_place", (1.75, 2.05, 0.6), (0.05, 0.3, 0.08)), "pick")
+
+
+def acted(name: str, eye: Vector, aim: Vector) -> list[Image.Image]:
+    """The motions of a sample program beside the arm and the cell of the program, seen from `eye` to `aim` [m]."""
     robot = vrs.Robot()
-    robot.run(ROOT / "programs" / "pick_and_place.v2")
+    robot.run(ROOT / "programs" / f"{name}.v2")
     timeline, arm = robot.timeline, arm_for(load_robot("puma560"))
-    world = World(arm, read_cell(str(ROOT / "programs" / "pick_and_place.toml")))
-    begins = dict[str, float]()
-    for number, segments in groupby(timeline, lambda segment: segment.motion.number):
+    world = World(arm, read_cell(str(ROOT / "programs" / f"{name}.toml")))
+    begins = list[tuple[str, float]]()
+    for _, segments in groupby(timeline, lambda segment: segment.motion.number):
         first = next(segments)
         if first.motion.text not in ("", "TOOL"):
-            begins[f"{first.motion.text}{' ' * number}"] = first.start  # a command may come twice
+            begins.append((first.motion.text, first.start))
     times = np.append(np.arange(0.0, timeline.end, 1.0 / RATE), [timeline.end] * 10)
     with photographing(SCENE) as (client, take):
         place = Place(client, take, SCENE, arm)
-        for node in ("/world", "/tool/name"):
+        for node in ("/world", "/tool"):
             place.hide(node)
-        place.look((2.35, 2.1, 0.85), (0.05, 0.22, 0.13))
+        place.look(eye, aim)
         bodies = SceneBodies(client.scene, world)
         frames = []
         for t in times.tolist():
             position = position_at(arm, timeline, t)
-            place.pose(position.joints, position.hand)
+            place.pose(position.joints, world.course(timeline).opening(t))
             bodies.show(Shown(arm, timeline, t, position, t))
-            said = [line for line, begin in begins.items() if begin <= t]
+            said = [line for line, begin in begins if begin <= t]
             frames.append(row_of(prompt(said, position.T_world_tool), place.picture()))
-    film(frames, "pick")
+    return frames
 
 
 def film(frames: Sequence[Image.Image], name: str) -> None:
@@ -206,7 +211,7 @@ def prompt(said: Sequence[str], T: Sequence[float]) -> Image.Image:
     """The lines that were typed, and where the tool is."""
     picture = Image.new("RGB", PROMPT, DARK)
     drawing, font = ImageDraw.Draw(picture), ImageFont.truetype(MONO, 15)
-    for k, line in enumerate((*said, "")):
+    for k, line in enumerate((*said, "")[-MOST_LINES:]):
         drawing.text((16, 18 + 26 * k), ".", PAPER, font)
         drawing.text((25, 18 + 26 * k), line, (240, 190, 120) if line else PAPER, font)
     x, y, z = (1000.0 * T[k] for k in (3, 7, 11))

@@ -19,7 +19,8 @@ from vrs_cli.kinematics.transform import position
 from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape
 from vrs_cli.view3d.parts import Shown, transform_of
 from vrs_cli.view3d.scene_bodies import DARK, LIT, SceneBodies, region_mesh, shape_mesh
-from vrs_cli.view3d.studio import page
+from vrs_cli.view3d.studio import ArmScene, page
+from vrs_cli.world.course import SpanKind
 from vrs_cli.world.world import World
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
@@ -81,6 +82,19 @@ def test_parts_are_where_the_course_says(server: viser.ViserServer) -> None:
         assert np.allclose(np.array(transform_of(node)), np.array(state.pose), atol=1e-7)
     assert held > 5
     assert position(transform_of(node)) == pytest.approx((0.3, 0.45, -0.2), abs=1e-3)
+
+
+def test_the_fingers_touch_the_part_that_they_hold(server: viser.ViserServer) -> None:
+    robot = vrs.Robot()
+    robot.run(PROGRAMS / "pick_and_place.v2")
+    world = World(ARM, read_cell(str(PROGRAMS / "pick_and_place.toml")))
+    course, scene = world.course(robot.timeline), ArmScene(server.scene, ARM.model, world)
+    held = next(span for span in course.spans("box") if span.kind is SpanKind.HELD)
+    gaps = []
+    for t in (held.begin - 1e-3, held.begin, held.end - 1e-3, held.end, robot.timeline.end):
+        scene.show(moment(robot.timeline, t))
+        gaps.append(sum(abs(finger.node.position[0]) for finger in scene.figure.fingers))
+    assert gaps == pytest.approx([0.064, 0.040, 0.040, 0.064, 0.064])
 
 
 def test_sensors_are_lit_while_they_are_on_and_parts_that_are_absent_are_not_seen(server: viser.ViserServer) -> None:

@@ -107,6 +107,26 @@ def test_the_tip_has_to_be_in_the_part_or_near(moved: int, taken: bool) -> None:
     assert [note[1] for note in course.notes] == ([] if taken else ["EMPTY"])
 
 
+def test_the_fingers_stop_at_the_part_that_they_take() -> None:
+    arm = Arm("MOVE part").hand(1, 0.0).hand(0).do("DELAY 0.1").hand(0.3).do("DELAY 0.1").hand(1).do("DELAY 0.1")
+    arm.hand(0).do("DELAY 0.1", "DRIVE 1, 40").hand(1).do("DELAY 0.1", "DRIVE 2, -20").hand(0).do("DELAY 0.1")
+    course = course_of(arm, TABLE, BOX)
+    _, closed, partly, opened, again, wide, empty = (event.time for event in arm.events)
+    times = (
+        closed - 0.01,
+        closed + 0.04,
+        closed + 0.05,
+        partly,
+        opened - 0.01,
+        opened,
+        again + 0.05,
+        wide,
+        empty + 0.05,
+    )
+    assert [course.held(t) for t in times] == [None, None, "box", "box", "box", None, "box", None, None]
+    assert [course.opening(t) for t in times] == pytest.approx([1.0, 1.0, 0.4, 0.4, 0.4, 1.0, 0.4, 1.0, 0.0])
+
+
 def test_places_where_a_part_can_be_taken() -> None:
     arm = Arm("MOVE part").hand(1, 0.0).hand(0).do("DELAY 0.1")
     wide = BOX.replace("[40, 40, 60]", "[140, 140, 60]")

@@ -40,7 +40,7 @@ def scenery(scene: SceneApi, model: RobotModel, world: World | None, around: Aro
     """Make all parts of the scene itself, with the way of the tool so far `around` the present, and what is in the
     world, red where it touches.
     """
-    arm = ArmScene(scene, model)
+    arm = ArmScene(scene, model, world)
     parts: list[ShownPart] = [arm, Path(scene, model, around=around)]
     if world is not None:
         bodies = SceneBodies(scene, world)
@@ -49,15 +49,17 @@ def scenery(scene: SceneApi, model: RobotModel, world: World | None, around: Aro
 
 
 class ArmScene:
-    """The robot where it is, with what is around it."""
+    """The robot where it is, with what is around it. In a cell its fingers stop at the part that they hold."""
 
-    def __init__(self, scene: SceneApi, model: RobotModel) -> None:
-        self._stage, self.figure = Stage(scene, model), Figure(scene, "/robot", model)
+    def __init__(self, scene: SceneApi, model: RobotModel, world: World | None = None) -> None:
+        self._stage, self.figure, self._world = Stage(scene, model), Figure(scene, "/robot", model), world
 
     def show(self, shown: Shown) -> None:
-        base = shown.frames.base
+        base, hand = shown.frames.base, shown.position.hand
+        if self._world is not None:
+            hand = self._world.course(shown.timeline).opening(shown.t)
         self._stage.pose(shown.position.T_world_tool, base)
-        self.figure.pose(shown.position.joints, shown.position.hand, base)
+        self.figure.pose(shown.position.joints, hand, base)
 
 
 class Studio:

@@ -95,11 +95,20 @@ class WorldCourse:
 
     def held(self, t: float) -> str | None:
         """The part in the hand at t [s]."""
+        return self._grip(t)[0]
+
+    def opening(self, t: float) -> float:
+        """Return how far the fingers are open at t [s]: 1 open, 0 closed. They stop at the part that they take; until
+        they arrive there, they count as where they were.
+        """
+        return self._grip(t)[1]
+
+    def _grip(self, t: float) -> tuple[str | None, float]:
+        """The part in the hand at t [s], and how far the fingers are open."""
         t = self._advance(t)
         grips = self._history.rows(GRIPS)
         place = bisect_right(grips, t, key=lambda grip: grip[0])
-        found: str | None = grips[place - 1][1] if place else None
-        return found
+        return grips[place - 1][1:] if place else (None, 0.0)
 
     def T_tool_part(self, t: float) -> Transform | None:
         """The pose of the part in the hand, as the tool sees it; None where the hand holds none."""

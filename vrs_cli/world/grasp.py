@@ -1,4 +1,4 @@
-"""Which part is between the fingers of the hand."""
+"""Which part is between the fingers of the hand, and how far they are open."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from math import sqrt
 
 from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, subtracted
 from vrs_cli.values.scene import ScenePart
+from vrs_cli.world.history import GRIPS, WorldHistory
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import Solids, point_apart, spread
 
@@ -44,6 +45,14 @@ def part_between(
         why = f": {wide}" if wide else f" at {x:.1f}, {y:.1f}, {z:.1f} mm"
         tell("EMPTY", f"the hand closes on nothing{why}")
     return None
+
+
+def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
+    """Write down which part the hand holds from now on, and how far it is open: its fingers stop at the part."""
+    name, opening = history.get("held"), history.get("hand")
+    if name is not None:
+        opening = max(opening, history.get("width") / settings.opening)
+    history.add(GRIPS, (history.now, name, opening))
 
 
 def _hold_of(part: ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector) -> tuple[float, float, float]:

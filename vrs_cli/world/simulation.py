@@ -27,8 +27,8 @@ from vrs_cli.values.world import (
     SpanKind,
     WorldState,
 )
-from vrs_cli.world.grasp import SLACK, part_between
-from vrs_cli.world.history import CHANGES, GRIPS, MOVES, NOTES, WorldHistory
+from vrs_cli.world.grasp import SLACK, add_grip, part_between
+from vrs_cli.world.history import CHANGES, MOVES, NOTES, WorldHistory
 from vrs_cli.world.sensing import GRAVITY, Passage, SeenBody
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import bounds, point_apart
@@ -186,8 +186,10 @@ class Simulation:
         history.drop(lambda what: isinstance(what, FingersArrive))
         if event.value < before:
             history.plan(event.time + event.duration, FingersArrive(before * opening, event.value * opening))
-        elif (name := history.get("held")) is not None and event.value * opening > history.get("width") + SLACK:
+            return
+        if (name := history.get("held")) is not None and event.value * opening > history.get("width") + SLACK:
             self._release(name)
+        add_grip(history, self._settings)
 
     def _switch(self, signal: int, on: bool) -> None:
         """A signal takes a state: what follows of it is planned."""
@@ -226,9 +228,13 @@ class Simulation:
 
     def _arrive(self, before: float, after: float) -> None:
         """The fingers have arrived: their gap has gone from one width to another [m]."""
+        if self.history.get("held") is None:
+            self._take(before, after)
+        add_grip(self.history, self._settings)
+
+    def _take(self, before: float, after: float) -> None:
+        """Take the part between fingers whose gap has gone from one width to another [m]."""
         history = self.history
-        if history.get("held") is not None:
-            return
         t = history.now
         tool = self.tool(t)
         (x, y, z), far = position(tool), self._settings.scene.gripper.tolerance
@@ -248,7 +254,6 @@ class Simulation:
         self._span_begins(name, SpanKind.HELD, T_flange_part)
         lift(history, name)
         history.set("held", name)
-        history.add(GRIPS, (t, name))
         self._show(self._settings.scene.gripper.signal, True)
         carried = self._standing_on(name, T)
         if carried:
@@ -262,7 +267,6 @@ class Simulation:
         T = compose(self.flange(t), self.span(name, t).T)
         history.set("held", None)
         history.set("stack", ())
-        history.add(GRIPS, (t, None))
         history.drop(lambda what: isinstance(what, StackFalls))
         history.drop(_crossing(name))
         self._show(self._settings.scene.gripper.signal, False)

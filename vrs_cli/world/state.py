@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from vrs_cli.values.world import CertainHappening, DueHappening, PartLands, SpanKind, WorldState
-from vrs_cli.world.history import CHANGES, GRIPS, WorldHistory
+from vrs_cli.world.grasp import add_grip
+from vrs_cli.world.history import CHANGES, WorldHistory
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.support import lift, put
 
@@ -35,7 +36,7 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
     history.now = state.time
     for key in ALONE:
         history.set(key, getattr(state, key))
-    history.add(GRIPS, (state.time, state.held))
+    add_grip(history, settings)
     for name, span in state.parts.items():
         lift(history, name)
         history.add(("spans", name), span)
