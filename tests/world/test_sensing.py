@@ -6,6 +6,7 @@ import pytest
 
 from tests.world import sensors
 from tests.world.cells import BOX, TABLE, Arm, course_of, world_of
+from vrs_cli.trajectory.instant import on_grid
 
 BEAM = """
 [[sensor]]
@@ -70,3 +71,15 @@ def test_a_part_that_falls_through_a_beam_is_seen_and_so_is_the_hand() -> None:
     assert falls[0][0] - released == pytest.approx((2 * 0.0695 / 9.81) ** 0.5, abs=1e-6)
     assert falls[1][0] - released == pytest.approx((2 * 0.1305 / 9.81) ** 0.5, abs=1e-6)
     assert [on for t, _, on in changes if t < released] == [True, False], "the fingers, or the part"
+
+
+def test_changes_come_at_instants_of_the_timeline() -> None:
+    """Between two instants the clock would never come to a change, and a program would wait for it without end."""
+    arm = Arm("MOVE part").hand(1, 0.0).hand(0).do("DELAY 0.1", "DEPARTS 200").hand(1)
+    times = set[float]()
+    for height in range(-230, -110, 10):
+        beam = BEAM.replace("[150, 300, -150]", f"[-100, 550, {height}]")
+        course = course_of(arm, TABLE, BOX, beam.replace("[150, 700, -150]", f"[100, 550, {height}]"))
+        times |= {t for t, _, _ in changes_of(course)}
+    assert len(times) > 20
+    assert {t for t in times if t != on_grid(t)} == set()

@@ -396,7 +396,7 @@ class Simulation:
         history = self.history
         inside = set(passage.begins_in)
         for crossing in passage.crossings:
-            s = crossing.time + offset
+            s = up_to_grid(crossing.time) + offset
             if s > 0.0:
                 if s <= until:
                     history.plan(history.now + s, BodyCrosses(body, crossing.region, crossing.inside, moved))
