@@ -1,6 +1,7 @@
 """Mesh files (STL, OBJ, GLB, DAE), read by trimesh: the only file that imports it.
 
-A file is read whole before trimesh sees it, so a mesh loads nothing else from this machine or another.
+A file is read whole before trimesh sees it. Only for its colours are other files read: materials and textures beside it
+or below its folder, which are small and of this machine.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from vrs_cli.kinematics.transform import Vector
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
     from trimesh import Trimesh
 
 KINDS = (".stl", ".obj", ".dae", ".glb")
@@ -25,6 +27,9 @@ LARGEST = 50_000_000  # [B] of a file: no link of an arm has more
 MOST_FACES = 1_000_000  # of an OBJ or GLB file, whose faces are a few bytes each: an STL file of that size has as many
 MOST_PIECES = 64  # convex pieces of a part or fixture
 MOST_POINTS = 4000  # of a convex piece
+COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # of files that say how a mesh looks
+MAX_TEXTURE_BYTES, MAX_PIXELS = 20_000_000, 20_000_000
+CREASE = 0.6  # [rad] faces that meet at more have an edge between them
 DENT = 1e-3  # of its size: a face of a convex piece may lie so far within the hull of the others
 FLAT = 1e-6  # of its size: how thin a solid is at most
 
@@ -37,6 +42,74 @@ def load_mesh(path: Path) -> Trimesh:
     """All triangles of a file as one mesh, in its own units. Raises NonexistentFile, FileError, FileDamaged."""
     mesh: Trimesh = _loaded(path).to_mesh()
     return mesh
+
+
+def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
+    """Return the triangles of a file as GLB, in metres and with normals, in the colours and textures of the file; in
+    `colour` where the file says none. Raises NonexistentFile, FileError, FileDamaged.
+    """
+    import numpy as np
+    from trimesh import Scene
+    from trimesh import Trimesh as Surface
+
+    found = _loaded(path, coloured=True)
+    size, shown = metres_of(found.units) * np.array(scale), Scene()
+    for piece in found.dump():
+        piece.apply_transform(np.diag([*size, 1.0]))  # a mirrored one is turned inside out, too
+        if not _has_texture(piece.visual):
+            look = _plain_look(_main_colour(piece.visual) or (*colour, 255))
+            shown.add_geometry(Surface(*creased(piece), visual=look, process=False))
+        else:
+            shown.add_geometry(piece)
+    content: Any = shown
+    return bytes(content.export(file_type="glb", include_normals=True))
+
+
+def _plain_look(colour: tuple[int, ...]) -> Any:
+    """Return what makes trimesh write one colour (red, green, blue, opacity), seen from both sides."""
+    from trimesh import visual
+
+    room: Any = visual  # it has no types
+    material = room.material.PBRMaterial(
+        baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=0.6, doubleSided=True
+    )
+    return room.TextureVisuals(material=material)
+
+
+def _has_texture(visual: Any) -> bool:
+    material = getattr(visual, "material", None)
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    return getattr(visual, "uv", None) is not None and image is not None and image.width * image.height <= MAX_PIXELS
+
+
+def _main_colour(visual: Any) -> tuple[int, ...] | None:
+    """Return the colour of a piece (red, green, blue, opacity): that of its material, or the mean of its faces'; None
+    if its file says none.
+    """
+    material = getattr(visual, "material", None)
+    if material is not None:
+        return tuple(map(int, material.main_color))
+    return tuple(map(int, visual.face_colors.mean(axis=0).round())) if visual.defined else None
+
+
+class FilesBeside:
+    """The files that a mesh names: materials and textures, below the folder above its own (a package has `meshes` and
+    `textures` beside each other).
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.folder = path.absolute().parent
+
+    def get(self, name: str) -> bytes:
+        """Return the content of a file. Raises FileError."""
+        path = (self.folder / name.strip()).resolve()
+        if path.suffix.lower() not in COLOUR_KINDS or not path.is_relative_to(self.folder.parent.resolve()):
+            raise FileError(f"{path}: neither material nor texture of this mesh")
+        if path.stat().st_size > MAX_TEXTURE_BYTES:
+            raise FileError(f"{path}: more than {MAX_TEXTURE_BYTES} bytes")
+        return path.read_bytes()
+
+    __getitem__ = get
 
 
 def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
@@ -61,8 +134,10 @@ def metres_of(units: str | None, otherwise: float = 1.0) -> float:
     return float(unit_conversion(units, "meters")) if units else otherwise
 
 
-def _loaded(path: Path) -> Any:
-    """The scene in a file. Raises NonexistentFile, FileError, FileDamaged."""
+def _loaded(path: Path, *, coloured: bool = False) -> Any:
+    """Return the scene in a file, with its colours and textures if `coloured`. Raises NonexistentFile, FileError,
+    FileDamaged.
+    """
     check(path)
     try:
         import trimesh
@@ -72,7 +147,14 @@ def _loaded(path: Path) -> Any:
     try:
         content = path.read_bytes()
         _check_faces(path, kind, content)
-        found = trimesh.load_scene(BytesIO(content), file_type=kind, process=True, skip_materials=True)
+        beside: Any = FilesBeside(path) if coloured else None
+        found = trimesh.load_scene(
+            BytesIO(content),
+            file_type=kind,
+            process=True,
+            skip_materials=not coloured,
+            resolver=beside,
+        )
         if not found.dump() or not all(_sound(piece) for piece in found.dump()):
             raise FileDamaged(f"{path}: it has no triangles", _WANTED)
         return found
@@ -118,6 +200,32 @@ def check(path: Path, largest: int = LARGEST) -> int:
     if size > largest:
         raise FileError(f"{path}: {size} bytes", f"at most {largest} are read")
     return size
+
+
+def creased(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+    """Return vertices (N, 3) and faces (M, 3) of a mesh whose edges are sharp: faces that meet at more than CREASE
+    share no corners.
+    """
+    import numpy as np
+
+    found.update_faces(found.nondegenerate_faces(height=0.0))
+    faces, smooth = found.faces, found.face_adjacency_angles < CREASE
+    ends = found.face_adjacency_edges[smooth]
+    one, other = (
+        (3 * both[:, None] + (faces[both][:, None, :] == ends[:, :, None]).argmax(axis=2)).reshape(-1)
+        for both in found.face_adjacency[smooth].T
+    )
+    labels = np.arange(faces.size)
+    while True:  # corners that are alike take the least number of them
+        least = np.minimum(labels[one], labels[other])
+        after = labels.copy()
+        np.minimum.at(after, one, least)
+        np.minimum.at(after, other, least)
+        if (after == labels).all():
+            break
+        labels = after
+    kept, place = np.unique(labels, return_inverse=True)
+    return found.vertices[faces.reshape(-1)[kept]], place.reshape(-1, 3).astype(np.uint32)
 
 
 # --- convex pieces ---------------------------------------------------------------------------------------------------

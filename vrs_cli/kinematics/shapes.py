@@ -148,7 +148,7 @@ KINDS: Mapping[str, Keys] = {
     "cylinder": Keys(("from", "to", "radius")),
     "capsule": Keys(("from", "radius"), ("to",)),
     "slab": Keys(("from", "to", "across", "radius", "thickness")),
-    "mesh": Keys(("file",), ("at", "scale")),
+    "mesh": Keys(("file",), ("at", "scale", "glb")),  # `glb`: where a server has it for clients
 }
 BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {  # the word of a kind, and a key for each of its fields
     Box: ("box", "size", "at"),

@@ -36,6 +36,7 @@ from vrs_cli.net.client_session import ClientSession, ClientSocket
 from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
 from vrs_cli.net.limits import MUCH, Meter
 from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
+from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.net.tokens import TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.motion import MotionKind
@@ -71,6 +72,7 @@ class Room(ServedRobot):
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
         self._seated: dict[ClientSession, None] = {}  # at a prompt
         self._away: dict[ClientSession, None] = {}  # whose connection is cut, in the order of the cuts
+        self.shapes = ServedShapes(name, plan.model, shows_paths=plan.one_user)
         super().__init__(name, plan, wake, audit, tell, robots, wall, self._driven, self._journal_lost)
         self.console.outlets.append(self._said_by_itself)
         self._meter = Meter(plan.allowance, wall())
@@ -134,7 +136,7 @@ class Room(ServedRobot):
             "observer",
             "",
             self.clock(),
-            to_dict(self.plan.model),
+            {**to_dict(self.plan.model), "shapes": self.shapes.tables},
             server=__version__,
             one_user=self.plan.one_user,
         )

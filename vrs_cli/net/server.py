@@ -27,7 +27,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import OPEN as SOCKET_OPEN
 from websockets.typing import ExtensionParameter, Origin
 
-from vrs_cli.errors import LimitReached, RequestRefused, VrsError
+from vrs_cli.errors import LimitReached, NonexistentFile, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
@@ -35,6 +35,7 @@ from vrs_cli.net.client_session import TYPING, ClientSession
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Hub, Room
+from vrs_cli.net.served_shapes import MESH
 from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.refusal import Refusal
@@ -290,14 +291,42 @@ class Server:
 
     # --- sockets ---
 
-    def _asked(self, socket: Socket, request: Request) -> Response | None:
-        """Refuse a connection to an unknown address, or if there are too many, before it is made."""
+    async def _asked(self, socket: Socket, request: Request) -> Response | None:
+        """Answer a request for a mesh. Refuse a connection to an unknown address, or if there are too many, before it
+        is made.
+        """
         if len(self._links) >= self._allowance.connections:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection\n")
         path = urlsplit(request.path).path
         if path not in ("", "/") and not path.startswith(ROBOTS):
             return socket.respond(HTTPStatus.NOT_FOUND, f"{ROBOTS}NAME is the address of a robot\n")
-        return None
+        name, _, file = path.removeprefix(ROBOTS).partition(f"/{MESH}/")
+        return await self._mesh(socket, unquote(name), file) if file else None
+
+    async def _mesh(self, socket: Socket, name: str, file: str) -> Response:
+        """Answer with a mesh of a robot. Who knows its address was let in before."""
+        room = self.hub.rooms.get(name)
+        try:
+            if room is None:
+                raise NonexistentFile(file)
+            found = await asyncio.to_thread(room.shapes.glb, file)
+        except VrsError as error:
+            if not isinstance(error, NonexistentFile):
+                self._tell(f"{name}: {error}")
+            return socket.respond(HTTPStatus.NOT_FOUND, "there is no such mesh\n")
+        response = socket.respond(HTTPStatus.OK, "")
+        response.body = found
+        for key, value in (
+            ("Content-Type", "model/gltf-binary"),
+            ("Content-Length", str(len(found))),
+            ("Cache-Control", "private, max-age=31536000, immutable"),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+        ):
+            if key in response.headers:
+                del response.headers[key]
+            response.headers[key] = value
+        return response
 
     async def _served(self, socket: Socket) -> None:
         """Serve one connection from its begin to its end."""

@@ -10,19 +10,15 @@ from collections.abc import Sequence
 from itertools import pairwise
 from math import acos, ceil, cos, hypot, pi, sin
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vrs_cli.files.mesh_file import load_mesh, metres_of
+from vrs_cli.files.mesh_file import creased, load_mesh, metres_of
 from vrs_cli.kinematics.axes import frame
 from vrs_cli.kinematics.shapes import BEVEL, Box, Capsule, Cylinder, MeshFile, Slab
 from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, subtracted, translation, unit
-
-if TYPE_CHECKING:
-    from trimesh import Trimesh
-
 
 Points = NDArray[np.float64]  # (N, 3) [m]
 Faces = NDArray[np.uint32]  # (M, 3)
@@ -213,34 +209,9 @@ def _upright(start: Vector, end: Vector) -> Transform:
 # --- meshes out of files, as URDF files name them --------------------------------
 
 
-CREASE = 0.6  # [rad] faces that meet at more have an edge between them
-
-
 def read_mesh(body: MeshFile) -> Mesh:
     """The surface of a body, in the frame of its link. Raises NonexistentFile, FileError, FileDamaged."""
     found = load_mesh(Path(body.path))
     metres = metres_of(found.units)
     found.apply_transform(np.diag([*(metres * np.array(body.scale)), 1.0]))  # a mirrored one is turned inside out too
-    return moved(creased(found), body.pose)
-
-
-def creased(found: Trimesh) -> Mesh:
-    """A mesh whose faces share each corner, with edges: faces that meet at more than CREASE share none any more."""
-    found.update_faces(found.nondegenerate_faces(height=0.0))
-    faces, smooth = found.faces, found.face_adjacency_angles < CREASE
-    ends = found.face_adjacency_edges[smooth]
-    one, other = (
-        (3 * both[:, None] + (faces[both][:, None, :] == ends[:, :, None]).argmax(axis=2)).reshape(-1)
-        for both in found.face_adjacency[smooth].T
-    )
-    labels = np.arange(faces.size)
-    while True:  # corners that are alike take the least number of them
-        least = np.minimum(labels[one], labels[other])
-        after = labels.copy()
-        np.minimum.at(after, one, least)
-        np.minimum.at(after, other, least)
-        if (after == labels).all():
-            break
-        labels = after
-    kept, place = np.unique(labels, return_inverse=True)
-    return Mesh(found.vertices[faces.reshape(-1)[kept]], place.reshape(-1, 3).astype(np.uint32))
+    return moved(Mesh(*creased(found)), body.pose)
