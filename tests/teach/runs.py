@@ -1,14 +1,22 @@
-"""Runs of submissions for tests of exercises."""
+"""Runs of submissions, and marks of single checks, for tests of exercises."""
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs
 from vrs_cli.teach.evidence import Evidence, evidence_of
 from vrs_cli.teach.exercise import Exercise
+from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.kinds import read_checks
+from vrs_cli.teach.marking import Mark, mark_checks
+from vrs_cli.teach.verdict import Rounding
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Reply
 
@@ -44,3 +52,22 @@ def evidence(exercise: Exercise, text: str) -> Evidence:
     )
     result = station.execute(name, all_tasks=True)
     return evidence_of(station, result, given=exercise.given_programs)
+
+
+def run(steps: str, cell: Cell = NO_CELL, inputs: Inputs = NO_INPUTS) -> Evidence:
+    """Run a program of these steps, one a line."""
+    station = Station(SilentTerminal(), load_robot("puma560"))
+    station.driver.surround(cell)
+    station.driver.inputs = inputs
+    station.load_text(f".PROGRAM test\n{steps}\n.END\n")
+    return evidence_of(station, station.execute("test", all_tasks=True))
+
+
+def mark_of(check: str, ran: Evidence, model: Evidence | None = None, parts: tuple[str, ...] = ()) -> Mark:
+    """Mark a run by the first check of a text, as checks.toml has it below [[check]]."""
+    text = f"[[check]]\n{check}"
+    links = tuple(f"link {i}" for i in range(1, 7))
+    reader = ExerciseText("checks.toml", text, (), parts, (*parts, "floor", "base", *links, "hand"))
+    checks = read_checks(reader, tomllib.loads(text))
+    assert reader.wrong == []
+    return mark_checks(checks, ran, Basis(Rounding(), {}, model))[0]

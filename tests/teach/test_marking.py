@@ -25,5 +25,5 @@ def test_a_wrong_submission_fails_what_it_says(pick: Exercise) -> None:
     marks = mark(pick, evidence(pick, wrong.text))
     assert tuple(one.name for one in marks if not one.passed) == wrong.fails
     (failed,) = (one for one in marks if not one.passed)
-    assert failed.reason == "box ended 3.0 mm from the place, 2.0 mm allowed; at [303.0, 450.0, -200.0]"
+    assert failed.reason == "the box ended 3.0 mm from the place, 2.0 mm allowed; at [303.0, 450.0, -200.0]"
     assert (failed.points, failed.of) == (2.0, 4.0)

@@ -52,11 +52,14 @@ STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
 
 class Checker:
     """Finds contacts of an arm in a scene. `clearance` [m]: two things that come nearer than that count as well.
+    `allow`: the names of pairs that do not count; the last link is also called hand.
 
     Owners are numbers with `names`: the links, the floor, the fixtures, then the parts, from `first_part` on.
     """
 
-    def __init__(self, arm: RobotArm, scene: CellScene, clearance: float = 0.0) -> None:
+    def __init__(
+        self, arm: RobotArm, scene: CellScene, clearance: float = 0.0, allow: Iterable[tuple[str, str]] = ()
+    ) -> None:
         self.arm, self.scene, self.clearance = arm, scene, clearance
         self.links = solids_of_robot(arm.model)
         self.floor = arm.model.joint_count + 1
@@ -65,6 +68,9 @@ class Checker:
         self.names = (*link_names(arm.model, self.links), "floor", *fixtures, *parts)
         self.number = {one.name: self.first_part + k for k, one in enumerate(scene.parts)}
         self.solids = {one.name: solids_of_shape(one.shape) for one in scene.parts}
+        numbers = {name: number for number, name in enumerate(self.names)}
+        numbers |= dict.fromkeys(("hand", f"link {arm.model.joint_count}"), arm.model.joint_count)
+        self.allowed = {(min(pair), max(pair)) for a, b in allow for pair in ((numbers[a], numbers[b]),)}
         self.limit = clearance if clearance > 0.0 else -DEEP  # [m] a pair that is nearer counts
         self.margin = max(clearance, 0.0) + MARGIN
         self._slots = 0
@@ -142,7 +148,7 @@ class _Search:
         self.physics = checker.physics()
         self.held = None if stage.held is None else checker.number[stage.held.name]
         in_hand = frozenset[str]() if stage.held is None else {stage.held.name}
-        self.ignored = {(self.n, checker.number[name]) for name in stage.gripped | in_hand}
+        self.ignored = {(self.n, checker.number[name]) for name in stage.gripped | in_hand} | checker.allowed
         self.only = None if stage.only is None else {checker.number[name] for name in stage.only}
         if self.only is not None and stage.hand_too:
             self.only.add(self.n)

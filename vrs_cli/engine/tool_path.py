@@ -111,11 +111,11 @@ def _joined(lines: Sequence[ToolLine], error: float) -> ToolLine:
     """Join lines that follow each other, without the points that are not needed."""
     places = [place for line in lines for place in zip(line.times[:-1], line.points[:-1], strict=True)]
     places.append((lines[-1].times[-1], lines[-1].points[-1]))
-    times, points = zip(*_thinned(places, 0.5 * error), strict=True)
+    times, points = zip(*thinned(places, 0.5 * error), strict=True)
     return ToolLine(lines[0].motion, lines[0].phase, 0.0, times, points)
 
 
-def _thinned(places: Sequence[Place], error: float) -> Iterator[Place]:
+def thinned(places: Sequence[Place], error: float) -> Iterator[Place]:
     """Yield only points that are needed: no left-out point is farther than `error` [m] from the line between its
     neighbours.
     """

@@ -11,13 +11,16 @@ from vrs_cli.teach.places import ModelPlace
 
 
 class BaseCheck(Struct, frozen=True, kw_only=True):
-    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason."""
+    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason. `needs`: names
+    of checks that must earn something, or this one earns nothing.
+    """
 
     name: str
     points: float = 1.0
     hint: str = ""
     hidden: bool = False
     partial: bool = True
+    needs: tuple[str, ...] = ()
 
     @property
     def needs_model(self) -> bool:
@@ -31,13 +34,14 @@ def _flat(value: Any) -> tuple[Any, ...]:
 
 class Key(NamedTuple):
     """A key of a kind: how its value is read, what it means; `default`: what holds without it, REQUIRED: it must be
-    there.
+    there. `field`: of the check, where that is called otherwise.
     """
 
     name: str
     read: Read
     what: str
     default: Any
+    field: str = ""
 
 
 class CheckKind(NamedTuple):

@@ -33,8 +33,9 @@ from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.parser import parse_file
-from vrs_cli.teach.checks import AnyCheck, read_check
+from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.kinds import read_checks
 from vrs_cli.teach.variants import Situation, Variant, moved, read_variants
 from vrs_cli.teach.verdict import Rounding
 from vrs_cli.values.diagnostics import Severity
@@ -164,7 +165,8 @@ class _ExerciseReader:
         if given is not None:
             reader.locations = frozenset(given.variables.values())
         parts, fixtures = (tuple(one.name for one in rows) for rows in (cell.scene.parts, cell.scene.fixtures))
-        reader.parts, reader.bodies = parts, (*parts, *fixtures)
+        links = () if robot is None else tuple(f"link {i}" for i in range(1, robot.joint_count + 1))
+        reader.parts, reader.bodies = parts, (*parts, *fixtures, "floor", "base", *links, "hand")
         checks = read_checks(reader, table)
         variants = read_variants(reader, table, Situation(cell, inputs, given))
         whole = reader.whole._replace(given=table)
@@ -314,20 +316,3 @@ class _ExerciseReader:
                 self.wrong.append(f"{path}:1: it does not say which checks it fails; {hint}")
             found.append(WrongSubmission(str(path), tuple(fails), text))
         return tuple(found)
-
-
-def read_checks(reader: ExerciseText, table: Mapping[str, Any]) -> tuple[AnyCheck, ...]:
-    """Read each [[check]] of a file of checks; mistakes go to the reader. Names are unique."""
-    checks, names = list[AnyCheck](), set[str]()
-    given = table.get("check", [])
-    for entry in reader.entries("check", given, None):
-        check = read_check(reader, entry)
-        if check is None:
-            continue
-        if check.name.lower() in names:
-            reader.fault(entry, "name", f"{check.name} is the name of another check: give each a name of its own")
-        names.add(check.name.lower())
-        checks.append(check)
-    if not given:
-        reader.fault(reader.whole, "check", "there is none: write [[check]], and below it kind = ...")
-    return tuple(checks)

@@ -9,7 +9,7 @@ from typing import Any
 
 from vrs_cli.errors import did_you_mean
 from vrs_cli.files.cell_text import FARTHEST, UPRIGHT, CellEntry, CellText
-from vrs_cli.kinematics.transform import Vector, from_oat
+from vrs_cli.kinematics.transform import IDENTITY, from_oat
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.places import MODEL, FixedPlace, GivenPlace, ModelPlace, Place
@@ -71,12 +71,13 @@ class ExerciseText(CellText):
 
     def part(self, entry: CellEntry, key: str) -> str:
         """Read the name of a part of the cell."""
-        return self._name(entry, key, entry.given.get(key), self.parts, "part")
+        return self.name(entry, key, entry.given.get(key), self.parts, "part")
 
-    def _name(self, entry: CellEntry, key: str, given: Any, known: Sequence[str], what: str) -> str:
+    def name(self, entry: CellEntry, key: str, given: Any, known: Sequence[str], what: str) -> str:
+        """Return one of the known names of things of the cell, in lower case; "" where it is none."""
         if isinstance(given, str) and given.lower() in known:
             return given.lower()
-        there = f"the {what}s of the cell are {', '.join(known)}" if known else f"the cell has no {what}"
+        there = f"there are {', '.join(known)}" if known else f"the cell has no {what}"
         near = did_you_mean(given.lower(), known, there) if isinstance(given, str) else there
         self.fault(entry, key, f"{self.said(given)}no {what} of this name; {near}")
         return ""
@@ -103,7 +104,7 @@ class ExerciseText(CellText):
             return FixedPlace(from_oat(x / 1000.0, y / 1000.0, z / 1000.0, o, a, t), bool(angles))
         wanted = '[X, Y, Z] in mm, [X, Y, Z, O, A, T] with degrees, the name of a given location, or "model"'
         self.fault(entry, key, f"{self.said(given)}{wanted}")
-        return FixedPlace(from_oat(0.0, 0.0, 0.0, *map(radians, UPRIGHT)), turned=False)
+        return FixedPlace(IDENTITY, turned=False)
 
     def _given_place(self, entry: CellEntry, key: str, given: str) -> Place:
         items = list[Item]()
@@ -114,13 +115,9 @@ class ExerciseText(CellText):
                 there = f"given.v2 has {', '.join(known)}" if known else "given.v2 has no locations"
                 what = f"{_cut(given)}: no given location is called {text.strip()[:40]!r}"
                 self.fault(entry, key, f"{what}; {did_you_mean(text.strip().lower(), known, there)}")
-                return ModelPlace()
+                return FixedPlace(IDENTITY, turned=False)
             items.append(item)
         return GivenPlace(given, tuple(items))
-
-    def offset(self, entry: CellEntry, key: str) -> Vector:
-        """Read [x, y, z] in mm, in the world."""
-        return self.place(entry, key)
 
 
 def item_of_text(text: str) -> Item | None:

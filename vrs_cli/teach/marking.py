@@ -5,16 +5,54 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
+from vrs_cli.errors import VrsError
 from vrs_cli.teach.check_kind import BaseCheck
-from vrs_cli.teach.checks import AnyCheck, NoErrorCheck, PartAtCheck, ToolAtCheck, TypedCheck, WordsCheck
+from vrs_cli.teach.checks import (
+    AccelerationCheck,
+    AnyCheck,
+    ClearanceCheck,
+    ContactCheck,
+    CycleTimeCheck,
+    DialectCheck,
+    HeldCheck,
+    KeepOutCheck,
+    LikeModelCheck,
+    NoErrorCheck,
+    NoStopCheck,
+    PartAtCheck,
+    PathCheck,
+    PlacesCheck,
+    SignalsCheck,
+    SpeedCheck,
+    ToolAtCheck,
+    TypedCheck,
+    WordsCheck,
+)
 from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise
-from vrs_cli.teach.judging.basis import Basis
-from vrs_cli.teach.judging.ends import judge_no_error, judge_part_at, judge_tool_at
+from vrs_cli.teach.judging.basis import Basis, JudgedRun
+from vrs_cli.teach.judging.contacts import judge_clearance, judge_contact
+from vrs_cli.teach.judging.ends import (
+    judge_cycle_time,
+    judge_held,
+    judge_no_error,
+    judge_part_at,
+    judge_tool_at,
+)
+from vrs_cli.teach.judging.likeness import judge_like_model
+from vrs_cli.teach.judging.signals import judge_signals
 from vrs_cli.teach.judging.state import STATE_JUDGES
-from vrs_cli.teach.judging.texts import judge_typed, judge_words
+from vrs_cli.teach.judging.texts import judge_dialect, judge_typed, judge_words
+from vrs_cli.teach.judging.ways import (
+    judge_acceleration,
+    judge_keep_out,
+    judge_no_stop,
+    judge_path,
+    judge_places,
+    judge_speed,
+)
 from vrs_cli.teach.verdict import Verdict, rounded
 
 POINT_STEP = 0.01
@@ -38,13 +76,32 @@ class Mark(Struct, frozen=True):
         """Return whether all points were earned."""
         return self.points == self.of
 
+    def for_student(self, number: int) -> Mark:
+        """Return the mark as students see it, `number` in the list; of a hidden check they see the points alone."""
+        if not self.hidden:
+            return self
+        return structs.replace(self, name=f"Hidden check {number}", reason="", at=None, hint="")
 
-JUDGES: Mapping[type[BaseCheck], Callable[[Any, Evidence, Basis], Verdict]] = {
+
+JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
     ToolAtCheck: judge_tool_at,
     PartAtCheck: judge_part_at,
-    NoErrorCheck: judge_no_error,
+    HeldCheck: judge_held,
+    PlacesCheck: judge_places,
+    PathCheck: judge_path,
+    NoStopCheck: judge_no_stop,
+    KeepOutCheck: judge_keep_out,
+    ContactCheck: judge_contact,
+    ClearanceCheck: judge_clearance,
+    SpeedCheck: judge_speed,
+    AccelerationCheck: judge_acceleration,
+    LikeModelCheck: judge_like_model,
+    CycleTimeCheck: judge_cycle_time,
+    SignalsCheck: judge_signals,
     TypedCheck: judge_typed,
     WordsCheck: judge_words,
+    DialectCheck: judge_dialect,
+    NoErrorCheck: judge_no_error,
     **STATE_JUDGES,
 }
 
@@ -58,16 +115,28 @@ def mark(exercise: Exercise, evidence: Evidence, model: Evidence | None = None) 
 
 def mark_checks(checks: Sequence[AnyCheck], evidence: Evidence, basis: Basis) -> tuple[Mark, ...]:
     """Return the marks of some checks. A run may still go on: what has not happened yet fails."""
-    return tuple(_mark(check, evidence, basis) for check in checks)
+    run = JudgedRun(evidence, basis)
+    verdicts = {check.name.lower(): _verdict(check, run) for check in checks}
+    marks = []
+    for check in checks:
+        verdict = verdicts[check.name.lower()]
+        missing = [name for name in check.needs if name.lower() in verdicts and verdicts[name.lower()].share <= 0.0]
+        if missing and verdict.share > 0.0:
+            verdict = Verdict(0.0, f"it does not count while {missing[0]!r} earns nothing ({verdict.reason})")
+        marks.append(_mark(check, verdict, basis.rounding.s))
+    return tuple(marks)
 
 
-def _mark(check: AnyCheck, evidence: Evidence, basis: Basis) -> Mark:
+def _verdict(check: AnyCheck, run: JudgedRun) -> Verdict:
     try:
-        verdict = JUDGES[type(check)](check, evidence, basis)
-    except ValueError as error:
-        verdict = Verdict(0.0, f"it cannot be checked: {error}")
+        return JUDGES[type(check)](check, run)
+    except (ValueError, VrsError) as error:
+        return Verdict(0.0, f"it cannot be checked: {error}")
+
+
+def _mark(check: AnyCheck, verdict: Verdict, time_step: float) -> Mark:
     share = verdict.share if check.partial or verdict.share >= 1.0 else 0.0
     points = check.points if share >= 1.0 else min(rounded(check.points * share, POINT_STEP), check.points)
-    at = None if verdict.at is None else rounded(verdict.at, basis.rounding.s)
+    at = None if verdict.at is None else rounded(verdict.at, time_step)
     hint = check.hint if share < 1.0 else ""
     return Mark(check.name, points, check.points, verdict.reason, at, hint, check.hidden)

@@ -13,6 +13,7 @@ from msgspec import Struct
 from vrs_cli.kinematics.transform import Vector
 
 NOISE_DIGITS = 6  # of a value counted in roundings: what lies behind them is noise of floats
+NOISE = 5e-7  # roundings: half of the last such digit
 SLACK = 1e-6  # roundings
 
 
@@ -41,6 +42,16 @@ def rounded(value: float, step: float) -> float:
 def exceeds(value: float, most: float, step: float) -> bool:
     """Return whether a value, rounded to a step, is more than the step above what is allowed."""
     return rounded(value, step) / step > most / step + 1.0 + SLACK
+
+
+def largest(most: float, step: float) -> float:
+    """Return the value from which on values exceed what is allowed; `exceeds` draws the same line."""
+    return (floor(most / step + 1.0 + SLACK) + 0.5 - NOISE) * step
+
+
+def smallest(least: float, step: float) -> float:
+    """Return the value below which values fall short of what is wanted."""
+    return -largest(-least, step)
 
 
 def falls_short(value: float, least: float, step: float) -> bool:

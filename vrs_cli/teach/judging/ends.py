@@ -1,4 +1,4 @@
-"""Judges the end of a run: where the tool and parts are, and whether the program failed."""
+"""Judges the end of a run: where the tool and parts are, what the hand holds, how long it took, and errors."""
 
 from __future__ import annotations
 
@@ -6,48 +6,34 @@ from math import degrees, inf
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.transform import Transform, added, angle_between, at_position, distance, position
-from vrs_cli.teach.checks import NoErrorCheck, PartAtCheck, ToolAtCheck
+from vrs_cli.teach.checks import CycleTimeCheck, HeldCheck, NoErrorCheck, PartAtCheck, ToolAtCheck
 from vrs_cli.teach.evidence import Evidence
-from vrs_cli.teach.judging.basis import HALF, Basis
-from vrs_cli.teach.verdict import Verdict, exceeds, written, written_place
+from vrs_cli.teach.judging.basis import HALF, MORE, NEAR, JudgedRun
+from vrs_cli.teach.verdict import Verdict, exceeds, falls_short, written
 from vrs_cli.values.results import RunOutcome
 from vrs_cli.world.course import PartState
 
-NEAR = 5.0  # times what is allowed: half the points
 
-
-def judge_no_error(_check: NoErrorCheck, evidence: Evidence, basis: Basis) -> Verdict:
-    """Judge whether the program ended without an error; one that still runs has had none."""
-    fault = evidence.fault
-    if fault is not None:
-        line = f"line {fault.line}: " if fault.line else ""
-        return Verdict(0.0, f"the program stopped: {line}{fault.message}", evidence.clock)
-    if evidence.outcome in (RunOutcome.ABORTED, RunOutcome.PAUSED, RunOutcome.HALTED):
-        when = written(evidence.clock, basis.rounding.s)
-        return Verdict(0.0, f"the program did not come to its end: it stopped at {when} s", evidence.clock)
-    return Verdict(1.0, "the program ended without an error")
-
-
-def judge_tool_at(check: ToolAtCheck, evidence: Evidence, basis: Basis) -> Verdict:
+def judge_tool_at(check: ToolAtCheck, run: JudgedRun) -> Verdict:
     """Judge where the tool is at the end."""
-    wanted = basis.place(check.at, None if basis.model is None else _final_tool(basis.model))
-    wanted = at_position(wanted, *added(position(wanted), check.offset))
-    return _nearness("the tool", _final_tool(evidence), wanted, check, evidence, basis)
+    model = run.basis.model
+    wanted = run.basis.place(check.at, None if model is None else _final_tool(model))
+    return _nearness("the tool", _final_tool(run.evidence), wanted, check, run)
 
 
 def _final_tool(evidence: Evidence) -> Transform:
     return position_at(evidence.arm, evidence.timeline, evidence.end).T_world_tool
 
 
-def judge_part_at(check: PartAtCheck, evidence: Evidence, basis: Basis) -> Verdict:
+def judge_part_at(check: PartAtCheck, run: JudgedRun) -> Verdict:
     """Judge where a part is at the end; one that still falls, where it comes to lie."""
-    in_model = None if basis.model is None else final_part(basis.model, check.part)
-    wanted = basis.place(check.at, None if in_model is None else in_model.pose)
-    wanted = at_position(wanted, *added(position(wanted), check.offset))
+    evidence, model = run.evidence, run.basis.model
+    in_model = None if model is None else final_part(model, check.part)
+    wanted = run.basis.place(check.at, None if in_model is None else in_model.pose)
     state = final_part(evidence, check.part)
     if state is None or not state.exists:
-        return Verdict(0.0, f"{check.part} was not there at the end", evidence.end)
-    verdict = _nearness(check.part, state.pose, wanted, check, evidence, basis)
+        return Verdict(0.0, f"the {check.part} was not there at the end", evidence.end)
+    verdict = _nearness(f"the {check.part}", state.pose, wanted, check, run)
     if state.held and verdict.share < 1.0:
         return Verdict(verdict.share, f"{verdict.reason}; the hand still holds it", verdict.at)
     return verdict
@@ -63,21 +49,65 @@ def final_part(evidence: Evidence, name: str) -> PartState | None:
 
 
 def _nearness(
-    what: str, found: Transform, wanted: Transform, check: ToolAtCheck | PartAtCheck, evidence: Evidence, basis: Basis
+    what: str, found: Transform, place: Transform, check: ToolAtCheck | PartAtCheck, run: JudgedRun
 ) -> Verdict:
     """Compare a pose with the one that is wanted."""
-    step, turn_step = basis.rounding.mm, basis.rounding.deg
-    far = 1000.0 * distance(found, wanted)
-    place = f"at {written_place(position(found), step)}"
-    text = f"{what} ended {written(far, step)} mm from the place, {written(check.mm, step)} mm allowed; {place}"
-    share = 1.0
+    wanted = at_position(place, *added(position(place), check.offset))
+    step, turn_step = run.mm, run.basis.rounding.deg
+    far, share = 1000.0 * distance(found, wanted), 1.0
     if exceeds(far, check.mm, step):
         share = HALF if not exceeds(far, NEAR * check.mm, step) else 0.0
+    text = f"{what} ended {written(far, step)} mm from the place, {written(check.mm, step)} mm allowed"
     if check.deg is not None:
         off = degrees(angle_between(found, wanted))
-        text += (
-            f", turned {written(off, turn_step)} deg from what is wanted, {written(check.deg, turn_step)} deg allowed"
-        )
+        text += f", turned by {written(off, turn_step)} deg, {written(check.deg, turn_step)} deg allowed"
         if exceeds(off, check.deg, turn_step):
             share = min(share, HALF if not exceeds(off, NEAR * check.deg, turn_step) else 0.0)
-    return Verdict(share, text, evidence.end)
+    return Verdict(share, f"{text}; at {run.said(position(found))}", run.evidence.end)
+
+
+def judge_held(check: HeldCheck, run: JudgedRun) -> Verdict:
+    """Judge what the hand holds at the end."""
+    course, end = run.evidence.course, run.evidence.end
+    held = "" if course is None else course.held(end) or ""
+    text = f"the hand holds the {held} at the end" if held else "the hand holds nothing at the end"
+    if held == check.part:
+        return Verdict(1.0, text, end)
+    return Verdict(0.0, f"{text}, {f'the {check.part}' if check.part else 'nothing'} is wanted", end)
+
+
+ENDED = (RunOutcome.ABORTED, RunOutcome.PAUSED, RunOutcome.HALTED)  # before the program has come to its end
+
+
+def judge_no_error(_check: NoErrorCheck, run: JudgedRun) -> Verdict:
+    """Judge whether the program ended without an error; one that still runs has had none."""
+    evidence = run.evidence
+    if (wrong := stopped_early(evidence, run.s)) is not None:
+        return Verdict(0.0, wrong, evidence.clock)
+    return Verdict(1.0, "the program had no error")
+
+
+def stopped_early(evidence: Evidence, step: float) -> str | None:
+    """Return how a program ended before its end; None where it did not."""
+    fault = evidence.fault
+    if fault is not None:
+        line = f"in line {fault.line}, {fault.source.strip()}" if fault.line else f"at step {fault.step}"
+        return f"the program stopped {line}: {fault.message}"
+    if evidence.outcome in ENDED:
+        return f"the program did not come to its end: it stopped at {written(evidence.clock, step)} s"
+    return None
+
+
+def judge_cycle_time(check: CycleTimeCheck, run: JudgedRun) -> Verdict:
+    """Judge how long a run took, until the arm stood."""
+    evidence, step = run.evidence, run.s
+    if (wrong := stopped_early(evidence, step)) is not None:
+        return Verdict(0.0, wrong, evidence.clock)
+    seconds = max(evidence.clock, evidence.timeline.end) - evidence.started
+    took = f"the run took {written(seconds, step)} s"
+    text = f"{took}, {written(check.most, step)} s allowed"
+    if falls_short(seconds, check.least, step):
+        return Verdict(0.0, f"{took}, at least {written(check.least, step)} s is wanted")
+    if not exceeds(seconds, check.most, step):
+        return Verdict(1.0, text)
+    return Verdict(HALF if not exceeds(seconds, MORE * check.most, step) else 0.0, text, evidence.started + check.most)

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compose, distance, position
 from vrs_cli.teach.check_kind import BaseCheck
 from vrs_cli.teach.evidence import Evidence
-from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.judging.basis import Basis, JudgedRun
 from vrs_cli.teach.state_checks import (
     ConfigurationCheck,
     JointsCheck,
@@ -47,8 +47,9 @@ def _verdict(right: bool, reason: str, at: float | None = None) -> Verdict:
 # --- joints and places ------------------------------------------------------------------------------------------------
 
 
-def judge_joints(check: JointsCheck, evidence: Evidence, basis: Basis) -> Verdict:
+def judge_joints(check: JointsCheck, run: JudgedRun) -> Verdict:
     """Judge the joints at the end, at a time, or at the ends of motions."""
+    evidence, basis = run.evidence, run.basis
     units, step = evidence.arm.model.units, basis.rounding.deg
 
     def fits(q: Joints) -> bool:
@@ -65,8 +66,9 @@ def judge_joints(check: JointsCheck, evidence: Evidence, basis: Basis) -> Verdic
     return _verdict(fits(q), f"the joints are {shown} at {written(t, basis.rounding.s)} s", t)
 
 
-def judge_location(check: LocationCheck, evidence: Evidence, basis: Basis) -> Verdict:
+def judge_location(check: LocationCheck, run: JudgedRun) -> Verdict:
     """Judge the value of a location."""
+    evidence, basis = run.evidence, run.basis
     found: Transform | None = None
     for item in check.of.items:
         value = evidence.variables.get(item)
@@ -84,8 +86,9 @@ def judge_location(check: LocationCheck, evidence: Evidence, basis: Basis) -> Ve
     return _verdict(right, text)
 
 
-def judge_configuration(check: ConfigurationCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+def judge_configuration(check: ConfigurationCheck, run: JudgedRun) -> Verdict:
     """Judge the configuration at the end."""
+    evidence = run.evidence
     q = joints_at(evidence.arm, evidence.timeline, evidence.end)
     words = str(evidence.arm.configuration(q)).split()
     return _verdict(set(check.words) <= set(words), f"the arm is {' '.join(words)}", evidence.end)
@@ -94,8 +97,9 @@ def judge_configuration(check: ConfigurationCheck, evidence: Evidence, _basis: B
 # --- values -----------------------------------------------------------------------------------------------------------
 
 
-def judge_variable(check: VariableCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+def judge_variable(check: VariableCheck, run: JudgedRun) -> Verdict:
     """Judge the value of a variable."""
+    evidence = run.evidence
     value = evidence.variables.get(check.of.items[0])
     if value is None:
         return _verdict(False, f"{check.of.text} has no value")
@@ -107,8 +111,9 @@ def judge_variable(check: VariableCheck, evidence: Evidence, _basis: Basis) -> V
     return _verdict(right, f"{check.of.text} is {shown}")
 
 
-def judge_setting(check: SettingCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+def judge_setting(check: SettingCheck, run: JudgedRun) -> Verdict:
     """Judge a switch or a parameter."""
+    evidence = run.evidence
     value = _setting(evidence.settings, check.of)
     return _verdict(value == check.value, f"{check.of} is {value}")
 
@@ -119,14 +124,16 @@ def _setting(settings: Settings, name: str) -> float | str:
     return settings.parameters[name]
 
 
-def judge_program(check: ProgramCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+def judge_program(check: ProgramCheck, run: JudgedRun) -> Verdict:
     """Judge whether a program is in memory."""
+    evidence = run.evidence
     there = any(one.key == check.of for one in evidence.programs)
     return _verdict(there, f"there is {'a' if there else 'no'} program {check.of}")
 
 
-def judge_undone(check: UndoneCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+def judge_undone(check: UndoneCheck, run: JudgedRun) -> Verdict:
     """Judge how many commands are taken back."""
+    evidence = run.evidence
     return _verdict(evidence.undone >= check.commands, f"commands taken back: {evidence.undone}")
 
 
@@ -154,8 +161,9 @@ def commanded(evidence: Evidence) -> list[CommandedMotion]:
     return [one for _, one in sorted(found.items()) if one.begin >= evidence.started]
 
 
-def judge_motion(check: MotionCheck, evidence: Evidence, basis: Basis) -> Verdict:
+def judge_motion(check: MotionCheck, run: JudgedRun) -> Verdict:
     """Judge one motion of the step."""
+    evidence, basis = run.evidence, run.basis
     motions = commanded(evidence)
     if not motions:
         return _verdict(False, "nothing has moved in this step")
@@ -198,8 +206,9 @@ def _inside(value: float, span: ValueRange, step: float) -> bool:
     return not falls_short(value, span.least, step) and not exceeds(value, span.most, step)
 
 
-def judge_phases(check: PhasesCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+def judge_phases(check: PhasesCheck, run: JudgedRun) -> Verdict:
     """Judge the phases of the segments, without those of no length."""
+    evidence = run.evidence
     phases = [one.phase for one in evidence.timeline if one.motion.number and one.duration > 0.0]
     order, length = list(check.order), len(check.order)
     places = range(len(phases) - length + 1)
@@ -212,8 +221,9 @@ def _shortened(phases: list[Phase]) -> Iterator[str]:
     yield from names if len(names) <= 12 else [*names[:6], "...", *names[-6:]]
 
 
-def judge_passes(check: PassesCheck, evidence: Evidence, basis: Basis) -> Verdict:
+def judge_passes(check: PassesCheck, run: JudgedRun) -> Verdict:
     """Judge how near the tool comes to a place in the step."""
+    evidence, basis = run.evidence, run.basis
     place = position(basis.place(check.at))
     near, t = _nearest(evidence, place)
     step = basis.rounding.mm
@@ -235,7 +245,7 @@ def _nearest(evidence: Evidence, place: Vector) -> tuple[float, float]:
     return found
 
 
-STATE_JUDGES: Mapping[type[BaseCheck], Callable[[Any, Evidence, Basis], Verdict]] = {
+STATE_JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
     JointsCheck: judge_joints,
     LocationCheck: judge_location,
     ConfigurationCheck: judge_configuration,

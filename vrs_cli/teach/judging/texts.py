@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
+
+from msgspec.structs import replace
 
 from vrs_cli.interfaces.tasks.performing import TypedLine
+from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.printer import statement_text
-from vrs_cli.teach.checks import TypedCheck, TypedText, WordsCheck
-from vrs_cli.teach.evidence import Evidence
-from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.checks import DialectCheck, TypedCheck, TypedText, WordsCheck
+from vrs_cli.teach.judging.basis import HALF, JudgedRun
 from vrs_cli.teach.verdict import Verdict, exceeds, falls_short, written
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.numbers import count
@@ -21,10 +23,11 @@ MAX_SHOWN_CHARS = 60
 # --- words ---------------------------------------------------------------------------------------------------------
 
 
-def judge_words(check: WordsCheck, evidence: Evidence, _basis: Basis) -> Verdict:
+def judge_words(check: WordsCheck, run: JudgedRun) -> Verdict:
     """Judge which words a submission uses, in programs that may run."""
-    missing = [word for word in check.use if not any(uses(one, word) for one in evidence.programs)]
-    wrong = [word for word in check.avoid if any(uses(one, word) for one in evidence.programs)]
+    used = frozenset(word for program in run.evidence.programs for one in program.statements for word in words_of(one))
+    missing = [word for word in check.use if not _uses(run.evidence.programs, used, word)]
+    wrong = [word for word in check.avoid if _uses(run.evidence.programs, used, word)]
     reasons = []
     if missing:
         reasons.append(f"the program does not use {_listed(missing)}")
@@ -39,13 +42,13 @@ def _listed(words: list[str]) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def uses(program: Program, word: str) -> bool:
-    """Return whether a program uses a word, or an instruction that begins so: `ENABLE CP`."""
+def _uses(programs: Iterable[Program], used: Container[str], word: str) -> bool:
+    """Return whether programs use a word, or an instruction that begins so: `ENABLE CP`."""
     wanted = " ".join(word.upper().split())
-    if " " in wanted:
-        texts = (statement_text(one).upper() for one in program.statements if not isinstance(one, ast.BadLine))
-        return any(text == wanted or text.startswith(f"{wanted} ") for text in texts)
-    return any(wanted in words_of(one) for one in program.statements)
+    if " " not in wanted:
+        return wanted in used
+    statements = (one for program in programs for one in program.statements if not isinstance(one, ast.BadLine))
+    return any(f"{statement_text(one).upper()} ".startswith(f"{wanted} ") for one in statements)
 
 
 _CONTROL: Mapping[type, str] = {
@@ -82,28 +85,33 @@ def words_of(statement: Statement) -> Iterator[str]:
             yield _CONTROL[type(node)]
 
 
+def judge_dialect(check: DialectCheck, run: JudgedRun) -> Verdict:
+    """Judge whether a submission has only what a dialect has."""
+    for program in run.evidence.programs:
+        for found in beyond(replace(program, dialect=check.dialect)):
+            return Verdict(0.0, f"line {found.span.line}: {found.detail}{f' ({found.hint})' if found.hint else ''}")
+    return Verdict(1.0, f"all words are of {check.dialect.title}")
+
+
 # --- typed lines ---------------------------------------------------------------------------------------------------
 
 
-def judge_typed(check: TypedCheck, evidence: Evidence, basis: Basis) -> Verdict:
+def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
     """Judge which lines were typed, in which order and when."""
-    step, place, late = basis.rounding.s, 0, None
+    started, step, place = run.evidence.started, run.s, 0
+    typed = tuple(line._replace(t=line.t - started) for line in run.evidence.typed)
+    used = set[int]()
     for found, wanted in enumerate(check.lines):
-        place, early = _next_match(evidence.typed, place, wanted, step)
+        place, early = _next_match(typed, place, wanted, step)
         if place < 0:
             share = found / len(check.lines)
-            return Verdict(share, _missing(wanted, found, len(check.lines), early, step), evidence.clock)
-        late = evidence.typed[place - 1].t
-    if check.only and len(evidence.typed) > len(check.lines):
-        matched = set[int]()
-        at = 0
-        for wanted in check.lines:
-            at, _ = _next_match(evidence.typed, at, wanted, step)
-            matched.add(at - 1)
-        other = next(line for number, line in enumerate(evidence.typed) if number not in matched)
-        when = written(other.t, step)
-        return Verdict(0.5, f"{_shown(other.text)} was typed at {when} s, which is not wanted", other.t)
-    return Verdict(1.0, f"{count(len(check.lines), 'wanted line')} typed in order", late)
+            return Verdict(share, _missing(wanted, found, len(check.lines), early, step), run.evidence.end)
+        used.add(place - 1)
+    more = [line for number, line in enumerate(typed) if number not in used] if check.only else []
+    if more:
+        when = f"at {written(more[0].t, step)} s"
+        return Verdict(HALF, f"{shown(more[0].text)} was typed {when}, which is not wanted", started + more[0].t)
+    return Verdict(1.0, f"{count(len(check.lines), 'wanted line')} typed{' in order' if len(check.lines) > 1 else ''}")
 
 
 def _next_match(
@@ -135,13 +143,13 @@ def _missing(wanted: TypedText, found: int, total: int, other: TypedLine | None,
     if other is not None:
         bounds = [f"at {written(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
         bounds += [f"by {written(wanted.before, step)} s"] if wanted.before < LATEST else []
-        return f"{_shown(other.text)} was typed at {written(other.t, step)} s, it is wanted {' and '.join(bounds)}"
-    what = f"a line that fits {_shown(wanted.text)}" if wanted.pattern else _shown(wanted.text)
+        return f"{shown(other.text)} was typed at {written(other.t, step)} s, it is wanted {' and '.join(bounds)}"
+    what = f"a line that fits {shown(wanted.text)}" if wanted.pattern else shown(wanted.text)
     after = "" if not found else f" after the {count(found, 'line')} before it"
     return f"{what} was not typed{after} ({found} of {total} wanted lines)"
 
 
-def _shown(text: str) -> str:
+def shown(text: str) -> str:
     """Return a text in quotes, cut where it is long."""
     cut = text.strip() if len(text.strip()) <= MAX_SHOWN_CHARS else f"{text.strip()[: MAX_SHOWN_CHARS - 3]}..."
     return f'"{cut}"'

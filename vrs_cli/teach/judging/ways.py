@@ -1,0 +1,248 @@
+"""Judges the way of the tool's tip: places, lines and arcs, stops, boxes, speeds, and the way of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import acos, dist, hypot
+
+from vrs_cli.engine.tool_path import distance_from_line
+from vrs_cli.kinematics.transform import (
+    TURN,
+    Vector,
+    added,
+    cross,
+    dot,
+    inverse,
+    length,
+    moved_point,
+    scaled,
+    subtracted,
+    unit,
+)
+from vrs_cli.teach.checks import (
+    AccelerationCheck,
+    KeepOutCheck,
+    NoStopCheck,
+    PathCheck,
+    PlacesCheck,
+    SpeedCheck,
+)
+from vrs_cli.teach.judging.basis import HALF, MORE, NEAR, JudgedRun
+from vrs_cli.teach.search import Found, Measure, below, clipped, farthest, greatest, least, nearest, within
+from vrs_cli.teach.tip import Piece, stops
+from vrs_cli.teach.verdict import Verdict, exceeds, largest, written
+from vrs_cli.values.numbers import count
+from vrs_cli.values.world import SpanKind
+
+Window = tuple[float, float]  # from when to when [s]
+FLAT = 1e-6  # [m] three places this near to one line make no arc
+
+
+def _reach(mm: float, run: JudgedRun) -> float:
+    """Return how near to a place the tip has to be to have passed it [m]."""
+    return 1e-3 * largest(mm, run.mm)
+
+
+# --- places ----------------------------------------------------------------------------------------------------------
+
+
+def judge_places(check: PlacesCheck, run: JudgedRun) -> Verdict:
+    """Judge which places the tip passed, in order."""
+    t, reach, total = run.evidence.started, _reach(check.mm, run), len(check.places)
+    for found, place in enumerate(check.places):
+        target = run.basis.point(place)
+        after = clipped(run.tip, t, run.evidence.end)
+        if not after:
+            return Verdict(found / total, f"the tool did not move on to {run.said(target)}", t)
+        passed = within(after, target, reach, run.precision)
+        if not passed:
+            near = nearest(after, target, run.precision)
+            since = f" after {written(t, run.s)} s" if found else ""
+            return Verdict(
+                found / total,
+                f"the tool came no nearer to {run.said(target)}{since} than {written(1000.0 * near.value, run.mm)} mm, "
+                f"{written(check.mm, run.mm)} mm allowed; {found} of {count(total, 'place')} passed",
+                near.t,
+            )
+        t = passed[0][0]
+    return Verdict(1.0, f"the tool passed {count(total, 'place')}{' in order' if total > 1 else ''}")
+
+
+def windows(run: JudgedRun, a: Vector, b: Vector, mm: float) -> list[Window]:
+    """Return from when to when the tip goes from one place to another: since it left the first for the last time, until
+    it came to the second.
+    """
+    reach = _reach(mm, run)
+    left, came = (within(run.tip, place, reach, run.precision) for place in (a, b))
+    found = list[Window]()
+    for number, (_, leaves) in enumerate(left):
+        again = left[number + 1][0] if number + 1 < len(left) else run.evidence.end
+        arrival = next((begin for begin, end in came if end >= leaves), None)
+        if arrival is not None and arrival <= again:
+            found.append((leaves, max(arrival, leaves)))
+    return found
+
+
+def _did_not_go(run: JudgedRun, a: Vector, b: Vector, mm: float) -> Verdict:
+    """Return the verdict where the tip never went from one place to another."""
+    for what, place in (("beginning", a), ("end", b)):
+        near = nearest(run.tip, place, run.precision)
+        if near.value > _reach(mm, run):
+            far = f"{written(1000.0 * near.value, run.mm)} mm, {written(mm, run.mm)} mm allowed"
+            return Verdict(0.0, f"the tool came no nearer to the {what} {run.said(place)} than {far}", near.t)
+    return Verdict(0.0, f"the tool did not go from {run.said(a)} to {run.said(b)}")
+
+
+# --- lines, arcs, stops ----------------------------------------------------------------------------------------------
+
+
+def judge_path(check: PathCheck, run: JudgedRun) -> Verdict:
+    """Judge how far the tip was from a line or an arc, in the best of its passes."""
+    a, b = run.basis.point(check.begin), run.basis.point(check.end)
+    found = windows(run, a, b, check.mm)
+    if not found:
+        return _did_not_go(run, a, b, check.mm)
+    if check.via is None:
+        measure, search, way = (lambda p: distance_from_line(p, a, b)), greatest, "line"
+    else:
+        measure, search, way = arc_measure(a, run.basis.point(check.via), b), farthest, "arc"
+    best = min((_worst(run, window, search, measure) for window in found), key=lambda one: one.value)
+    far = 1000.0 * best.value
+    if not exceeds(far, check.mm, run.mm):
+        return Verdict(1.0, f"the tool stayed within {written(check.mm, run.mm)} mm of the {way}")
+    share = HALF if not exceeds(far, NEAR * check.mm, run.mm) else 0.0
+    allowed = f"{written(far, run.mm)} mm from the {way}, {written(check.mm, run.mm)} mm allowed"
+    return Verdict(share, f"the tool was {allowed}, at {written(best.t, run.s)} s at {run.said(best.place)}", best.t)
+
+
+def _worst(run: JudgedRun, window: Window, search: Callable[..., Found], measure: Measure) -> Found:
+    found: Found = search(clipped(run.tip, *window) or run.tip[:1], measure, run.precision)
+    return found
+
+
+def arc_measure(a: Vector, via: Vector, b: Vector) -> Measure:
+    """Return the distance from the arc from a through another place to b. Raises ValueError for places on one line."""
+    u, v = subtracted(via, a), subtracted(b, a)
+    normal = cross(u, v)
+    square = dot(normal, normal)
+    if square < (FLAT * length(v)) ** 2:
+        raise ValueError("the three places of the arc are on one line")
+    toward = added(scaled(cross(v, normal), dot(u, u)), scaled(cross(normal, u), dot(v, v)))
+    centre = added(a, scaled(toward, 0.5 / square))
+    n, x = unit(normal), unit(subtracted(a, centre))
+    y, radius = cross(n, x), dist(a, centre)
+    turn = _angle(subtracted(b, centre), x, y)  # from a to b by way of the third place: it lies ahead, as n has it
+
+    def measure(p: Vector) -> float:
+        r = subtracted(p, centre)
+        if _angle(r, x, y) <= turn:
+            height = dot(r, n)
+            return hypot(hypot(dot(r, x), dot(r, y)) - radius, height)
+        return min(dist(p, a), dist(p, b))
+
+    return measure
+
+
+def _angle(r: Vector, x: Vector, y: Vector) -> float:
+    """Return how far a direction is turned from x towards y, from 0 to a whole turn [rad]."""
+    across, up = dot(r, x), dot(r, y)
+    size = hypot(across, up)
+    if size == 0.0:
+        return 0.0
+    angle = acos(max(-1.0, min(1.0, across / size)))
+    return angle if up >= 0.0 else TURN - angle
+
+
+def judge_no_stop(check: NoStopCheck, run: JudgedRun) -> Verdict:
+    """Judge whether the arm stopped between two places, in the best of its passes."""
+    a, b = run.basis.point(check.begin), run.basis.point(check.end)
+    found = windows(run, a, b, check.mm)
+    if not found:
+        return _did_not_go(run, a, b, check.mm)
+    timeline = run.evidence.timeline
+    halts = [[one for one in stops(timeline, *w) if one[0] < w[1] and one[1] > w[0]] for w in found]
+    fewest = min(halts, key=len)
+    if not fewest:
+        return Verdict(1.0, "the arm did not stop on the way")
+    t = fewest[0][0]
+    place = nearest(clipped(run.tip, t, run.evidence.end) or run.tip[-1:], a, 1.0).place
+    more = f", and {count(len(fewest) - 1, 'time')} more" if len(fewest) > 1 else ""
+    return Verdict(0.0, f"the arm stopped on the way, at {written(t, run.s)} s at {run.said(place)}{more}", t)
+
+
+# --- boxes -----------------------------------------------------------------------------------------------------------
+
+
+def judge_keep_out(check: KeepOutCheck, run: JudgedRun) -> Verdict:
+    """Judge whether the tip entered a box, by more than the rounding."""
+    T_box_world = inverse(run.basis.place(check.at))
+    half = tuple(0.5 * size for size in check.size)
+
+    def outside(p: Vector) -> float:
+        """How far a place is outside of the box, along its axes; less than 0 inside."""
+        return max(abs(x) - h for x, h in zip(moved_point(T_box_world, p), half, strict=True))
+
+    limit = 1e-3 * largest(0.0, run.mm)
+    deepest = least(run.tip, outside, run.precision, enough=-limit)
+    if not exceeds(-1000.0 * deepest.value, 0.0, run.mm):
+        return Verdict(1.0, "the tool kept out of the box")
+    entered = next(t for t, _ in below(run.tip, outside, -limit, run.precision))
+    deep = f"{written(-1000.0 * deepest.value, run.mm)} mm deep at {run.said(deepest.place)}"
+    return Verdict(0.0, f"the tool entered the box at {written(entered, run.s)} s, {deep}", entered)
+
+
+# --- speeds ----------------------------------------------------------------------------------------------------------
+
+
+def judge_speed(check: SpeedCheck, run: JudgedRun) -> Verdict:
+    """Judge the speed of the tip."""
+    return _judge_rate(check, run, run.velocity, "speed", check.mm_s, "mm/s")
+
+
+def judge_acceleration(check: AccelerationCheck, run: JudgedRun) -> Verdict:
+    """Judge the acceleration of the tip."""
+    return _judge_rate(check, run, run.acceleration, "acceleration", check.mm_s2, "mm/s2")
+
+
+def _judge_rate(
+    check: SpeedCheck | AccelerationCheck, run: JudgedRun, rates: Sequence[Piece], what: str, most: float, unit_: str
+) -> Verdict:
+    spans: list[Window] | None = None
+    where = ""
+    if check.around is not None:
+        place = run.basis.point(check.around)
+        spans = within(run.tip, place, 1e-3 * check.radius, run.precision)
+        where = f" within {written(check.radius, run.mm)} mm of {run.said(place)}"
+        if not spans:
+            return Verdict(0.0, f"the tool was never{where}")
+    if check.holding:
+        held = _held_spans(run, check.holding)
+        where += f" with the {check.holding} in the hand"
+        if not held:
+            return Verdict(0.0, f"the hand never held the {check.holding}")
+        spans = held if spans is None else _common(spans, held)
+    pieces = [piece for span in spans for piece in clipped(rates, *span)] if spans is not None else list(rates)
+    if not pieces:
+        return Verdict(0.0, f"the tool was never{where}")
+    found = greatest(pieces, length, run.precision, enough=1e-3 * largest(most, run.mm))
+    value = 1000.0 * found.value
+    if not exceeds(value, most, run.mm):
+        return Verdict(1.0, f"the {what} of the tool stayed within {written(most, run.mm)} {unit_}{where}")
+    share = HALF if not exceeds(value, MORE * most, run.mm) else 0.0
+    text = f"the {what} of the tool was {written(value, run.mm)} {unit_}{where} at {written(found.t, run.s)} s"
+    return Verdict(share, f"{text}, {written(most, run.mm)} {unit_} allowed", found.t)
+
+
+def _held_spans(run: JudgedRun, part: str) -> list[Window]:
+    """Return from when to when the hand held a part."""
+    course, end = run.evidence.course, run.evidence.end
+    if course is None:
+        return []
+    spans = (span for span in course.spans(part, end) if span.kind is SpanKind.HELD)
+    return [(span.begin, min(span.end, end)) for span in spans if span.begin < end]
+
+
+def _common(a: Sequence[Window], b: Sequence[Window]) -> list[Window]:
+    """Return the times that two lists have in common."""
+    both = ((max(one[0], other[0]), min(one[1], other[1])) for one in a for other in b)
+    return [span for span in both if span[1] > span[0]]

@@ -1,0 +1,390 @@
+"""The table of kinds of checks: how checks.toml says each of them. Reading and documentation use it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from importlib.util import find_spec
+from typing import Any, cast
+
+from vrs_cli.errors import did_you_mean
+from vrs_cli.extras import how_to_install
+from vrs_cli.files.cell_text import FARTHEST, CellEntry
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
+from vrs_cli.language.words.instructions import PROGRAM_WORDS
+from vrs_cli.language.words.values import OUTPUTS
+from vrs_cli.teach.check_kind import REQUIRED, CheckKind, Key
+from vrs_cli.teach.checks import (
+    NO_OFFSET,
+    AccelerationCheck,
+    AnyCheck,
+    ClearanceCheck,
+    ContactCheck,
+    CycleTimeCheck,
+    DialectCheck,
+    HeldCheck,
+    KeepOutCheck,
+    LikeModelCheck,
+    NoErrorCheck,
+    NoStopCheck,
+    Pair,
+    PartAtCheck,
+    PathCheck,
+    PlacesCheck,
+    SignalChange,
+    SignalsCheck,
+    SpeedCheck,
+    ToolAtCheck,
+    TypedCheck,
+    TypedText,
+    WordsCheck,
+)
+from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.places import ModelPlace, Place
+from vrs_cli.teach.state_checks import STATE_KINDS
+from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.values.dialect import DIALECTS, Dialect
+
+MAX_POINTS = 1000.0
+MAX_SPEED = 1e6  # [mm/s], [mm/s2]
+WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # of the language
+
+
+# --- reading values --------------------------------------------------------------------------------------------------
+
+
+def _millimetres(text: ExerciseText, entry: CellEntry, key: str) -> float:
+    return text.number(entry, key, 0.0, FARTHEST, "mm")
+
+
+def _degrees(text: ExerciseText, entry: CellEntry, key: str) -> float:
+    return text.number(entry, key, 0.0, 180.0, "deg")
+
+
+def _seconds(text: ExerciseText, entry: CellEntry, key: str) -> float:
+    return text.number(entry, key, 0.0, LATEST, "s")
+
+
+def _per_second(text: ExerciseText, entry: CellEntry, key: str) -> float:
+    return text.number(entry, key, 0.0, MAX_SPEED)
+
+
+def _points(text: ExerciseText, entry: CellEntry, key: str) -> float:
+    return text.number(entry, key, 0.0, MAX_POINTS)
+
+
+def _switch(text: ExerciseText, entry: CellEntry, key: str) -> bool:
+    return text.switch(entry, key)
+
+
+def _offset(text: ExerciseText, entry: CellEntry, key: str) -> tuple[float, float, float]:
+    return text.place(entry, key)
+
+
+def _size(text: ExerciseText, entry: CellEntry, key: str) -> tuple[float, float, float]:
+    return text.size(entry, key)
+
+
+def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:
+    """Read a place that is known without the model's run."""
+    return _not_of_model(text, entry, key, text.exercise_place(entry, key))
+
+
+def _not_of_model(text: ExerciseText, entry: CellEntry, key: str, place: Place) -> Place:
+    if isinstance(place, ModelPlace):
+        text.fault(entry, key, '"model" is a place for tool_at and part_at: give numbers or a given location')
+    return place
+
+
+def _places(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Place, ...]:
+    found = text.list_of(entry, key, 'a list of places, such as ["part", [300, 450, -200]]')
+    return tuple(_not_of_model(text, entry, key, text.place_of(entry, key, one)) for one in found)
+
+
+def _pairs(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Pair, ...]:
+    """Read pairs of names of things that may touch."""
+    found = list[Pair]()
+    for one in text.list_of(entry, key, 'a list of pairs, such as [["hand", "box"]]'):
+        if not (isinstance(one, list) and len(one) == 2 and all(isinstance(name, str) for name in one)):
+            text.fault(entry, key, 'each is a pair of names, such as ["hand", "box"]')
+            continue
+        first, second = (text.name(entry, key, name, text.bodies, "body") for name in one)
+        found.append((first, second))
+    return tuple(found)
+
+
+def _words(text: ExerciseText, entry: CellEntry, key: str) -> tuple[str, ...]:
+    """Read words of the language, or the beginnings of instructions: `ENABLE CP`."""
+    found = text.texts(entry, key)
+    for one in found:
+        word = one.upper().split()[0] if one.split() else ""
+        if word not in WORDS:
+            hint = did_you_mean(word, WORDS, "HELP lists them")
+            text.fault(entry, key, f"{one[:40]!r} is no word of the language; {hint}")
+    return found
+
+
+def _dialect(text: ExerciseText, entry: CellEntry, key: str) -> Dialect:
+    word = text.one_of(entry, key, DIALECTS)
+    return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
+
+
+def _span(text: ExerciseText, entry: CellEntry) -> tuple[float, float]:
+    """Read `after` and `before` of one thing in a list [s]."""
+    after, before = (text.seconds(entry, key) for key in ("after", "before"))
+    after, before = after or 0.0, LATEST if before is None else before
+    if before < after:
+        text.fault(entry, "before", f"it is earlier than after, {after:g} s")
+    return after, before
+
+
+def _typed_lines(text: ExerciseText, entry: CellEntry, key: str) -> tuple[TypedText, ...]:
+    found = []
+    for one in text.list_of(entry, key, 'a list of lines, such as ["ready", {pattern = "part [0-9]+", before = 5}]'):
+        if isinstance(one, str):
+            found.append(TypedText(one))
+            continue
+        if not isinstance(one, dict) or ("text" in one) is ("pattern" in one):
+            text.fault(entry, key, "each is a text, {text = ...} or {pattern = ...}, with after and before if need be")
+            continue
+        inner = CellEntry(f"{entry.name}{key}: ", text.lines_from(entry, key), one)
+        text.check_keys(inner, ("text", "pattern", "after", "before"))
+        word = "pattern" if "pattern" in one else "text"
+        wanted = text.text(inner, word)
+        if word == "pattern":
+            try:
+                re.compile(wanted)
+            except (re.error, OverflowError) as error:
+                text.fault(inner, "pattern", f"it is no regular expression: {error}")
+        found.append(TypedText(wanted, word == "pattern", *_span(text, inner)))
+    return tuple(found)
+
+
+def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[SignalChange, ...]:
+    found = []
+    for one in text.list_of(entry, key, "a list of signals, such as [1, {signal = -1, before = 5}]"):
+        row = one if isinstance(one, dict) else {"signal": one}
+        inner = CellEntry(f"{entry.name}{key}: ", text.lines_from(entry, key), row)
+        text.check_keys(inner, ("signal", "after", "before", "near", "mm"))
+        signal = text.signal(inner, "signal") or 1
+        if abs(signal) not in OUTPUTS:
+            text.fault(inner, "signal", f"{signal} is no output: checks look at 1 to 512, which programs set")
+        if ("near" in row) is not ("mm" in row):
+            text.fault(inner, "near", "near and mm belong together")
+        near = _known_place(text, inner, "near") if "near" in row else None
+        mm = _millimetres(text, inner, "mm") if "mm" in row else 0.0
+        found.append(SignalChange(signal, *_span(text, inner), near, mm))
+    return tuple(found)
+
+
+# --- the table -------------------------------------------------------------------------------------------------------
+
+_AT = Key("at", ExerciseText.exercise_place, "the place", REQUIRED)
+_MM = Key("mm", _millimetres, "how far from the place it may be [mm]", REQUIRED)
+_DEG = Key("deg", _degrees, "how far its orientation may be off [deg]; without it, any orientation", None)
+_OFFSET = Key("offset", _offset, "from the place to where it is to be, in the world [mm]", NO_OFFSET)
+_FROM = Key("from", _known_place, "the place where the way begins", REQUIRED, "begin")
+_TO = Key("to", _known_place, "the place where it ends", REQUIRED, "end")
+_ALLOW = Key("allow", _pairs, "pairs that may touch: parts, fixtures, floor, base, link 1, ..., hand", ())
+_ONLY_WHERE = (
+    Key("around", _known_place, "only near this place", None),
+    Key("radius", _millimetres, "how near [mm]; with around", 0.0),
+    Key("holding", ExerciseText.part, "only while the hand holds this part", ""),
+)
+_NEAR = "half the points up to five times as far"
+_MORE = "half the points up to a tenth more"
+_EACH = "as many of the points as are right, in order"
+
+KINDS: Mapping[str, CheckKind] = {
+    "tool_at": CheckKind(ToolAtCheck, "where the tool's tip is at the end", _NEAR, (_AT, _MM, _DEG, _OFFSET)),
+    "part_at": CheckKind(
+        PartAtCheck,
+        "where a part is at the end",
+        _NEAR,
+        (Key("part", ExerciseText.part, "the part", REQUIRED), _AT, _MM, _DEG, _OFFSET),
+    ),
+    "held": CheckKind(
+        HeldCheck,
+        "what the hand holds at the end",
+        "",
+        (Key("part", ExerciseText.part, "the part; without it, the hand is to hold none", ""),),
+    ),
+    "places": CheckKind(
+        PlacesCheck,
+        "places that the tool's tip passes, in order",
+        _EACH,
+        (
+            Key("places", _places, "the places", REQUIRED),
+            Key("mm", _millimetres, "how far from each the tip may pass [mm]", REQUIRED),
+        ),
+    ),
+    "path": CheckKind(
+        PathCheck,
+        "that the tip goes along a straight line, or along an arc",
+        _NEAR,
+        (
+            _FROM,
+            _TO,
+            Key("via", _known_place, "a place on the arc; without it, the way is a straight line", None),
+            Key("mm", _millimetres, "how far from the line or arc, and from its ends, the tip may be [mm]", REQUIRED),
+        ),
+    ),
+    "no_stop": CheckKind(
+        NoStopCheck,
+        "that the arm goes from one place to another without a stop",
+        "",
+        (_FROM, _TO, Key("mm", _millimetres, "how far from both places the tip may pass [mm]", REQUIRED)),
+    ),
+    "keep_out": CheckKind(
+        KeepOutCheck,
+        "a box that the tip does not enter",
+        "",
+        (
+            Key("at", _known_place, "the middle of the box; with O, A, T it is turned", REQUIRED),
+            Key("size", _size, "its whole sizes along X, Y and Z [mm]", REQUIRED),
+        ),
+    ),
+    "contact": CheckKind(ContactCheck, "that nothing touches that should not", "", (_ALLOW,)),
+    "clearance": CheckKind(
+        ClearanceCheck,
+        "that nothing comes too near to the arm",
+        "half the points for half the distance",
+        (Key("mm", _millimetres, "the distance that is to be kept [mm]", REQUIRED), _ALLOW),
+    ),
+    "speed": CheckKind(
+        SpeedCheck,
+        "that the tip is not too fast",
+        _MORE,
+        (Key("mm_s", _per_second, "the greatest speed [mm/s]", REQUIRED), *_ONLY_WHERE),
+    ),
+    "acceleration": CheckKind(
+        AccelerationCheck,
+        "that the tip does not accelerate too much",
+        _MORE,
+        (Key("mm_s2", _per_second, "the greatest acceleration [mm/s2]", REQUIRED), *_ONLY_WHERE),
+    ),
+    "cycle_time": CheckKind(
+        CycleTimeCheck,
+        "how long the run takes, until the arm stands",
+        _MORE,
+        (
+            Key("most", _seconds, "the longest time [s]", REQUIRED),
+            Key("least", _seconds, "the shortest time [s]", 0.0),
+        ),
+    ),
+    "signals": CheckKind(
+        SignalsCheck,
+        "changes of outputs, in order and in time",
+        _EACH,
+        (
+            Key("changes", _changes, "outputs (-1: 1 goes off), or {signal, after, before, near, mm}", REQUIRED),
+            Key("only", _switch, "whether these outputs may not change besides", False),
+        ),
+    ),
+    "typed": CheckKind(
+        TypedCheck,
+        "lines that TYPE writes, in order and in time",
+        _EACH,
+        (
+            Key("lines", _typed_lines, "texts, or {text, after, before}, or {pattern, after, before}", REQUIRED),
+            Key("only", _switch, "whether no other line may be typed", False),
+        ),
+    ),
+    "words": CheckKind(
+        WordsCheck,
+        "words of the language that must be used, or must not be",
+        "as many of the points as words are right",
+        (
+            Key("use", _words, "words, or beginnings of instructions, that must be used", ()),
+            Key("avoid", _words, "those that must not be used", ()),
+        ),
+    ),
+    "dialect": CheckKind(
+        DialectCheck,
+        "that all words are of a dialect",
+        "",
+        (Key("dialect", _dialect, f"one of {', '.join(DIALECTS)}", REQUIRED),),
+    ),
+    "like_model": CheckKind(
+        LikeModelCheck,
+        "that the tip goes where it goes in the model's run",
+        _NEAR,
+        (
+            Key("mm", _millimetres, "how far from the model's path it may be [mm]", REQUIRED),
+            Key("times", _switch, "whether it is to be there at the same times", False),
+            Key("deg", _degrees, "how far the tool may be turned otherwise [deg]; with times", None),
+        ),
+    ),
+    "no_error": CheckKind(NoErrorCheck, "that the program ends without an error", "", ()),
+    **STATE_KINDS,
+}
+COMMON_KEYS = (
+    Key("name", ExerciseText.text, "what students see; without it, the kind", ""),
+    Key("points", _points, "its weight", 1.0),
+    Key("hint", ExerciseText.text, "what helps where it fails", ""),
+    Key("hidden", _switch, "whether students see neither its name nor its reason", False),
+    Key("partial", _switch, "whether a part of the points can be earned", True),
+    Key("needs", ExerciseText.texts, "names of checks that must earn something, or this one earns nothing", ()),
+)
+
+# --- reading checks --------------------------------------------------------------------------------------------------
+
+
+def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[AnyCheck, ...]:
+    """Read each [[check]] of a file of checks; mistakes go to `text`. Names are unique."""
+    checks, entries = dict[str, AnyCheck](), dict[str, CellEntry]()
+    given = table.get("check", [])
+    for entry in text.entries("check", given, None):
+        check = read_check(text, entry)
+        if check is None:
+            continue
+        key = check.name.lower()
+        if key in checks:
+            text.fault(entry, "name", f"{check.name} is the name of another check: give each a name of its own")
+        checks[key], entries[key] = check, entry
+    for key, check in checks.items():
+        for name in check.needs:
+            if name.lower() not in checks or name.lower() == key:
+                others = ", ".join(other.name for other in checks.values() if other is not check)
+                text.fault(entries[key], "needs", f"{name[:80]!r} is the name of no other check; there are {others}")
+    if not given:
+        text.fault(text.whole, "check", "there is none: write [[check]], and below it kind = ...")
+    return tuple(checks.values())
+
+
+def read_check(text: ExerciseText, entry: CellEntry) -> AnyCheck | None:
+    """Read one [[check]]; None where it is wrong."""
+    wrong = len(text.wrong)
+    name = text.one_of(entry, "kind", KINDS)
+    if name is None:
+        return None
+    kind = KINDS[name]
+    keys = (*COMMON_KEYS, *kind.keys)
+    text.check_keys(entry, ("kind", *(key.name for key in keys)))
+    values: dict[str, Any] = {"name": name}
+    for key in keys:
+        if key.name in entry.given or key.default is REQUIRED:
+            values[key.field or key.name] = key.read(text, entry, key.name)
+        elif key.name != "name":
+            values[key.field or key.name] = key.default
+    if len(text.wrong) > wrong:
+        return None
+    check = cast(AnyCheck, kind.check(**values))
+    _check_together(text, entry, check)
+    return check if len(text.wrong) == wrong else None
+
+
+def _check_together(text: ExerciseText, entry: CellEntry, check: AnyCheck) -> None:
+    """Refuse values that do not fit each other."""
+    given = entry.given
+    match check:
+        case SpeedCheck() | AccelerationCheck() if ("around" in given) is not ("radius" in given):
+            text.fault(entry, "around", "around and radius belong together")
+        case CycleTimeCheck() if check.least > check.most:
+            text.fault(entry, "least", f"it is more than most, {check.most:g} s")
+        case WordsCheck() if not (check.use or check.avoid):
+            text.fault(entry, "use", "nothing is looked for: it needs use or avoid")
+        case LikeModelCheck() if check.deg is not None and not check.times:
+            text.fault(entry, "deg", "it compares orientations at the same times: write times = true")
+        case ContactCheck() | ClearanceCheck() if find_spec("mujoco") is None:
+            text.fault(entry, "kind", f"contacts need mujoco-core ({how_to_install('mujoco-core')})")
