@@ -24,7 +24,7 @@ INSTANT = 1e-4  # [s] to which times are found at which a measure crosses a valu
 Measure = Callable[[Vector], float]
 
 
-class Found(NamedTuple):
+class Extreme(NamedTuple):
     """A value of a measure, when it was found [s], and where the curve is then."""
 
     value: float
@@ -40,14 +40,14 @@ class _End(NamedTuple):
     m: float
 
 
-def greatest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Found:
+def greatest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Extreme:
     """Return the greatest value of a convex measure, to a precision; one that is no more than `enough` where none is.
     Raises ValueError for no piece.
     """
     return _best(pieces, measure, lambda a, b: max(a.m, b.m), precision, enough)
 
 
-def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough: float = inf) -> Found:
+def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough: float = inf) -> Extreme:
     """Return the nearest approach to a target, to a precision; one that is no less than `enough` where none is nearer.
     Raises ValueError for no piece.
     """
@@ -61,13 +61,13 @@ def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough
     return found._replace(value=-found.value)
 
 
-def least(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = inf) -> Found:
+def least(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = inf) -> Extreme:
     """Return the least value of a measure, as `nearest` does."""
     found = _best(pieces, lambda c: -measure(c), lambda a, b: 0.5 * (a.m + b.m + dist(a.c, b.c)), precision, -enough)
     return found._replace(value=-found.value)
 
 
-def farthest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Found:
+def farthest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Extreme:
     """Return the greatest value of a measure that need not be convex, as `greatest` does."""
     return _best(pieces, measure, lambda a, b: 0.5 * (a.m + b.m + dist(a.c, b.c)), precision, enough)
 
@@ -78,9 +78,9 @@ def _best(
     on_line: Callable[[_End, _End], float],
     precision: float,
     enough: float,
-) -> Found:
+) -> Extreme:
     """Return the greatest value. `on_line`: the most that it can be on the straight line between two looks."""
-    best: Found | None = None
+    best: Extreme | None = None
     waiting = list[tuple[float, int, _End, _End]]()
 
     def look(piece: Piece, s: float) -> _End:
@@ -88,7 +88,7 @@ def _best(
         c = piece.at(s)
         end = _End(s, c, measure(c))
         if best is None or end.m > best.value + NOISE:
-            best = Found(end.m, piece.start + s, c)
+            best = Extreme(end.m, piece.start + s, c)
         return end
 
     for number, piece in enumerate(pieces):

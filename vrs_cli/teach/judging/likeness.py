@@ -11,7 +11,7 @@ from vrs_cli.kinematics.transform import Vector, length, subtracted
 from vrs_cli.teach.checks import LikeModelCheck
 from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.judging.basis import HALF, NEAR, PRECISION, JudgedRun
-from vrs_cli.teach.search import Found, farthest, greatest, most_turned
+from vrs_cli.teach.search import Extreme, farthest, greatest, most_turned
 from vrs_cli.teach.tip import Piece, tip_pieces, turning_pieces
 from vrs_cli.teach.verdict import Verdict, exceeds, largest, written
 
@@ -99,7 +99,7 @@ def _on_same_path(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Ver
     return Verdict(share, f"the model's path goes by {run.said(missed.place)}, the tool came no nearer than {far}")
 
 
-def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, enough: float) -> Found:
+def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, enough: float) -> Extreme:
     """Return how far a curve goes from the path of another at most."""
     lines = [(a, b, dist(a, b)) for a, b in pairwise(path_points(path, 1e-3 * COARSE * run.mm))]
     recent = lines[0]

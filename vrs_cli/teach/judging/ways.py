@@ -28,7 +28,7 @@ from vrs_cli.teach.checks import (
     SpeedCheck,
 )
 from vrs_cli.teach.judging.basis import HALF, MORE, NEAR, JudgedRun
-from vrs_cli.teach.search import Found, Measure, below, clipped, farthest, greatest, least, nearest, within
+from vrs_cli.teach.search import Extreme, Measure, below, clipped, farthest, greatest, least, nearest, within
 from vrs_cli.teach.tip import Piece, stops
 from vrs_cli.teach.verdict import Verdict, exceeds, largest, written
 from vrs_cli.values.numbers import count
@@ -115,8 +115,8 @@ def judge_path(check: PathCheck, run: JudgedRun) -> Verdict:
     return Verdict(share, f"the tool was {allowed}, at {written(best.t, run.s)} s at {run.said(best.place)}", best.t)
 
 
-def _worst(run: JudgedRun, window: Window, search: Callable[..., Found], measure: Measure) -> Found:
-    found: Found = search(clipped(run.tip, *window) or run.tip[:1], measure, run.precision)
+def _worst(run: JudgedRun, window: Window, search: Callable[..., Extreme], measure: Measure) -> Extreme:
+    found: Extreme = search(clipped(run.tip, *window) or run.tip[:1], measure, run.precision)
     return found
 
 
