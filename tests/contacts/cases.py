@@ -16,6 +16,8 @@ from vrs_cli.contacts.stages import HeldPart, Stage
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, rotation_about, translation
@@ -125,25 +127,21 @@ def random_turn(rng: Random) -> Transform:
     return rotation_about(axis, rng.uniform(0.0, pi))
 
 
-def looked_at_all(case: Case, tick: float = TICK) -> Dense:
-    """Look at all poses. A pair that touches in the first pose counts once it has come apart."""
-    checker = case.checker
+def looked_at_all(case: Case, tick: float = TICK, *, skips: bool = True) -> Dense:
+    """Look at all poses. A pair that touches in the first pose counts once it has come apart.
+
+    It `skips` the poses between which the joints turn too little for any pair to begin to touch, or to come apart.
+    """
+    checker, stage = case.checker, case.stage
     case.found()  # puts the scene into the model
     physics = checker.physics()
-    physics.margin(2.0 * APART)
-    try:
-        return _looked_at_all(case, physics, tick)
-    finally:
-        physics.margin(checker.margin)
-
-
-def _looked_at_all(case: Case, physics: Physics, tick: float) -> Dense:
-    checker, stage = case.checker, case.stage
     times = np.arange(stage.begin, stage.end + tick, tick)
-    excused, earliest, latest, since = None, None, None, dict[tuple[int, int], float]()
-    for t, q in zip(times.tolist(), joints_over(checker.arm, case.timeline, times), strict=True):
-        near: dict[tuple[int, int], float] = {}
-        for key, distance in physics.near(q):
+    q = joints_over(checker.arm, case.timeline, times)
+    ways = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q, axis=0)) @ longest_levers(physics))])
+    excused, earliest, latest, since, k = None, None, None, dict[tuple[int, int], float](), 0
+    while k < len(times):
+        t, near = float(times[k]), dict[tuple[int, int], float]()
+        for key, distance in physics.near(q[k]):
             owners = physics.owners_of(key)
             near[owners] = min(distance, near.get(owners, distance))
         excused = {owners for owners, d in near.items() if d < APART and (excused is None or owners in excused)}
@@ -154,4 +152,28 @@ def _looked_at_all(case: Case, physics: Physics, tick: float) -> Dense:
         since = {owners: since.get(owners, t) for owners, d in counting.items() if d < checker.limit - ROUNDING}
         if any(t - begun >= 1e-3 for begun in since.values()):
             return Dense(earliest, latest, t)
+        apart = [min(least, checker.margin) - checker.limit, *(APART - near[owners] for owners in excused)]
+        k = max(k + 1, int(np.searchsorted(ways, ways[k] + min(apart) - 2.0 * ROUNDING)) if skips else 0)
     return Dense(earliest, latest, None)
+
+
+def longest_levers(physics: Physics) -> Floats:
+    """Return how far any solid comes at most as a joint turns by a radian, or slides by a metre: the lengths of the
+    bodies one after the other, as MuJoCo's model has them, and the ball around the solid, whatever the pose.
+    """
+    m, model = physics.m, physics.model
+    found = np.zeros(model.joint_count)
+    for geom in range(m.ngeom):
+        body, far = int(m.geom_bodyid[geom]), float(np.linalg.norm(m.geom_pos[geom]) + m.geom_rbound[geom])
+        while body:
+            for joint in range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body]):
+                to_axis = float(np.linalg.norm(m.jnt_pos[joint]))
+                if model.links[joint].kind is JointKind.PRISMATIC:
+                    found[joint] = 1.0
+                    far += max(abs(model.lower[joint]), abs(model.upper[joint]))
+                else:
+                    found[joint] = max(found[joint], far + to_axis)
+                    far += 2.0 * to_axis
+            far += float(np.linalg.norm(m.body_pos[body]))
+            body = int(m.body_parentid[body])
+    return found
