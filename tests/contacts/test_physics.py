@@ -12,7 +12,6 @@ pytest.importorskip("mujoco")
 
 from tests.contacts.cases import random_turn
 from tests.robots import KINDS
-from vrs_cli.contacts.checker import MARGIN
 from vrs_cli.contacts.physics import Physics, Standing
 from vrs_cli.contacts.solids import Solid, SolidForm, solids_of_robot, solids_of_shape
 from vrs_cli.kinematics.model import link_frames
@@ -23,6 +22,7 @@ from vrs_cli.world.solids import Solid as WorldSolid
 from vrs_cli.world.solids import separation, solids_of
 
 BALL = Solid(SolidForm.BALL, (0.05, 0.0, 0.0))
+MARGIN = 0.03  # [m]
 (BOX,) = solids_of_shape(BoxShape((0.1, 0.1, 0.1)))
 WEDGE = Solid(SolidForm.HULL, points=((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)))
 

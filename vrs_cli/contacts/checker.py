@@ -11,9 +11,10 @@ comes into the scene, counts once it has come apart.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from math import ceil, inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,7 +36,7 @@ from vrs_cli.world.support import floor_height
 
 DEEP = 5e-4  # [m] a touch is deeper
 APART = 5e-4  # [m] two things that touched have come apart
-MARGIN = 0.03  # [m] beyond the distance that counts: pairs that are nearer are compared
+MARGIN = 0.02  # [m] beyond the distance that counts: pairs that are nearer are compared
 NUDGE = 1e-4  # [m] the shortest way after which a pair that touched is looked at again, to see it come apart
 SLIDE = 5e-3  # [m] the longest such way: of a pair that slides
 EVEN = 1e-4  # [m] a distance changes by no more from look to look where a pair slides
@@ -43,7 +44,7 @@ BENT = 1e-4  # [m] a body is no farther from where it is on a straight line betw
 CLOSE = 6e-4  # [m] pairs so near to what counts are looked at with the exact joints
 TICK = 5e-4  # [s] the shortest step
 LOOK = 5e-3  # [s] between looks for the deepest touch
-MOST_LOOKS = 100
+MOST_LOOKS = 50
 SLOTS = 32  # for parts near the arm
 
 Pair = tuple[int, int]  # two owners, the smaller one first
@@ -139,6 +140,26 @@ class Checker:
         return found
 
 
+class _SolidPair(NamedTuple):
+    """Two solids: their owners, the sums of the way that they come towards each other [m], how near they may come [m],
+    how far apart they are when they have come apart [m], and whether contacts of their owners ever count.
+    """
+
+    owners: Pair
+    sums: list[float]
+    limit: float
+    apart: float
+    counts: bool
+
+
+class _Seen(NamedTuple):
+    """A pair of solids in one pose: their distance [m], and their number in what `Physics.near` returned."""
+
+    distance: float
+    number: int
+    pair: _SolidPair
+
+
 class _Search:
     """The search in one stage. `excused`: pairs that touched, until they have come apart; None at the first stage."""
 
@@ -153,7 +174,8 @@ class _Search:
         if self.only is not None and stage.hand_too:
             self.only.add(self.n)
         self.excused = set(excused or ())
-        self.pairs: dict[int, tuple[Pair, list[float], float]] = {}
+        self.pairs: dict[int, _SolidPair] = {}  # by their keys
+        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # of the ways of solids towards a link
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}
@@ -173,13 +195,13 @@ class _Search:
         opening = np.interp(sweep.times, *stage.hand)
         self.opening = checker.stroke * np.abs(opening[1:] - opening[:-1])
         self.moving_hand = bool(self.opening.any())
-        ways = sweep.ways(bodies)
+        centres = np.array([sweep.centres(*one) for one in bodies])
+        ways = sweep.ways_of(bodies, centres)
         if between:
             ways = np.concatenate([ways, sweep.way_between(np.array(between))])
         self.most = sums_of(ways.max(axis=0) + self.opening)
-        low = np.min([sweep.centres(*one).min(axis=0) - one.ball.radius for one in bodies], axis=0)
-        high = np.max([sweep.centres(*one).max(axis=0) + one.ball.radius for one in bodies], axis=0)
-        return low - checker.margin, high + checker.margin
+        radii = checker.margin + np.array([one.ball.radius for one in bodies])[:, None]
+        return (centres.min(axis=1) - radii).min(axis=0), (centres.max(axis=1) + radii).max(axis=0)
 
     def _place(self, room: tuple[Floats, Floats]) -> None:
         """Put the arm, the held part, and the parts that stand in a room of the robot into the model."""
@@ -205,21 +227,27 @@ class _Search:
 
     # --- looking ---
 
-    def _look(self, t: float, *, exact: bool = True) -> list[tuple[int, float]]:
-        """Return the keys of the pairs of solids that are near at t, and their distances [m]."""
+    def _look(self, t: float, *, exact: bool = True) -> list[_Seen]:
+        """Return the pairs of solids that are near at t, without those that never count."""
         if self.moving_hand:
             self.physics.open_hand(float(np.interp(t, *self.stage.hand)))
-        return self.physics.near(self.sweep.exact_joints(t) if exact else self.sweep.joints(t))
+        near = self.physics.near(self.sweep.exact_joints(t) if exact else self.sweep.joints(t))
+        pairs = self.pairs
+        return [
+            _Seen(distance, number, pair)
+            for number, (key, distance) in enumerate(near)
+            if (pair := pairs.get(key) or self._pair(key)).counts
+        ]
 
-    def _known(self, key: int) -> tuple[Pair, list[float], float]:
-        """Return the owners of a pair of solids, the sums of the way that they come towards each other, and how near
-        they may come [m].
-        """
-        found = self.pairs.get(key)
-        if found is None:
-            bodies = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
-            owners = self.physics.owners_of(key)
-            found = self.pairs[key] = owners, sums_of(self._way(*bodies)), self._limit(owners)
+    def _pair(self, key: int) -> _SolidPair:
+        """Find out once what there is to know of a pair of solids."""
+        moving, other = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
+        owners, of = self.physics.owners_of(key), (moving, other.link)
+        counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
+        if of not in self.sums:
+            self.sums[of] = sums_of(self._way(*of))
+        limit = self._limit(owners)
+        found = self.pairs[key] = _SolidPair(owners, self.sums[of], limit, max(limit, 0.0) + APART, counts)
         return found
 
     def _limit(self, owners: Pair) -> float:
@@ -229,15 +257,12 @@ class _Search:
         handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
         return -DEEP if handled else self.checker.limit
 
-    def _apart(self, owners: Pair) -> float:
-        """Return how far apart two owners are that have come apart [m]."""
-        return max(self._limit(owners), 0.0) + APART
-
-    def _way(self, moving: Bounds, other: Bounds) -> Floats:
-        if other.link == 0:
+    def _way(self, moving: Bounds, other: int) -> Floats:
+        """Return how far a solid comes towards any of another link, 0 for what stands."""
+        if other == 0:
             way = self.sweep.ways([moving])[0]
         else:
-            way = self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other.link)))
+            way = self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other)))
         return np.asarray(way + self.opening) if moving.link == self.n else way
 
     def _bounds(self, number: int) -> Bounds:
@@ -247,45 +272,11 @@ class _Search:
             known = self.held_bounds if self.physics.owners[number] == self.held else STANDS
         return known
 
-    def _counts(self, key: int) -> bool:
-        owners = self._known(key)[0]
-        if self.only is not None and self.only.isdisjoint(owners):
-            return False
-        return owners not in self.excused and owners not in self.ignored
-
-    def _beyond(self, key: int, distance: float) -> float:
-        """Return how much farther apart a pair is than what counts [m]; infinite for one that does not count."""
-        return distance - self._known(key)[2] if self._counts(key) else inf
-
-    def _close(self, key: int, distance: float) -> bool:
-        """Return whether the exact joints decide if a pair touches, or if it has come apart."""
-        owners = self._known(key)[0]
-        if owners in self.excused:
-            return abs(distance - self._apart(owners)) < BENT
-        return self._beyond(key, distance) < CLOSE
-
-    def _deepest(self, near: Iterable[tuple[int, float]]) -> dict[Pair, tuple[float, int]]:
-        """Return the distance [m] and the key of the two solids of each excused pair that overlap the most: the pair
-        comes apart no sooner than they do.
-        """
-        found: dict[Pair, tuple[float, int]] = {}
-        for key, distance in near if self.excused else ():
-            owners = self._known(key)[0]
-            if owners in self.excused and owners not in self.ignored:
-                found[owners] = min(found.get(owners, (inf, 0)), (distance, key))
-        return found
-
     def _excuse(self, changed: set[int] | None) -> None:
         """Excuse the pairs that touch at the beginning: all of them, or those of the owners that have `changed`."""
-        for key, distance in self._look(self.stage.begin):
-            owners = self.physics.owners_of(key)
-            if distance < self._apart(owners) and (changed is None or changed.intersection(owners)):
-                self.excused.add(owners)
-
-    def _release(self, near: Iterable[tuple[int, float]]) -> None:
-        """Excuse no longer what has come apart."""
-        if self.excused:
-            self.excused &= {owners for key, distance in near if distance < self._apart(owners := self._known(key)[0])}
+        for distance, _, pair in self._look(self.stage.begin):
+            if distance < pair.apart and (changed is None or changed.intersection(pair.owners)):
+                self.excused.add(pair.owners)
 
     # --- the search ---
 
@@ -301,40 +292,63 @@ class _Search:
         following, slide, before = t, NUDGE, dict[Pair, float]()
         while True:
             near, bent = self._look(t, exact=False), BENT
-            if any(self._close(*one) for one in near):
+            if self._unclear(near):
                 near, bent = self._look(t), 0.0
             deepest = self._deepest(near)
-            shallow = {owners: d for owners, (d, _) in deepest.items() if self._apart(owners) - d < SLIDE}
+            shallow = {owners: one.distance for owners, one in deepest.items() if one.pair.apart - one.distance < SLIDE}
             even = all(abs(distance - before.get(owners, distance)) <= EVEN for owners, distance in shallow.items())
             if not even and slide > NUDGE and t > following:
                 slide, t = NUDGE, following
                 continue
             slide = min(2.0 * slide, SLIDE) if even else NUDGE
             before = shallow
-            self._release(near)
-            touching = [(beyond, k) for k, one in enumerate(near) if (beyond := self._beyond(*one)) < 0.0]
-            if touching:
-                key, distance = near[k := min(touching)[1]]
-                return self._contact(t, self._known(key)[0], distance, self.physics.place(k))
+            if self.excused:
+                self.excused = {owners for owners, one in deepest.items() if one.distance < one.pair.apart}
+                near = [one for one in near if one.pair.owners not in self.excused]
+            first = min(near, key=lambda one: one.distance - one.pair.limit, default=None)
+            if first is not None and first.distance < first.pair.limit:
+                return self._contact(t, first.pair, first.distance, self.physics.place(first.number))
             if t >= end:
                 return None
-            keys = {key for _, key in deepest.values()}
-            near = [one for one in near if one[0] in keys or self._counts(one[0])]
-            following = min(max(self._next(t, near, bent, NUDGE), t + TICK), end)
-            t = min(max(self._next(t, near, bent, slide), t + TICK), end)
+            reached = self.sweep.reaches(self.most, t, self.checker.margin - self.checker.limit - bent)
+            reached = self._next(t, [(pair.sums, distance - pair.limit - bent) for distance, _, pair in near], reached)
+            following, t = (
+                min(max(self._next(t, self._ways_apart(deepest, bent, least), reached), t + TICK), end)
+                for least in (NUDGE, slide)
+            )
 
-    def _next(self, t: float, near: Iterable[tuple[int, float]], bent: float, slide: float) -> float:
-        """Return the earliest time at which one of these pairs, or one that is not near, can touch. `slide`: the
-        shortest way of a pair that touched [m].
+    def _unclear(self, near: Iterable[_Seen]) -> bool:
+        """Return whether the exact joints decide if a pair touches, or if it has come apart."""
+        excused = self.excused
+        return any(
+            abs(distance - pair.apart) < BENT if pair.owners in excused else distance - pair.limit < CLOSE
+            for distance, _, pair in near
+        )
+
+    def _deepest(self, near: Iterable[_Seen]) -> dict[Pair, _Seen]:
+        """Return the two solids of each excused pair that overlap the most: the pair comes apart no sooner than they
+        do.
         """
-        checker, sweep = self.checker, self.sweep
-        earliest = sweep.reaches(self.most, t, checker.margin - checker.limit - bent)
+        found: dict[Pair, _Seen] = {}
+        for one in near if self.excused else ():
+            owners = one.pair.owners
+            if owners in self.excused and (owners not in found or one.distance < found[owners].distance):
+                found[owners] = one
+        return found
+
+    def _ways_apart(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
+        """Return the ways [m] that excused pairs have to go to come apart, and `least` at least, with their sums."""
+        return [
+            (pair.sums, max(pair.apart - distance - bent, least))
+            for owners, (distance, _, pair) in deepest.items()
+            if owners in self.excused
+        ]
+
+    def _next(self, t: float, ways: Iterable[tuple[list[float], float]], earliest: float) -> float:
+        """Return the earliest time at which one of some ways can be done since t, at most `earliest`."""
+        sweep = self.sweep
         first, last = sweep.place(t), sweep.place(earliest) + 1
-        for key, distance in near:
-            owners, sums, limit = self._known(key)
-            way = distance - limit - bent
-            if owners in self.excused:  # it comes apart first, and then it can touch again
-                way = max(self._apart(owners) - distance - bent, slide)
+        for sums, way in ways:
             if sums[last] - sums[first] >= way:
                 earliest = min(earliest, sweep.reaches(sums, t, way))
                 last = sweep.place(earliest) + 1
@@ -345,18 +359,21 @@ class _Search:
         begin, end = self.stage.begin, self.stage.end
         times = np.linspace(begin, end, ceil((end - begin) / LOOK) + 1).tolist()
         near = (one for t in times for one in self._look(t, exact=False))
-        return {owner for one in near if self._beyond(*one) < 0.0 for owner in self._known(one[0])[0]}
+        pairs = {pair.owners for distance, _, pair in near if distance < pair.limit}
+        return {owner for owners in pairs - self.excused for owner in owners}
 
-    def _contact(self, t: float, owners: Pair, distance: float, place: Vector) -> Contact:
+    def _contact(self, t: float, pair: _SolidPair, distance: float, place: Vector) -> Contact:
         """Return the contact that begins at t. It is followed until its pair has come apart, to find how deep it is."""
-        checker, end, least, limit = self.checker, self.stage.end, distance, self._limit(owners)
+        checker, end, least, (owners, limit) = self.checker, self.stage.end, distance, (pair.owners, pair.limit)
         step = max(LOOK, (end - t) / MOST_LOOKS)
+        self.physics.margin(max(limit, 0.0))
         for k in range(1, min(ceil((end - t) / step), MOST_LOOKS) + 1):
             near = self._look(min(t + k * step, end), exact=False)
-            distance = min((distance for key, distance in near if self._known(key)[0] == owners), default=inf)
+            distance = min((one.distance for one in near if one.pair.owners == owners), default=inf)
             if distance >= limit:
                 break
             least = min(least, distance)
+        self.physics.margin(checker.margin)
         moving, other = owners[::-1] if owners[1] == self.held else owners
         first, second = checker.names[moving], checker.names[other]
         return Contact(t, first, second, place, max(0.0 - least, 0.0), max(limit, 0.0) - least)

@@ -47,16 +47,16 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
     base = np.array(model.base).reshape(3, 4)
     turns[0], places[0] = base[:, :3], base[:, 3]
     cosine, sine = np.cos(q.T)[:, :, None], np.sin(q.T)[:, :, None]
-    step = np.empty((count, 3, 4))
+    turned = np.empty((count, 3, 3))  # by the joint alone
     for i, link in enumerate(model.links, 1):
-        x, y, z = np.array(link_pose(model, i, 0.0)).reshape(3, 4)
+        step, before = np.array(link_pose(model, i, 0.0)).reshape(3, 4), turns[i - 1]
         if link.kind is JointKind.PRISMATIC:
-            step[:, 0], step[:, 1], step[:, 2] = x, y, z
-            step[:, 2, 3] += q[:, i - 1]
+            moved = (before.reshape(-1, 3) @ step).reshape(count, 3, 4)
+            moved[:, :, 3] += before[:, :, 2] * q[:, i - 1, None]
         else:
-            c, s = cosine[i - 1], sine[i - 1]
-            step[:, 0], step[:, 1], step[:, 2] = c * x - s * y, s * x + c * y, z
-        moved = turns[i - 1] @ step
+            x, y, c, s = before[:, :, 0], before[:, :, 1], cosine[i - 1], sine[i - 1]
+            turned[:, :, 0], turned[:, :, 1], turned[:, :, 2] = c * x + s * y, c * y - s * x, before[:, :, 2]
+            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one product of matrices, not `count`
         turns[i], places[i] = moved[:, :, :3], moved[:, :, 3] + places[i - 1]
     return LinkFrames(turns, places)
 
@@ -118,11 +118,14 @@ class Sweep:
 
     def ways(self, bodies: Sequence[Bounds]) -> Floats:
         """Return the ways of bodies (k, N - 1)."""
-        ways = np.empty((len(bodies), len(self.times) - 1))
-        for row, (link, ball) in zip(ways, bodies, strict=True):
-            centre = self.centres(link, ball)
-            row[:] = np.sqrt(np.square(centre[1:] - centre[:-1]).sum(axis=1)) + ball.radius * self._turned[link]
-        return self._inflated(ways)
+        return self.ways_of(bodies, np.array([self.centres(*one) for one in bodies]))
+
+    def ways_of(self, bodies: Sequence[Bounds], centres: Floats) -> Floats:
+        """Return the ways of bodies whose centres are known (k, N, 3) [m]."""
+        moved = np.diff(centres, axis=1)
+        far = np.sqrt(np.einsum("kni,kni->kn", moved, moved))
+        radii = np.array([one.ball.radius for one in bodies])
+        return self._inflated(far + radii[:, None] * self._turned[[one.link for one in bodies]])
 
     def way_between(self, levers: Floats) -> Floats:
         """Return how far two bodies come towards each other, by the levers of the joints between them: a row of (n,),
