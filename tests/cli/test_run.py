@@ -20,9 +20,9 @@ from tests.cli.conftest import Vrs
 from tests.interfaces.terminals import RecordingTerminal
 from tests.live import PATIENCE
 from vrs_cli.cli.batch import BatchTerminal
-from vrs_cli.cli.fence import Alone
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.isolation import Isolation
 
 PICK = """\
 .PROGRAM pick
@@ -585,7 +585,7 @@ def test_what_is_no_folder_is_no_sandbox(vrs: Vrs, tmp_path: Path) -> None:
 
 
 def test_nobody_is_called_from_a_sandbox() -> None:
-    with Alone():
+    with Isolation():
         for act in (lambda: socket.create_connection(("127.0.0.1", 9)), lambda: subprocess.run(["true"], check=True)):
             with pytest.raises(PermissionError, match="not for this run"):
                 act()

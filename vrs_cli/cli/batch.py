@@ -8,7 +8,7 @@ import signal
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from math import inf
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 from msgspec import Struct, structs
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_dialect, chosen_robot, clock_of, teller
-from vrs_cli.cli.fence import Alone, Enough, memory, wall
+from vrs_cli.cli.fence import Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.cli.outside import PATIENCE, chosen_outside
@@ -29,6 +29,7 @@ from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, V
 from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.isolation import Isolation
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.render.control import for_stream
@@ -120,10 +121,9 @@ class Batch(Struct, frozen=True):
     def run(self) -> int:
         """Load and execute; the exit status."""
         options = self.options
-        alone = Alone() if options.sandbox is not None else nullcontext()
         running = RunProgress(self.source.path, options.max_time)
         aside = options.json or self.outputs.takes_standard_output  # where TYPE and PROMPT write
-        with memory(options.max_memory) as enough, running as progress, alone, self._folder() as folder:
+        with memory(options.max_memory) as enough, running as progress, self._folder() as folder:
             lines = piped(sys.stdin) if options.realtime is not None else None
             output = sys.stderr if aside else sys.stdout
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
@@ -131,7 +131,7 @@ class Batch(Struct, frozen=True):
             if lines is not None:
                 lines.robot = station.actor
             try:
-                with enough(), wall(options.max_wall, station.driver.end_by):
+                with self._isolated(station), enough(), wall(options.max_wall, station.driver.end_by):
                     diagnostics = station.load_text(self.source.text)
                     if has_errors(diagnostics):
                         return self._refused(station, diagnostics)
@@ -149,6 +149,13 @@ class Batch(Struct, frozen=True):
         status = max(self._ended(station, terminal, result), OK if sound else FAILED)
         stop.end(signal.SIGINT)
         return status
+
+    def _isolated(self, station: Station) -> AbstractContextManager[object]:
+        """With --sandbox the program reaches no network and starts no process."""
+        if self.options.sandbox is None:
+            return nullcontext()
+        station.contacts.prepare()
+        return Isolation()
 
     def _executed(
         self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough

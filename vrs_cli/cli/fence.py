@@ -1,10 +1,8 @@
-"""The fence of the system round a run: time on the wall, memory, and the network. What a program does is counted:
-`Limits`."""
+"""Limits of the system around a run: time on the wall and memory. What a program does is counted: `Limits`."""
 
 from __future__ import annotations
 
 import signal
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
@@ -15,8 +13,6 @@ from vrs_cli.errors import LimitReached
 
 GRACE = 2.0  # [s] to come to the end of a step; then it is broken off
 LEAST_MEMORY = 256_000_000  # bytes of address space, in which the interpreter and numpy have room
-
-AWAY = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os.spawn", "os.startfile", "os.system")
 
 Enough = Callable[[], AbstractContextManager[None]]
 
@@ -89,23 +85,3 @@ def _enough(most: int | None, lift: Callable[[], None]) -> Iterator[None]:
         lift()
         what = "there is" if most is None else f"--max-memory {most}"
         raise LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory") from None
-
-
-class Alone:
-    """While it is entered, the process opens no connection and starts no other process: Python asks before it does
-    (`sys.audit`). A hook stays for ever, so there is one."""
-
-    hooked = entered = False
-
-    def __enter__(self) -> None:
-        if not Alone.hooked:
-            sys.addaudithook(self._asked)
-        Alone.hooked = Alone.entered = True
-
-    def __exit__(self, *_error: object) -> None:
-        Alone.entered = False
-
-    @staticmethod
-    def _asked(event: str, _arguments: object) -> None:
-        if Alone.entered and event.startswith(AWAY):
-            raise PermissionError(f"--sandbox: {event} is not for this run")

@@ -38,6 +38,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "steer": Subcommand("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),
     "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
     "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    "grade": Subcommand("grade", "EXERCISE FILES ...", "grade submissions for an exercise"),
     "robots": Subcommand("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
     "completion": Subcommand("settings", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
     "lsp": Subcommand("settings", "", "the language server, which editors start"),

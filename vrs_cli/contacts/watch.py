@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -106,6 +107,11 @@ class ContactWatch:
             return None
         world = self._around()[1]
         return checker.first_contact(timeline, begin, end, world.course(timeline) if world is not None else None)
+
+    def prepare(self) -> None:
+        """Load MuJoCo now: while it is imported it may start a process, which programs of somebody else may not."""
+        if find_spec("mujoco") is not None:
+            import_module("vrs_cli.contacts.checker")
 
     def _available(self) -> bool:
         if find_spec("mujoco") is not None:

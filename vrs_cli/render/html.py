@@ -12,7 +12,7 @@ from math import ceil, floor
 
 from vrs_cli.render.blocks import PIPE, Block, Grid, Piece, TextLine
 from vrs_cli.render.chart import round_step
-from vrs_cli.render.colours import COLOURS, CURVES, GREY
+from vrs_cli.render.colours import COLOURS, CURVES, GREY, RED
 from vrs_cli.render.layout import blocks
 from vrs_cli.values.replies import Plot, Reply
 
@@ -80,8 +80,8 @@ class SvgScale:
             yield number * step
 
 
-def picture(plot: Plot) -> str:
-    """The plot as an SVG element."""
+def picture(plot: Plot, at: float | None = None) -> str:
+    """The plot as an SVG element, with a line at a time [s], where one is given."""
     values = [value for curve in plot.curves for value in curve.values]
     across = SvgScale(plot.times[0], plot.times[-1], LEFT, WIDTH - RIGHT)
     up = SvgScale(min(values), max(values), HEIGHT - BOTTOM, TOP)
@@ -90,7 +90,8 @@ def picture(plot: Plot) -> str:
         f'font-family="sans-serif" font-size="11" fill="{GREY}">'
     )
     title = _text(LEFT, 14, f"{plot.title} [{plot.unit}]", "start")
-    parts = [head, title, *_grid(across, up), *_curves(plot, across, up), "</svg>"]
+    moment = [] if at is None else [_moment(across.place(min(max(at, plot.times[0]), plot.times[-1])))]
+    parts = [head, title, *_grid(across, up), *_curves(plot, across, up), *moment, "</svg>"]
     return "\n".join(parts) + "\n"
 
 
@@ -114,6 +115,10 @@ def _curves(plot: Plot, across: SvgScale, up: SvgScale) -> Iterator[str]:
         yield f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
         y = TOP + 10 + 16 * number
         yield f'<text x="{WIDTH - RIGHT + 8}" y="{y}" fill="{colour}">{escape(curve.label)}</text>'
+
+
+def _moment(x: float) -> str:
+    return f'<path d="M{x:.1f} {TOP}V{HEIGHT - BOTTOM}" stroke="{RED}" stroke-width="2" stroke-dasharray="4 3"/>'
 
 
 def _stroke(path: str) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from html import escape
 from itertools import pairwise
-from math import floor
+from math import floor, inf
 
 import rich
 import viser
@@ -141,12 +141,20 @@ def usual_rate(timeline: Timeline) -> float:
     return min(RATE, MOST_FRAMES / max(moving, 1.0))
 
 
-def page(arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> str:
-    """A page that plays a timeline, with so many frames a second. The same text for the same timeline.
+def page(
+    arm: RobotArm,
+    timeline: Timeline,
+    rate: float,
+    world: World | None = None,
+    between: tuple[float, float] = (-inf, inf),
+) -> str:
+    """A page that plays a timeline `between` two times [s], with so many frames a second. The same text for the same
+    timeline.
 
     Raises PictureError for more frames than a page can hold.
     """
-    times = list(frame_times(timeline, rate))
+    first, last = (min(max(t, timeline.start), timeline.end) for t in between)
+    times = [first, *(t for t in frame_times(timeline, rate) if first < t < last), *[last] * (last > first)]
     if len(times) > 2 * MOST_FRAMES:
         raise PictureError(
             f"{len(times)} frames are more than a page holds",
@@ -165,6 +173,24 @@ def page(arm: RobotArm, timeline: Timeline, rate: float, world: World | None = N
         recording.insert_sleep(HOLD)
         html = recording.as_html()
     return html.replace(TITLE, f"<title>{escape(arm.model.title)}</title>", 1)
+
+
+DATA = "<script>window.__VISER_EMBED_DATA__"  # where the recording of a page of viser begins
+LOADER = """<script>
+(function () {
+  var name = location.hash.slice(1);
+  if (/^[A-Za-z0-9_.-]+$/.test(name)) document.write('<script src="replays/' + name + '.js"><' + '/script>');
+})();
+</script>"""
+
+
+def viewer_and_recording(html: str) -> tuple[str, str]:
+    """Split a page into a viewer, which plays the recording `replays/NAME.js` beside it as `viewer.html#NAME`, and the
+    text of such a file. The viewer is the same for all pages of a robot.
+    """
+    begin = html.index(DATA)
+    end = html.index("</script>", begin)
+    return html[:begin] + LOADER + html[end + len("</script>") :], html[begin + len("<script>") : end] + "\n"
 
 
 Stretch = tuple[float, float, bool]  # from, to [s], whether the robot moves

@@ -1,0 +1,144 @@
+from __future__ import annotations
+
+import csv
+import json
+import os
+import random
+import shutil
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Vrs
+from tests.teach.runs import PICK
+from tests.teach.test_grading import COPIED, LOOP
+
+MODEL = (PICK / "teacher" / "model.v2").read_text(encoding="utf-8")
+BAD = ".PROGRAM pick()\n  MOVEE part\n.END\n"
+
+
+@pytest.fixture
+def school(tmp_path: Path) -> Path:
+    """A class: files, a folder with a file, a folder without one, a link."""
+    folder = tmp_path / "class"
+    (folder / "carl").mkdir(parents=True)
+    (folder / "dora").mkdir()
+    for name, text in (("ann.v2", MODEL), ("bob.v2", BAD), ("carl/robot.v2", COPIED)):
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_a_class_becomes_a_table_and_files(vrs: Vrs, school: Path, tmp_path: Path) -> None:
+    ended = vrs("grade", PICK, school.name, "--json", "all.json", "--csv", "all.csv", "--junit", "all.xml")
+    assert (ended.status, ended.err) == (1, "")  # dora's was not graded
+    head, *rows = ended.out.splitlines()
+    assert head.split() == ["student", "points", "of", "why"]
+    assert [row.split()[:3] for row in rows[:4]] == [
+        ["ann", "8", "8"],
+        ["bob", "0", "8"],
+        ["carl", "3.5", "8"],
+        ["dora", "-", "8"],
+    ]
+    assert "not executed: line 2: *Unknown instruction* MOVEE" in rows[1]
+    assert rows[3].endswith("not graded: the folder holds 0 program files, and one is wanted")
+    assert rows[4] == "3 submissions graded, 1 not, 3.83 of 8 points on the average"
+    found = json.loads((tmp_path / "all.json").read_text())
+    assert rows[5] == f"digest {found['digest']}"
+    assert [one["student"] for one in found["submissions"]] == ["ann", "bob", "carl", "dora"]
+    table = list(csv.reader(StringIO((tmp_path / "all.csv").read_text())))
+    assert [row[3] for row in table] == ["points", "8", "0", "3.5", ""]
+    assert (tmp_path / "all.xml").read_text().startswith("<?xml")
+
+
+def test_marks_are_the_same_wherever_and_however_they_are_made(
+    vrs: Vrs, school: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (school / "loop.v2").write_text(LOOP)
+    files = sorted(str(path.relative_to(school.parent)) for path in school.iterdir())
+    first = vrs("grade", PICK, *files, "--json", "-", "--jobs", 1).out
+    random.Random(1).shuffle(files)
+    for name, value in (("TZ", "Asia/Kathmandu"), ("LC_ALL", "tr_TR.UTF-8"), ("PYTHONHASHSEED", "77")):
+        monkeypatch.setenv(name, value)
+    shutil.move(school, school.parent / "elsewhere")
+    moved = [name.replace("class", "elsewhere") for name in files]
+    assert vrs("grade", PICK, *moved, "--json", "-", "--jobs", 3).out == first
+
+
+@pytest.mark.usefixtures("school")
+def test_files_for_students_of_one_and_of_several(vrs: Vrs, tmp_path: Path) -> None:
+    assert vrs("grade", PICK, "class/ann.v2", "--gradescope", "r.json", "--check50", "-").status == 0
+    assert json.loads((tmp_path / "r.json").read_text())["score"] == 8.0
+    ended = vrs("grade", PICK, "class", "--gradescope", "marks", "--quiet")
+    assert (ended.status, ended.out, ended.err) == (1, "", "")
+    assert sorted(path.name for path in (tmp_path / "marks").iterdir()) == [
+        "ann.json",
+        "bob.json",
+        "carl.json",
+        "dora.json",
+    ]
+    refused = vrs("grade", PICK, "class", "--check50", "r.json")
+    what = "--check50 r.json is one file, and there are several submissions"
+    assert refused == (2, "", f"vrs grade: {what} (name a folder, in which each has a file: --check50 marks)\n")
+
+
+def test_what_is_wrong_is_said_in_one_line(vrs: Vrs, school: Path) -> None:
+    for words, said in (
+        (["grade"], "an exercise and submissions are wanted (vrs grade pick class)"),
+        (["grade", PICK], "an exercise and submissions are wanted (vrs grade pick class)"),
+        (["grade", "nothing", "class"], "*Nonexistent file* there is no exercise nothing"),
+        (["grade", "class", "class"], "is no exercise: it has no folder teacher"),
+        (["grade", PICK, "nobody.v2"], "*Nonexistent file* nobody.v2"),
+        (["grade", PICK, "class/*.pg"], "no file fits class/*.pg"),
+        (["grade", PICK, "class", "--json", "-", "--csv", "-"], "two outputs want standard output"),
+        (["grade", PICK, "class", "--json", "x", "--csv", "x"], "x is named twice"),
+        (["grade", PICK, "class", "--json", "none/x"], "none"),
+    ):
+        ended = vrs(*words)
+        assert (ended.status, ended.out) == (2, "")
+        assert said in ended.err
+        assert ended.err.count("\n") == 1
+    assert list(school.iterdir())
+
+
+# --- which submissions are meant -------------------------------------------------------------------------------------
+
+
+def students(vrs: Vrs, *named: str) -> list[str]:
+    """The students that words of a command line mean; all submissions are bad ones, which is quick."""
+    found = json.loads(vrs("grade", PICK, *named, "--json", "-").out)
+    return [f"{one['student']}: {one['file'] if one['status'] == 'graded' else '-'}" for one in found["submissions"]]
+
+
+def test_submissions_are_called_after_their_files_or_folders(vrs: Vrs, tmp_path: Path) -> None:
+    for name in ("a/ann.v2", "a/.hidden.v2", "a/notes.txt", "b/ben/robot.v2", "b/bea/x/robot.V2", "c/robot.v2"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(BAD)
+    assert students(vrs, "a/ann.v2") == ["ann: ann.v2"]
+    assert students(vrs, "c") == ["c: robot.v2"]
+    assert students(vrs, "b") == ["bea: robot.V2", "ben: robot.v2"]
+    assert students(vrs, "b/b*n", "c") == ["ben: robot.v2", "c: robot.v2"]
+    assert students(vrs, "b/ben/robot.v2", "c/robot.v2") == ["ben: robot.v2", "c: robot.v2"]
+    assert students(vrs, "b/ben", "c", "b", "./c") == ["bea: robot.V2", "ben: robot.v2", "c: robot.v2"]
+    assert students(vrs, "b/ben/robot.v2", "c/robot.v2", "a/ann.v2") == [
+        "a/ann: ann.v2",
+        "ben/robot: robot.v2",
+        "c/robot: robot.v2",
+    ]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links and pipes of POSIX systems")
+def test_links_and_pipes_are_not_read(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "class").mkdir()
+    (tmp_path / "class" / "ann.v2").write_text(BAD)
+    (tmp_path / "class" / "bob.v2").symlink_to("ann.v2")
+    (tmp_path / "class" / "eve").symlink_to(tmp_path)
+    os.mkfifo(tmp_path / "class" / "pipe.v2")
+    (tmp_path / "class" / "long.v2").write_bytes(b"; " * 600_000)
+    found = json.loads(vrs("grade", PICK, "class", "--json", "-").out)
+    assert {one["student"]: one["reason"] for one in found["submissions"] if one["status"] != "graded"} == {
+        "bob": "the file cannot be read: it is a link, a device or a pipe",
+        "eve": "the file cannot be read: it is a link, a device or a pipe",
+        "pipe": "the file cannot be read: it is a link, a device or a pipe",
+        "long": "the file cannot be read: it has more than 1000000 bytes",
+    }

@@ -1,0 +1,252 @@
+"""`vrs grade`: grade submissions for an exercise, and write the marks as teachers and students need them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from argparse import Namespace
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, command, group, option, size
+from vrs_cli.cli.main import FAILED, OK
+from vrs_cli.errors import FileError
+from vrs_cli.values.numbers import count
+
+if TYPE_CHECKING:
+    from vrs_cli.render.blocks import Block
+    from vrs_cli.teach.exercise import Exercise
+    from vrs_cli.teach.grading import Grader, Grading
+    from vrs_cli.teach.many import Graded
+    from vrs_cli.teach.similar import Likeness
+    from vrs_cli.teach.submission import Submission
+
+FILES = ("json", "junit", "csv", "gradescope", "check50")  # options that name a file
+FOR_ONE = ("gradescope", "check50")  # of these a file is about one submission
+
+
+def grade(options: Namespace) -> int:
+    """Grade all; returns 1 where a submission could not be graded."""
+    if options.exercise is None or not options.files:
+        raise CommandLineError("an exercise and submissions are wanted", "vrs grade pick class")
+    from vrs_cli.cli.submissions import find_submissions
+    from vrs_cli.teach.exercise import read_exercise
+    from vrs_cli.teach.shipped import find_exercise
+
+    exercise = read_exercise(find_exercise(options.exercise).resolve())
+    submissions = find_submissions(options.files)
+    _check_outputs(options, len(submissions) > 1)
+    gradings = _graded(options, exercise, submissions)
+    return FAILED if any(one.lost for one in gradings) else OK
+
+
+def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
+    """Grade all, show a table, and write all files."""
+    from vrs_cli.render.progress import RunProgress
+    from vrs_cli.teach.grading import Grader, by_student
+    from vrs_cli.teach.reports.results import results_object
+    from vrs_cli.teach.similar import similar
+
+    grader = Grader(exercise)
+    pages = None
+    if options.html is not None:
+        from vrs_cli.teach.reports.pages import Pages
+
+        pages = Pages(Path(options.html), exercise)
+        pages.name(one.student for one in submissions)
+    found = list["Grading"]()
+    total = len(submissions)
+    told = RunProgress("grading", total, told=lambda done: f"{done:.0f} of {total}")
+    try:
+        with told as progress, closing(_yielded(options, grader, submissions)) as arriving:
+            for one in arriving:
+                found.append(one.grading)
+                if pages is not None:
+                    pages.add(one.grading, one.replay)
+                progress(len(found))
+    except KeyboardInterrupt:
+        _show(exercise, by_student(found), ())
+        print(
+            f"{options.prog}: {len(found)} of {count(total, 'submission')} graded; no file is written", file=sys.stderr
+        )
+        raise
+    gradings = by_student(found)
+    alike = similar({one.student: one.text for one in submissions}, _given(exercise), exercise.similar)
+    results = results_object(exercise, gradings, alike)
+    _write(options, exercise, gradings, results)
+    if pages is not None:
+        from vrs_cli.teach.reports.pages import viewer_of
+
+        pages.finish(gradings, alike, results["digest"], viewer_of(next(iter(grader.models.values()))))
+    if not options.quiet and STANDARD_STREAM not in (getattr(options, name) for name in FILES):
+        _show(exercise, gradings, alike)
+        print(f"digest {results['digest']}")
+    return gradings
+
+
+def _yielded(options: Namespace, grader: Grader, submissions: Sequence[Submission]) -> Generator[Graded, None, None]:
+    """Grade on this machine, or on those of a Dask scheduler."""
+    from vrs_cli.teach.many import grade_many
+    from vrs_cli.teach.pool import core_count
+
+    replays = options.html is not None
+    if options.dask is None:
+        return grade_many(grader, submissions, options.jobs or core_count(), replays=replays)
+    from vrs_cli.teach.cluster import grade_on_cluster
+
+    return grade_on_cluster(options.dask, grader.exercise, submissions, replays=replays)
+
+
+def _given(exercise: Exercise) -> Iterator[str]:
+    """The program texts that students get with an exercise."""
+    for name in ("given.v2", "start.v2"):
+        path = Path(exercise.folder, "exercise", name)
+        if path.is_file():
+            yield path.read_text(encoding="utf-8", errors="replace")
+
+
+# --- outputs ---------------------------------------------------------------------------------------------------------
+
+
+def _check_outputs(options: Namespace, several: bool) -> None:
+    """Raise now what would make writing fail later: CommandLineError, FileError, PictureError."""
+    from vrs_cli.cli.outputs import check_distinct
+    from vrs_cli.files.atomic import check_writable
+
+    named = {name: path for name in FILES if (path := getattr(options, name)) is not None}
+    if list(named.values()).count(STANDARD_STREAM) > 1:
+        raise CommandLineError("two outputs want standard output", "write one into a file")
+    check_distinct(path for path in named.values() if path != STANDARD_STREAM)
+    for name, path in named.items():
+        if name in FOR_ONE and several:
+            if path == STANDARD_STREAM or (os.path.lexists(path) and not os.path.isdir(path)):
+                what = f"--{name} {path} is one file, and there are several submissions"
+                raise CommandLineError(what, f"name a folder, in which each has a file: --{name} marks")
+        elif path != STANDARD_STREAM:
+            check_writable(path)
+    if options.html is not None:
+        from vrs_cli.view3d.needs import check_view
+
+        check_view()
+
+
+def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], results: dict[str, object]) -> None:
+    """Write all files. Raises FileError."""
+    from vrs_cli.teach.reports.results import written_json
+    from vrs_cli.teach.reports.students import FOR_STUDENTS
+    from vrs_cli.teach.reports.tables import gradebook, junit
+    from vrs_cli.teach.reports.texts import file_stem
+
+    if options.json is not None:
+        _write_text(options.json, written_json(results))
+    if options.csv is not None:
+        _write_text(options.csv, gradebook(exercise, gradings))
+    if options.junit is not None:
+        _write_text(options.junit, junit(exercise, gradings))
+    for name in FOR_ONE:
+        path = getattr(options, name)
+        if path is not None and len(gradings) == 1:
+            _write_text(path, written_json(FOR_STUDENTS[name](exercise, gradings[0])))
+        elif path is not None:
+            _make_folder(path)
+            taken = set[str]()
+            for one in gradings:
+                file = Path(path, f"{file_stem(one.student, taken)}.json")
+                _write_text(str(file), written_json(FOR_STUDENTS[name](exercise, one)))
+
+
+def _write_text(path: str, text: str) -> None:
+    from vrs_cli.files.atomic import write_atomically
+
+    if path == STANDARD_STREAM:
+        sys.stdout.write(text)
+    else:
+        write_atomically(path, text)
+
+
+def _make_folder(path: str) -> None:
+    """Raises FileError."""
+    try:
+        os.makedirs(path, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror}", "name another folder") from None
+
+
+def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> None:
+    """Print a table of all, and similar submissions."""
+    from vrs_cli.render.blocks import PIPE, Grid, grid_lines, split
+
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else PIPE.width
+    for block in _blocks(exercise, gradings, alike):
+        for part in split(block, width) if isinstance(block, Grid) else (block,):
+            for line in grid_lines(part) if isinstance(part, Grid) else (part,):
+                print(line.text.rstrip())
+
+
+def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> Iterator[Block]:
+    from vrs_cli.render.blocks import Column, Grid, line, number_column
+    from vrs_cli.teach.grading import total_of
+    from vrs_cli.teach.reports.texts import plain, points_text
+
+    of = points_text(total_of(exercise))
+    columns = (Column("student"), number_column("points", 6), number_column("of", 4), Column("why", fold=True))
+    rows = (
+        (plain(one.student), "-" if one.lost else points_text(one.points), of, plain(_reason(one))) for one in gradings
+    )
+    yield Grid(columns, tuple(rows))
+    graded = [one.points for one in gradings if not one.lost]
+    mean = f", {points_text(round(sum(graded) / len(graded), 2))} of {of} points on the average" if graded else ""
+    lost = len(gradings) - len(graded)
+    yield line(f"{count(len(graded), 'submission')} graded{f', {lost} not' if lost else ''}{mean}")
+    pairs = tuple((plain(one.first), plain(one.second), f"{one.similarity:.0%}") for one in alike)
+    if pairs:
+        yield line()
+        yield Grid((Column("similar"), Column(""), number_column("by", 5)), pairs)
+
+
+def _reason(grading: Grading) -> str:
+    """Why points were lost, in one line: the check that lost most, the first of equals."""
+    if grading.lost:
+        return f"not graded: {grading.lost}"
+    if grading.stopped:
+        return grading.stopped
+    wrong = [found for _, found in grading.marks if not found.passed]
+    if not wrong:
+        return ""
+    worst = max(wrong, key=lambda found: found.of - found.points)
+    more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
+    return f"{worst.name}: {worst.reason}{more}"
+
+
+grade_parser = command(
+    "Grade submissions for an exercise: run each in all variants, and mark what it did.",
+    """A submission is a .v2 file, or a folder with one; it is called after its student. EXERCISE is a folder
+with the folders exercise and teacher, or the name of one that comes with vrs. Marks depend on steps and
+simulated time alone: they are the same on every machine. Exit status 1: something could not be graded.
+
+  vrs grade pick class                                all in a folder: ann.v2, bob.v2, carl/robot.v2
+  vrs grade pick class/*.v2 --csv grades.csv --json grades.json
+  vrs grade pick class --html pages                   a page for each student, and one for the teacher
+  vrs grade pick /autograder/submission --gradescope /autograder/results/results.json
+  vrs grade pick class --dask tcp://scheduler:8786
+""",
+    option("exercise", metavar="EXERCISE", nargs="?", help="a folder, or the name of one that comes with vrs"),
+    option("files", metavar="FILES", nargs="*", help="submissions: files, folders, patterns"),
+    option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
+    option("--dask", metavar="ADDRESS", help="grade on the workers of this Dask scheduler"),
+    option("--quiet", action="store_true", help="print no table"),
+    group(
+        "outputs, - is standard output",
+        option("--json", metavar="FILE", help="all results: marks, reasons, variants, similar submissions, digest"),
+        option("--csv", metavar="FILE", help="a table for a gradebook"),
+        option("--junit", metavar="FILE", help="JUnit's XML"),
+        option("--gradescope", metavar="FILE", help="results.json of Gradescope; of several submissions a folder"),
+        option("--check50", metavar="FILE", help="the JSON of check50; of several submissions a folder"),
+        option("--html", metavar="FOLDER", help="pages: FOLDER/students for students, FOLDER/teacher.html"),
+        about="Hidden checks are in --json, --csv, --junit and teacher.html; students' files tell the points of all "
+        "hidden checks together.",
+    ),
+)

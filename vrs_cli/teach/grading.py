@@ -1,0 +1,141 @@
+"""Grade submissions: the marks of each in all variants of an exercise, and what they come to."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from contextlib import chdir
+from pathlib import Path
+
+from msgspec import Struct, structs
+
+from vrs_cli.errors import FileDamaged, LimitReached
+from vrs_cli.teach.evidence import Evidence
+from vrs_cli.teach.exercise import Exercise, read_exercise
+from vrs_cli.teach.marking import POINT_STEP, Mark, mark
+from vrs_cli.teach.submission import NotExecuted, Submission, SubmissionRuns
+from vrs_cli.teach.verdict import rounded
+
+MAX_REASON_CHARS = 1000
+
+
+class VariantMarks(Struct, frozen=True):
+    """The marks of a run in one variant. `seed` None: nothing was moved. `stopped`: the error that ended the program,
+    or why it was not executed; `limited`: it was a limit of the exercise.
+    """
+
+    seed: int | None
+    marks: tuple[Mark, ...]
+    stopped: str = ""
+    limited: bool = False
+
+
+class Grading(Struct, frozen=True):
+    """What came of a submission. `lost`: why it was not graded, "" where it was. `sha256`: of the program's text.
+
+    A program that reaches a limit is not run in the variants after that.
+    """
+
+    student: str
+    file: str
+    sha256: str
+    lost: str = ""
+    variants: tuple[VariantMarks, ...] = ()
+
+    @property
+    def marks(self) -> tuple[tuple[int | None, Mark], ...]:
+        """Return for each check its mark in the variant in which it earned least, the first of equals, and the seed of
+        that variant.
+        """
+        rows = zip(*([(one.seed, found) for found in one.marks] for one in self.variants), strict=True)
+        return tuple(min(row, key=lambda pair: pair[1].points) for row in rows)
+
+    @property
+    def points(self) -> float:
+        """Return the points of all checks."""
+        return rounded(sum(found.points for _, found in self.marks), POINT_STEP)
+
+    @property
+    def stopped(self) -> str:
+        """Return the first error that ended the program in a variant, or why it was not executed."""
+        return next((one.stopped for one in self.variants if one.stopped), "")
+
+
+class Grader:
+    """Grades submissions for one exercise. It has its variants, and the model's evidence in each."""
+
+    def __init__(self, exercise: Exercise) -> None:
+        """Run the model solution, in all variants where checks need it. Raises FileDamaged where it cannot run."""
+        self.exercise = exercise
+        self._variants = tuple(exercise.variant(seed) for seed in exercise.seeds)
+        self.models = dict[int | None, Evidence]()
+        runs = SubmissionRuns(Submission("", "model.v2", exercise.solution))
+        for variant in self._variants if exercise.needs_model else self._variants[:1]:
+            try:
+                self.models[variant.seed] = runs.run(variant)
+            except NotExecuted as error:
+                path = Path(exercise.folder, "teacher", "model.v2")
+                raise FileDamaged(f"{path} is not executed: {error.detail}", "vrs check tells its mistakes") from None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Another process reads the exercise again."""
+        return _grader_of, (self.exercise.folder,)
+
+    def runs(self, submission: Submission) -> tuple[Grading, tuple[Evidence | None, ...]]:
+        """Run a submission in all variants, each in an empty folder in the current one, and mark what it did. Also
+        return the evidence of each run, None where it was not executed.
+        """
+        grading = lost_grading(submission, submission.unread)
+        marks, evidences = list[VariantMarks](), list[Evidence | None]()
+        if not submission.unread:
+            runs = SubmissionRuns(submission)
+            for number, variant in enumerate(self._variants):
+                os.mkdir(folder := f"variant{number}")
+                with chdir(folder):
+                    found, evidence = self._marked(variant, runs)
+                marks.append(found)
+                evidences.append(evidence)
+                if found.limited:
+                    break
+        return structs.replace(grading, variants=tuple(marks)), tuple(evidences)
+
+    def _marked(self, variant: Exercise, runs: SubmissionRuns) -> tuple[VariantMarks, Evidence | None]:
+        """Run a submission in one variant."""
+        try:
+            evidence = runs.run(variant)
+        except NotExecuted as error:
+            why = error.detail[:MAX_REASON_CHARS]
+            nothing = (
+                Mark(one.name, 0.0, one.points, "not executed", None, one.hint, one.hidden) for one in variant.checks
+            )
+            return VariantMarks(variant.seed, tuple(nothing), f"not executed: {why}"), None
+        marks = tuple(
+            structs.replace(one, reason=one.reason[:MAX_REASON_CHARS])
+            for one in mark(variant, evidence, self.models.get(variant.seed) if variant.needs_model else None)
+        )
+        fault = evidence.fault
+        if fault is None:
+            return VariantMarks(variant.seed, marks), evidence
+        stopped = f"{f'line {fault.line}: ' if fault.line else ''}{fault.message}"[:MAX_REASON_CHARS]
+        return VariantMarks(variant.seed, marks, stopped, fault.code == LimitReached.code), evidence
+
+
+def _grader_of(folder: str) -> Grader:
+    return Grader(read_exercise(folder))
+
+
+def lost_grading(submission: Submission, why: str) -> Grading:
+    """Return the grading of a submission that was not graded, and why."""
+    digest = hashlib.sha256(submission.text.encode(errors="surrogatepass")).hexdigest()
+    return Grading(submission.student, submission.file, digest, why)
+
+
+def total_of(exercise: Exercise) -> float:
+    """Return the points of all checks of an exercise."""
+    return rounded(sum(one.points for one in exercise.checks), POINT_STEP)
+
+
+def by_student(gradings: Sequence[Grading]) -> tuple[Grading, ...]:
+    """Return gradings in the order of their students' names."""
+    return tuple(sorted(gradings, key=lambda one: (one.student.casefold(), one.student)))

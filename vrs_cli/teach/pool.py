@@ -1,0 +1,204 @@
+"""A pool of processes: each item is worked on in a process of its own, forked from this one, which is warm; in an empty
+folder, behind limits of the system. Where a process cannot be forked safely, a new one is started for each item.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import shutil
+import signal
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing import get_all_start_methods, get_context
+from multiprocessing.connection import wait
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple, TypeVar
+
+from msgspec import Struct
+
+FORK = "fork" in get_all_start_methods() and sys.platform != "darwin"  # where libraries of the system break in it
+MAX_RESULT_BYTES = 64_000_000
+RESULT, ERROR = b"+", b"-"  # the first byte of what a process sends
+NO_MEMORY = 71  # the status of a process that was given no more memory
+GRACE = 2.0  # [s] the parent waits longer than a process that ends itself
+RARE = (100_000, 50, 100)  # thresholds of the garbage collector in a process that ends soon
+
+Item = TypeVar("Item")
+
+
+class Fence(Struct, frozen=True):
+    """Limits of the system for one process: time of the processor and on the wall [s], bytes of memory beyond what the
+    parent has, bytes of a file. They end what the limits of the interpreter have not ended.
+    """
+
+    cpu: float = 60.0
+    wall: float = 300.0
+    memory: int = 1_000_000_000
+    file: int = 100_000_000
+
+
+class Worked(NamedTuple):
+    """What came of an item: its result, or why there is none. `number`: of the item, from 0."""
+
+    number: int
+    result: bytes
+    lost: str = ""
+
+
+def core_count() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def work_apart(
+    work: Callable[[Item], bytes], items: Sequence[Item], jobs: int, fence: Fence
+) -> Generator[Worked, None, None]:
+    """Work on all items, so many at a time; yields as they end. A process that is killed costs its item alone.
+
+    `work` is called in an empty folder, which is removed afterwards. Where there is no fork it is pickled. When the
+    iterator is closed, all processes are ended.
+    """
+    context: Any = get_context("fork" if FORK else "spawn")
+    waiting, running = deque(enumerate(items)), dict[Any, _Process]()
+    with TemporaryDirectory(prefix="vrs-grade-", ignore_cleanup_errors=True) as root, _shared_memory():
+        try:
+            while waiting or running:
+                while waiting and len(running) < jobs:
+                    number, item = waiting.popleft()
+                    folder = Path(root, str(number))
+                    folder.mkdir()
+                    receiving, sending = context.Pipe(duplex=False)
+                    process = context.Process(target=_run_apart, args=(work, item, sending, folder, fence), daemon=True)
+                    process.start()
+                    sending.close()  # so that its end is seen when the process is gone
+                    running[receiving] = _Process(number, process, folder, time.monotonic() + fence.wall + GRACE)
+                due = min(one.deadline for one in running.values())
+                for receiving in wait(list(running), max(due - time.monotonic(), 0.0)):
+                    yield running.pop(receiving).taken(receiving, fence)
+                for receiving, one in list(running.items()):
+                    if time.monotonic() > one.deadline:
+                        one.end()
+                        yield running.pop(receiving).taken(receiving, fence)
+        finally:
+            for one in running.values():
+                one.end()
+
+
+class _Process(NamedTuple):
+    """A process at work: the item, its folder, when it is ended [s, monotonic]."""
+
+    number: int
+    process: Any
+    folder: Path
+    deadline: float
+
+    def taken(self, receiving: Any, fence: Fence) -> Worked:
+        """Return what came of it; the process has sent a result, or has ended."""
+        try:
+            sent = receiving.recv_bytes(MAX_RESULT_BYTES)
+        except (EOFError, OSError):
+            sent = b""
+        receiving.close()
+        self.process.join(0.0 if sent else GRACE)
+        late = time.monotonic() > self.deadline
+        self.end()
+        shutil.rmtree(self.folder, ignore_errors=True)
+        if sent[:1] == RESULT:
+            return Worked(self.number, sent[1:])
+        why = sent[1:].decode(errors="replace") or _why(self.process.exitcode, late, fence)
+        return Worked(self.number, b"", why)
+
+    def end(self) -> None:
+        """End it, and all processes of its group."""
+        if hasattr(os, "killpg"):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.kill()
+        self.process.join()
+
+
+def _why(status: int | None, late: bool, fence: Fence) -> str:
+    """Say why a process ended without a result."""
+    if status == NO_MEMORY:
+        return f"it needed more than {fence.memory // 1_000_000} MB of memory"
+    by = -(status or 0)
+    if late or by == getattr(signal, "SIGALRM", None):
+        return f"it took longer than {fence.wall:g} s"
+    if by == getattr(signal, "SIGXCPU", None):
+        return f"it took more than {fence.cpu:g} s of the processor"
+    if by > 0:
+        return f"its process was ended by {signal.Signals(by).name}"
+    return f"its process ended with status {status}"
+
+
+@contextmanager
+def _shared_memory() -> Iterator[None]:
+    """Let forked processes share what there is now: the garbage collector leaves it alone."""
+    if not FORK:
+        yield
+        return
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+# --- in the process of an item ---------------------------------------------------------------------------------------
+
+
+def _run_apart(work: Callable[[Item], bytes], item: Item, sending: Any, folder: Path, fence: Fence) -> None:
+    """Work on an item, and send the result."""
+    try:
+        _confine(folder, fence)
+        sent = RESULT + work(item)
+    except MemoryError:
+        os._exit(NO_MEMORY)
+    except Exception as error:  # of vrs itself: it costs this item alone
+        sent = ERROR + f"vrs itself failed: {type(error).__name__}: {error}"[:1000].encode(errors="replace")
+    sending.send_bytes(sent)
+    sending.close()
+
+
+def _confine(folder: Path, fence: Fence) -> None:
+    """Enter the folder, with a session of processes of its own, no terminal, and the limits of the system."""
+    os.chdir(folder)
+    os.umask(0o077)
+    gc.set_threshold(*RARE)
+    if hasattr(os, "setsid"):
+        os.setsid()
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nothing, stream)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
+    for name in ("SIGTERM", "SIGALRM", "SIGXCPU", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_DFL)
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, fence.wall)  # it holds even where the parent is gone
+    try:
+        import resource
+    except ImportError:  # Windows: the parent's deadline alone
+        return
+    _limit(resource.RLIMIT_CPU, max(1, round(fence.cpu)))
+    _limit(resource.RLIMIT_FSIZE, fence.file)
+    _limit(resource.RLIMIT_CORE, 0)
+    with suppress(OSError, ValueError):  # only Linux says how much there is now, and keeps such a limit
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        _limit(resource.RLIMIT_AS, pages * resource.getpagesize() + fence.memory)
+
+
+def _limit(what: int, most: int) -> None:
+    """Lower a limit of this process; one that is lower already stays."""
+    import resource
+
+    _, hard = resource.getrlimit(what)
+    least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    with suppress(ValueError, OSError):
+        resource.setrlimit(what, (least, hard))

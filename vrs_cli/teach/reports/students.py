@@ -1,0 +1,131 @@
+"""What students may see of their marks, and it as JSON for Gradescope and check50.
+
+Of hidden checks only the points of all together are told. Sources: "Autograder Specifications" of Gradescope, "JSON
+specification" of check50 3.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec import Struct
+
+from vrs_cli.teach.exercise import Exercise
+from vrs_cli.teach.grading import Grading
+from vrs_cli.teach.marking import POINT_STEP
+from vrs_cli.teach.reports.texts import plain, points_text
+from vrs_cli.teach.verdict import rounded
+
+OTHER_CHECKS = "other checks"
+CHECK50_VERSION = "3.0.0"  # whose specification it follows
+Object = dict[str, Any]
+
+
+class ShownMark(Struct, frozen=True):
+    """A mark as its student sees it. `variant`: in which variant it was earned, 0 where nothing was moved; `at`: the
+    time that shows the reason [s].
+    """
+
+    name: str
+    points: float
+    of: float
+    reason: str = ""
+    hint: str = ""
+    at: float | None = None
+    variant: int = 0
+
+    @property
+    def passed(self) -> bool:
+        """Return whether all points were earned."""
+        return self.points == self.of
+
+    @property
+    def said(self) -> str:
+        """Return the reason, and in which variant it was."""
+        place = f" (in variant {self.variant}, where the exercise has moved things)" if self.variant else ""
+        return f"{self.reason}{place}" if self.reason else ""
+
+
+def shown_marks(exercise: Exercise, grading: Grading) -> tuple[ShownMark, ...]:
+    """Return the marks of a grading that its student may see."""
+    seeds = exercise.seeds
+    open_marks = tuple(
+        ShownMark(plain(one.name), one.points, one.of, plain(one.reason), plain(one.hint), one.at, seeds.index(seed))
+        for seed, one in grading.marks
+        if not one.hidden
+    )
+    hidden = [one for _, one in grading.marks if one.hidden]
+    if not hidden:
+        return open_marks
+    points, of = sum(one.points for one in hidden), sum(one.of for one in hidden)
+    return (*open_marks, ShownMark(OTHER_CHECKS, rounded(points, POINT_STEP), rounded(of, POINT_STEP)))
+
+
+def gradescope(exercise: Exercise, grading: Grading) -> Object:
+    """Return results.json of one submission."""
+    if grading.lost:
+        output = f"Not graded: {plain(grading.lost)}. The score of 0 is no mark: ask who teaches the course."
+        return {"score": 0.0, "output": output, "output_format": "text", "stdout_visibility": "hidden", "tests": []}
+    stopped = f"The program stopped: {plain(grading.stopped)}" if grading.stopped else "The program ran to its end."
+    tests = [
+        {
+            "name": one.name,
+            "name_format": "text",
+            "score": one.points,
+            "max_score": one.of,
+            "status": "passed" if one.passed else "failed",
+            "output": "\n".join(filter(None, (one.said, one.hint and f"Hint: {one.hint}"))),
+            "output_format": "text",
+            "visibility": "visible",
+        }
+        for one in shown_marks(exercise, grading)
+    ]
+    return {
+        "score": grading.points,
+        "output": stopped,
+        "output_format": "text",
+        "stdout_visibility": "hidden",
+        "tests": tests,
+    }
+
+
+def check50(exercise: Exercise, grading: Grading) -> Object:
+    """Return the JSON that check50 writes with `-o json`, of one submission."""
+    marks = shown_marks(exercise, grading)
+    names, results = set[str](), list[Object]()
+    if grading.lost:
+        cause = {"rationale": f"not graded: {plain(grading.lost)}", "help": None}
+        marks = tuple(ShownMark(plain(one.name), 0.0, one.points) for one in exercise.checks if not one.hidden)
+    for one in marks:
+        passed = None if grading.lost else one.passed
+        if not grading.lost:
+            lost = f"{points_text(one.points)} of {points_text(one.of)} points"
+            cause = {"rationale": f"{one.said}: {lost}" if one.said else lost, "help": one.hint or None}
+        results.append(
+            {
+                "name": _identifier(one.name, names),
+                "description": one.name,
+                "passed": passed,
+                "log": [],
+                "cause": None if passed else cause,
+                "data": {} if grading.lost else {"points": one.points, "of": one.of},
+                "dependency": None,
+            }
+        )
+    return {"slug": exercise.name, "results": results, "version": CHECK50_VERSION}
+
+
+def _identifier(name: str, taken: set[str]) -> str:
+    """A name such as a function of Python has, and none of those `taken`, to which it is added."""
+    stem = re.sub(r"\W+", "_", name.lower(), flags=re.ASCII).strip("_") or "check"
+    found, number = stem, 1
+    while found in taken:
+        number += 1
+        found = f"{stem}_{number}"
+    taken.add(found)
+    return found
+
+
+FOR_STUDENTS: Mapping[str, Any] = {"gradescope": gradescope, "check50": check50}
