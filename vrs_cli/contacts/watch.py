@@ -97,8 +97,12 @@ class ContactWatch:
             delta = self._engine.trial(move)
         except (MotionError, IllegalValue):
             return None
-        found = self.first_contact(self._engine.timeline.apply(delta), delta.cut, _end(delta), self._engine.settings)
+        found = self.first_of(self._engine.timeline, delta, self._engine.settings)
         return None if found is None else structs.replace(found, t=found.t - delta.executed)
+
+    def first_of(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> Contact | None:
+        """Return the first contact of what a change brings; None too where nothing is checked."""
+        return self.first_contact(timeline.apply(delta), delta.cut, _end(delta), settings)
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, settings: Settings) -> Contact | None:
         """Return the first contact between two times [s]; None too where nothing is checked."""

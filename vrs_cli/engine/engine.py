@@ -12,7 +12,7 @@ from msgspec import Struct, structs
 from vrs_cli.engine.book import Book, Parts, silent, whole
 from vrs_cli.engine.clock import RobotClock, VirtualClock
 from vrs_cli.engine.feed import Feed
-from vrs_cli.engine.history import HistoryStep, begins
+from vrs_cli.engine.history import History, HistoryStep, begins
 from vrs_cli.engine.one_motion import rounding_begins, slowing_down
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan, plan_steering
@@ -85,6 +85,10 @@ class Postponement(Struct, frozen=True):
     text: str
     asked: float
     executed: float
+
+    @property
+    def said(self) -> str:
+        return f"{self.text or 'the motion'} is postponed from {self.asked:.3f} to {self.executed:.3f} s"
 
 
 class ToolTurning(Struct, frozen=True):
@@ -626,10 +630,26 @@ class Engine:
         motion = self._motion(move, start, executed)
         return self._planned(motion, self.now, executed, insert=self.settings.inserts)
 
+    def aside(self) -> Engine:
+        """Return an engine that goes on from here by itself: what is asked of it changes nothing here, and nobody hears
+        of it. Its book has only its own deltas.
+        """
+        clock, book = VirtualClock(), self.book
+        clock.realtime = self.realtime
+        other = Engine(self.model, clock=clock)
+        copy = Book(book.timeline, book.timeline, (), History(book.history.done), book.number)
+        copy.marks_events = book.marks_events
+        other.take_up(Bookmark(copy, self.settings, self.now))
+        return other
+
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
         """Why a MOVE or MOVES to a target from here is possible or not.
 
         Raises IllegalValue for the joints of another robot.
         """
-        stand = Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))
-        return reach_of(stand, target)
+        return reach_of(self.standpoint, target)
+
+    @property
+    def standpoint(self) -> Standpoint:
+        """The robot as it is now, for questions about what it could do from here."""
+        return Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))

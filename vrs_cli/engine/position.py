@@ -79,7 +79,7 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     joints = segment_joints(arm, segment, s)
     still = (0.0,) * len(joints)
     moving = segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
-    velocity, acceleration = _rates(arm, segment, s, joints) if moving else (still, still)
+    velocity, acceleration = rates_in(arm, segment, s, joints) if moving else (still, still)
     pose = world_pose(arm, segment.motion.frames, joints)
     hand = timeline.value_at(HAND, t)
     return Position(t, joints, velocity, acceleration, pose, hand, moving, segment.motion.text)
@@ -114,7 +114,7 @@ def world_pose(arm: RobotArm, frames: Frames, joints: Joints) -> Transform:
     return compose(inverse(frames.base), compose(arm.forward(joints), frames.tool))
 
 
-def _rates(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[Joints, Joints]:
+def rates_in(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[Joints, Joints]:
     """Return joint velocity and acceleration inside a segment; zero where a straight line begins or ends at rest."""
     path = segment.path
     if isinstance(path, JointPath):
@@ -135,7 +135,7 @@ def accelerations_at_ends(arm: RobotArm, segment: Segment) -> tuple[Joints, Join
     if isinstance(segment.path, JointPath):
         return segment.path.acceleration(0.0), segment.path.acceleration(segment.duration)
     ends = ((s, segment_joints(arm, segment, s)) for s in (0.0, segment.duration))
-    begin, end = (_rates(arm, segment, s, joints)[1] for s, joints in ends)
+    begin, end = (rates_in(arm, segment, s, joints)[1] for s, joints in ends)
     return begin, end
 
 
@@ -297,12 +297,12 @@ def _fill_rates(
             qd[these], qdd[these], alone[these] = _rates_on_line(arm, table.segment(place), s[these], q[these])
     for row in np.flatnonzero(alone):
         segment = table.segment(places[row])
-        qd[row], qdd[row] = _rates(arm, segment, float(s[row]), tuple(q[row].tolist()))
+        qd[row], qdd[row] = rates_in(arm, segment, float(s[row]), tuple(q[row].tolist()))
 
 
 def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tuple[Floats, Floats, Flags]:
-    """Return velocity and acceleration along a straight line (N, n), and which rows (N,) `_rates` has to compute one by
-    one.
+    """Return velocity and acceleration along a straight line (N, n), and which rows (N,) `rates_in` has to compute one
+    by one.
 
     These are all rows of a line with several turns, and rows whose joints are so fast that the pose is nearly singular.
     """

@@ -247,11 +247,8 @@ def _why_this_wrist(stand: Standpoint, chosen: Configuration, options: Sequence[
     if not other[0].usable:
         yield f"{name} is out of range"
     else:
-        times = [
-            max(abs(y - x) / v for x, y, v in zip(stand.here, one.joints, stand.arm.model.max_velocity, strict=True))
-            for one in (this[0], other[0])
-            if one.joints is not None
-        ]  # that the slowest joint needs at its full velocity [s]
+        pair = this[0], other[0]
+        times = [stand.arm.shortest_time(stand.here, one.joints) for one in pair if one.joints is not None]
         if times[0] < times[1]:
             yield f"{chosen.wrist.name} is reached sooner than {name}"
         else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vrs_cli.errors import RoleWanted, UsageError
-from vrs_cli.language.text.ast import Assignment, DoInstruction, Instruction, Show, Statement
+from vrs_cli.language.text.ast import Assignment, DoInstruction, ExplainCommand, Instruction, Show, Statement
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import BESIDE, COMMANDS, ON_BRANCH
 from vrs_cli.language.words.word import Role
@@ -54,6 +54,8 @@ def needed(statement: Statement) -> tuple[str, Role]:
     statement = _inner(statement)
     if isinstance(statement, Show):
         return "a look at a value", Role.OBSERVER
+    if isinstance(statement, ExplainCommand):
+        return "EXPLAIN", role_of("EXPLAIN")
     if isinstance(statement, Instruction):
         return statement.word, role_of(statement.word)
     return "a change of a variable or a program", Role.SUPERVISOR

@@ -7,7 +7,7 @@ for a motion, the limits, what a refusal says, the velocities.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from math import dist, inf
 from operator import mul
@@ -34,6 +34,7 @@ from vrs_cli.kinematics.joints import (
     JointKind,
     Joints,
     Singularity,
+    Steps,
     Twist,
     Walk,
     beyond,
@@ -160,10 +161,21 @@ class RobotArm:
 
     # --- inverse -----------------------------------------------------------------------------------------
 
-    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """The lengths [m] and angles [rad] of a closed form, by their symbols; none where the joints are searched."""
+        return {}
+
+    # how joints of a closed form become those of the robot, joint = sign (theta - offset [rad]); empty: they are them
+    senses: tuple[tuple[float, float], ...] = ()
+
+    def branch_joints(
+        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
+    ) -> Joints | None:
         """One branch, every joint on the turn nearest to `near`, whatever its limits: for straight lines.
 
-        None where the location is out of reach. At a singular wrist joint 4 stays as `near` has it.
+        None where the location is out of reach. At a singular wrist joint 4 stays as `near` has it. `steps`: a closed
+        form adds what it finds on the way.
         """
         raise NotImplementedError
 
@@ -201,7 +213,7 @@ class RobotArm:
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         """The joints of `inverse_all`, and nothing else: the fast form."""
-        middle = self._middle
+        middle = self.middle
         found = (self.branch_joints(T, way, middle) for way in self.ways)
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
@@ -215,7 +227,7 @@ class RobotArm:
         return levers(self.model)[1][0]
 
     @cached_property
-    def _middle(self) -> Joints:
+    def middle(self) -> Joints:
         return tuple((low + high) / 2 for low, high in self._limits)
 
     def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
@@ -259,9 +271,9 @@ class RobotArm:
         found = [q for way in wanted if (q := self.inverse_branch(T, way, near)) is not None]
         if not found:
             raise self._refusal(T, near, wanted)
-        return min(found, key=lambda q: self._duration(near, q))
+        return min(found, key=lambda q: self.shortest_time(near, q))
 
-    def _duration(self, a: Joints, b: Joints) -> float:
+    def shortest_time(self, a: Joints, b: Joints) -> float:
         """The time that the slowest joint needs at its full velocity [s]."""
         return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
 
@@ -286,13 +298,13 @@ class RobotArm:
 
     def _best_turns(self, q: Joints) -> Joints:
         """Each joint on the turn nearest to the middle of its range: outside only if every turn is."""
-        rows = zip(q, self._middle, self.turning, strict=True)
+        rows = zip(q, self.middle, self.turning, strict=True)
         return tuple(nearest_turn(x, middle) if turns else x for x, middle, turns in rows)
 
     def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
         """The words that bring T in reach: the fewest that do, then those of the shortest way; empty if none do."""
         ways = [
-            (len(words), self._duration(near, q), words)
+            (len(words), self.shortest_time(near, q), words)
             for configuration, q, outside in self.inverse_all(T)
             if q is not None and not outside and (words := configuration.words_beside(wanted))
         ]

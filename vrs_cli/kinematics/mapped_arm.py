@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from math import atan2
@@ -13,7 +13,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import EXACT, Chain, chain_of
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace
 from vrs_cli.kinematics.compiled import NOTHING
-from vrs_cli.kinematics.joints import ALL, ARM, Configuration, Demands, Joints, Singularity, Twist
+from vrs_cli.kinematics.joints import ALL, ARM, Configuration, Demands, Joints, Singularity, Steps, Twist
 from vrs_cli.kinematics.model import ArmTask, RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 
@@ -107,9 +107,14 @@ class MappedArm(RobotArm):
         self._bare = way.chain.base == way.chain.flange == IDENTITY
         self._same_senses = all(sign > 0.0 for sign in way.chain.signs)
         zeros = tuple([link.theta for link in way.chain.links])
+        self.senses = tuple(zip(way.chain.signs, zeros, strict=True))
         self._inner_joints, self._back = _there_and_back(way.chain.signs, zeros)
         self._order = tuple([i ^ swapped for i in range(len(self.ways))])
         self._inner_tool = lru_cache(TOOLS)(partial(compose, way.chain.flange))
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        return self.inner.constants
 
     def _inner_pose(self, T: Transform) -> Transform:
         """The pose of the flange as the inner arm has it."""
@@ -133,8 +138,10 @@ class MappedArm(RobotArm):
         back, found = self._back, self.inner.branches(self._inner_pose(T))
         return tuple([None if (q := found[i]) is None else back(q) for i in self._order])
 
-    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near))
+    def branch_joints(
+        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
+    ) -> Joints | None:
+        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near), steps)
         return None if q is None else self._back(q)
 
     @cached_property

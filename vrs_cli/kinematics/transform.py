@@ -234,6 +234,14 @@ def to_oat(T: Transform) -> Vector:
     return (o - TURN if o > pi else o) + 0.0, (atan2(h, az) - RIGHT_ANGLE) + 0.0, roll
 
 
+def oat_turns(o: float, a: float, t: float) -> tuple[Transform, Transform, Transform, Transform]:
+    """The factors of the rotation of `from_oat`: Rz(O), M, Ry(A), Rz(T). M = Rz(-90 deg) Ry(90 deg) is the tool with
+    all angles 0: it points along -Y, with its y axis along X.
+    """
+    M = Transform(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
+    return rotation_z(o), M, rotation_y(a), rotation_z(t)
+
+
 def _half_open(angle: float) -> float:
     """-pi is said as pi, and -0.0 as 0.0."""
     return pi if angle == -pi else angle + 0.0

@@ -18,9 +18,10 @@ LEAST_FOLD = 20  # a folded column is never narrower
 
 
 class TextLine(Struct, frozen=True):
-    """One line of text in pieces."""
+    """One line of text in pieces. `latex`: the same as a formula, where it is one."""
 
     pieces: tuple[Piece, ...]
+    latex: str = ""
 
     @property
     def text(self) -> str:
@@ -56,7 +57,8 @@ def number_columns(*headings: str, width: int = 10) -> tuple[Column, ...]:
 class Grid(Struct, frozen=True):
     """A table. `tight`: columns touch (their width holds the space); `boxed`: a terminal may draw rules.
 
-    Where it is too wide, the columns go below each other, the first `keys` repeated.
+    Where it is too wide, the columns go below each other, the first `keys` repeated. `latex`: the same as a formula,
+    where it is a row of matrices.
     """
 
     columns: tuple[Column, ...]
@@ -64,6 +66,7 @@ class Grid(Struct, frozen=True):
     tight: bool = False
     boxed: bool = False
     keys: int = 0
+    latex: str = ""
 
     def widths(self) -> tuple[int, ...]:
         """The characters that each column needs; numbers of a tight grid keep a blank before them."""
@@ -88,6 +91,20 @@ class Page(Struct, frozen=True):
 
 
 PIPE = Page()
+
+
+def told(text: str, ink: Ink, page: Page) -> Iterator[TextLine]:
+    """A text in as many lines as the page needs."""
+    for part in wrap(text, page.width or len(text)):
+        yield line(part, ink)
+
+
+POSE = ("X", "Y", "Z", "O", "A", "T")
+
+
+def joint_names(count: int) -> tuple[str, ...]:
+    """The headings of columns with joints."""
+    return tuple(f"JT{i}" for i in range(1, count + 1))
 
 
 def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:

@@ -13,20 +13,33 @@ from msgspec.structs import replace
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.words.values import default_form, numbers_of
 from vrs_cli.render.arm_picture import arm_picture
-from vrs_cli.render.blocks import Block, Column, Grid, Page, TextLine, line, number_column, number_columns
+from vrs_cli.render.blocks import (
+    POSE,
+    Block,
+    Column,
+    Grid,
+    Page,
+    TextLine,
+    joint_names,
+    line,
+    number_column,
+    number_columns,
+    told,
+)
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences, untrue_sentence
+from vrs_cli.render.explained import EXPLANATIONS
+from vrs_cli.render.reach import reach_report
 from vrs_cli.render.scan import scan
 from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Severity, show
 from vrs_cli.values.numbers import count, fixed, seconds
 from vrs_cli.values.replies import Reply, Tone
-from vrs_cli.values.results import CommandRecord, Comparison, Extent, LineCheck, Option, Overrun, WayOut
+from vrs_cli.values.results import CommandRecord, Comparison, Extent
 
 TONES: Mapping[Tone, Ink] = {Tone.NOTE: Ink.NOTE, Tone.WARNING: Ink.WARNING, Tone.ERROR: Ink.ERROR}
 
-POSE = ("X", "Y", "Z", "O", "A", "T")
 PLAIN_WIDTH = 80  # where a page has no width and text must be broken
 NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
@@ -84,17 +97,13 @@ def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
         yield line(f"At {seconds(position.time)}, {doing}", Ink.NOTE)
     joints = numbers_of(position.joints, reply.units)
     tool = (*numbers_of(position.T_world_tool), position.hand)
-    for headings, values in (((*POSE, "Hand"), tool), (_joints(len(joints)), joints)):
+    for headings, values in (((*POSE, "Hand"), tool), (joint_names(len(joints)), joints)):
         yield Grid(number_columns(*headings), (tuple(map(fixed, values)),), tight=True)
-
-
-def _joints(count: int) -> tuple[str, ...]:
-    return tuple(f"JT{i}" for i in range(1, count + 1))
 
 
 def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
     joints = len(reply.positions[0].joints) if reply.positions else 0
-    headings = ("t", *POSE, "Hand", *_joints(joints))
+    headings = ("t", *POSE, "Hand", *joint_names(joints))
     rows = (
         (one.time, *numbers_of(one.T_world_tool), one.hand, *numbers_of(one.joints, reply.units))
         for one in reply.positions
@@ -118,88 +127,6 @@ def _state(row: replies.PartRow) -> str:
     if row.T_world_part is None:
         return "not there"
     return "held" if row.held else f"on {row.on}" if row.on else "falls"
-
-
-def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
-    reach = reply.reach
-    options = reach.options or ((reach.goal,) if reach.goal else ())
-    joints = max((len(option.joints) for option in options if option.joints), default=0)
-    columns = (
-        Column("Configuration", Ink.NAME),
-        Column("Reach", width=8),
-        *number_columns(*_joints(joints), width=9),
-    )
-    rows = tuple(
-        (
-            str(option.configuration) or "-",
-            _verdict(option, reply.units),
-            *(map(fixed, numbers_of(option.joints, reply.units)) if option.joints else ("",) * joints),
-        )
-        for option in options
-    )
-    yield Grid(columns, rows, boxed=True, keys=1)
-    if reach.chosen is not None:
-        yield from _told(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Ink.NOTE, page)
-    elif reach.line.trouble == reach.reason:
-        yield from _told(f"MOVE, MOVES: {reach.reason}", Ink.ERROR, page)
-        return
-    else:
-        yield from _told(f"MOVE: {reach.reason}", Ink.ERROR, page)
-    yield from _line_check(reach.line, page)
-    for word, contact in (("MOVE", reply.move_contact), ("MOVES", reply.line_contact)):
-        if contact is not None:
-            yield from _told(f"{word}: {contact.said('after')}", Ink.ERROR, page)
-
-
-def _verdict(option: Option, units: JointUnits) -> str:
-    """Say that a location is in reach, which joints leave their range by how much, or how far away it is."""
-    if option.usable:
-        return "in reach"
-    if option.joints is not None:
-        return _overruns(option.overruns, units)
-    if option.too_far is None:
-        return "out of reach"
-    return f"{1e3 * abs(option.too_far):.1f} mm too {'far' if option.too_far > 0.0 else 'close'}"
-
-
-def _overruns(overruns: Sequence[Overrun], units: JointUnits) -> str:
-    """By how much joints leave their range; the unit stands once for joints that follow one another."""
-    told = []
-    for this, after in zip_longest(overruns, overruns[1:]):
-        unit = units.unit(this.joint)
-        last = after is None or units.unit(after.joint) != unit
-        told.append(f"JT{this.joint} {units.one_shown(this.joint, this.by):+.1f}" + (f" {unit}" if last else ""))
-    return ", ".join(told)
-
-
-def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:
-    way = f"{1e3 * check.length:.1f} mm"
-    if check.duration is not None:
-        stops = " and ".join(f"{1e3 * stop:.1f} mm" for stop in check.stops)
-        rests = f"; it stops after {stops}, where joints turn back at once, and goes on" if stops else ""
-        yield from _told(f"MOVES: {way} in {seconds(check.duration)}{rests}", Ink.NOTE, page)
-        return
-    at = ""
-    if check.at is not None and check.length > 0.0:
-        at = f" after {1e3 * check.at:.1f} of {way} ({100.0 * check.at / check.length:.0f} %)"
-    yield from _told(f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Ink.ERROR, page)
-    for out in check.ways_out:
-        yield from _told(_way_out(out), Ink.NOTE, page)
-
-
-def _way_out(out: WayOut) -> str:
-    if out.words:
-        words = " ".join(out.words)
-        return f"Instead: the same line {words}; say {words} and MOVE to where it starts first"
-    if out.via is not None:
-        numbers = ", ".join(f"{round(number, 1):g}" for number in numbers_of(out.via))
-        return f"Instead: MOVES TRANS({numbers}) first"
-    return "Instead: MOVE, on another path"
-
-
-def _told(text: str, ink: Ink, page: Page) -> Iterator[Block]:
-    for part in wrap(text, page.width or len(text)):
-        yield line(part, ink)
 
 
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
@@ -412,7 +339,7 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
     yield from _latest(_segment_grid(reply.segments), "segments", page.rows)
     for row in reply.stops:
         text = f"{_labelled(row)} stops on its way, at {seconds(row.finish)}, and goes on"
-        yield from _told(text, Ink.NOTE, page)
+        yield from told(text, Ink.NOTE, page)
     for reading in reply.untrue:
         yield line(untrue_sentence(reading), Ink.WARNING)
     yield line(f"The clock is at {seconds(reply.clock)}", Ink.NOTE)
@@ -568,7 +495,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.WhereaboutsTable: _whereabouts_table,
     replies.PartTable: _parts,
     replies.ArmPicture: arm_picture,
-    replies.ReachReport: _reach,
+    replies.ReachReport: reach_report,
     replies.LocationTable: _locations,
     replies.RealTable: _reals,
     replies.StringTable: _strings,
@@ -594,5 +521,6 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.ComparisonTable: _comparison,
     replies.Plot: chart,
     replies.ReplayTable: _replay,
+    **EXPLANATIONS,
     replies.Farewell: lambda _reply, _page: iter(()),
 }

@@ -105,7 +105,7 @@ def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]
             linked = text.upper() in linking and not first
             ink = Ink.CONTROL if linked else _ink(text, rest, ended, variables)
         ended = text.upper() in _with_links() if starts else ink in (Ink.NAME, Ink.FUNCTION)
-        first = first and text.upper() == "DO"
+        first = first and text.upper() in ("DO", "EXPLAIN")
         yield text, ink
 
 

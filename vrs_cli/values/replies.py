@@ -15,6 +15,14 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
+from vrs_cli.values.explanations import (
+    AnglesReport,
+    ChainReport,
+    ExplainOverview,
+    InverseReport,
+    MotionReport,
+    SpliceReport,
+)
 from vrs_cli.values.results import CommandRecord, Comparison, Displacement, Position, Reach, Untrue
 from vrs_cli.values.tagged import Spoken
 
@@ -508,6 +516,12 @@ Reply = (
     | ComparisonTable
     | Plot
     | ReplayTable
+    | ExplainOverview
+    | MotionReport
+    | ChainReport
+    | AnglesReport
+    | InverseReport
+    | SpliceReport
     | Farewell
 )
 

@@ -38,8 +38,8 @@ def errors_of(statement: ast.Statement, in_program: bool) -> list[str]:
 
 
 def check_example(row: Word, statement: object, in_program: bool) -> None:
-    assert isinstance(statement, ast.Instruction | ast.DoInstruction)
-    assert isinstance(statement, ast.DoInstruction) or statement.word == row.name
+    assert isinstance(statement, ast.Instruction | ast.DoInstruction | ast.ExplainCommand)
+    assert not isinstance(statement, ast.Instruction) or statement.word == row.name
     refused = [] if row.state is State.SUPPORTED else [f"*Not available* {row.name}"]
     assert [error[: len(f"*Not available* {row.name}")] for error in errors_of(statement, in_program)] == refused
 

@@ -28,9 +28,9 @@ from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
-from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
-from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Shape, State, Word, rows_for
+from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values.numbers import Value, count, fixed
 from vrs_cli.values.prompt import Suggestion
 
@@ -245,10 +245,25 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
     word = _row_of(first.group(1).upper(), in_program)
     if word is None:
         return ()
+    if word.name == "EXPLAIN":
+        return _explained(rest.lstrip(), prefix, names)
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
     group = _GROUP.match(rest) if word.grouped else None  # the closed parenthesis of READ and its like
     return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.grouped if group else 0)
+
+
+def _explained(text: str, prefix: str, names: DefinedNames) -> Candidates:
+    """The words that may stand behind EXPLAIN: topics, motions, locations."""
+    first = _FIRST.match(text)
+    if first is None or first.end() == len(text):
+        yield from ((topic, row.summary) for topic, row in EXPLAINED.items())
+        yield from ((name, note) for name, note in _rows(INSTRUCTIONS) if INSTRUCTIONS[name].route is Route.MOTION)
+        yield from _places(names)
+    elif first[1].upper() in EXPLAINED:
+        yield from _places(names)
+    else:
+        yield from _candidates(text, prefix, names, True)
 
 
 def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
@@ -361,7 +376,7 @@ def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[
 # --- what a word takes ------------------------------------------------------------------------------------------------
 
 _QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
-_FIRST_WORD = re.compile(r"\s*(?:\d+\s+)?(?:DO\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)
+_FIRST_WORD = re.compile(r"\s*(?:\d+\s+)?(?:(?:DO|EXPLAIN)\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)
 _SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY stands for a comma
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 

@@ -23,6 +23,7 @@ from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.jog.jogger import jog
+from vrs_cli.interfaces.monitor.explaining import explain
 from vrs_cli.interfaces.monitor.files import FILES
 from vrs_cli.interfaces.monitor.locations import LOCATIONS
 from vrs_cli.interfaces.monitor.parts import PARTS
@@ -39,6 +40,7 @@ from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import line_beyond
 from vrs_cli.language.text.ast import (
     DoInstruction,
+    ExplainCommand,
     Instruction,
     ProgramHeader,
     Show,
@@ -189,6 +191,9 @@ class Session(Station):
         """Do a monitor command by its handler, everything else as DO."""
         if isinstance(statement, Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement) or ()
+            return
+        if isinstance(statement, ExplainCommand):
+            yield from explain(self, statement)
             return
         if isinstance(statement, Show):
             yield from shown_value(self, statement.expression)

@@ -394,8 +394,7 @@ class Station:
         return scene, None if scene.empty else self.driver.world
 
     def _postponed(self, it: Postponement) -> None:
-        what = it.text or "the motion"
-        self._warn(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s")
+        self._warn(it.said)
 
     def _turned(self, it: ToolTurning) -> None:
         """Say it once: all motions to locations that were not taught do it."""

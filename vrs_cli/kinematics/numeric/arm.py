@@ -25,7 +25,18 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.elimination import damped, gram, squares, volume
-from vrs_cli.kinematics.joints import NONE, Asked, Configuration, Demands, Jacobian, Joints, Singularity, Twist, Walk
+from vrs_cli.kinematics.joints import (
+    NONE,
+    Asked,
+    Configuration,
+    Demands,
+    Jacobian,
+    Joints,
+    Singularity,
+    Steps,
+    Twist,
+    Walk,
+)
 from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask, RobotModel, levers
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
 from vrs_cli.kinematics.numeric.search import (
@@ -117,7 +128,13 @@ class NumericArm(RobotArm):
 
     # --- inverse ---------------------------------------------------------------------------------------------
 
-    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:  # noqa: ARG002
+    def branch_joints(
+        self,
+        T: Transform,
+        configuration: Configuration,  # noqa: ARG002
+        near: Joints,
+        steps: Steps | None = None,  # noqa: ARG002 (a search has none)
+    ) -> Joints | None:
         return self.guided_joints(T, near, self._still(near))
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
@@ -229,10 +246,10 @@ class NumericArm(RobotArm):
     # --- all solutions --------------------------------------------------------------------------------------
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        found = self._solutions(T, self._middle)
+        found = self._solutions(T, self.middle)
         if found:
-            return (min(found, key=lambda q: self._duration(self._middle, q)),)
-        q, _ = self._search(T, self._middle, bounded=False)
+            return (min(found, key=lambda q: self.shortest_time(self.middle, q)),)
+        q, _ = self._search(T, self.middle, bounded=False)
         return (None if q is None else self._best_turns(q),)
 
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (it has no words)
@@ -240,7 +257,7 @@ class NumericArm(RobotArm):
         found = self._solutions(T, near)
         if not found:
             raise self._nowhere(T, near)
-        return min(found, key=lambda q: self._duration(near, q))
+        return min(found, key=lambda q: self.shortest_time(near, q))
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
         """Inside the limits: what is found from `near`, where that is one of many; else from the first starts that

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from math import cos, sin, sqrt
 from typing import TYPE_CHECKING
@@ -42,12 +43,16 @@ class OffsetWristArm(RobotArm):
     def __init__(self, model: RobotModel, offsets: Offsets) -> None:
         super().__init__(model)
         self.offsets = offsets
-        self.branches = make_branches(offsets, self._middle)  # type: ignore[method-assign, assignment] # as on a PUMA
-        self.branch_joints = make_branch(offsets)  # type: ignore[method-assign, assignment]
+        self.branches = make_branches(offsets, self.middle)  # type: ignore[method-assign, assignment] # as on a PUMA
+        self.branch_joints = make_branch(offsets)  # type: ignore[method-assign]
         self.reach = TwoBars(offsets.a2, offsets.a3, abs(offsets.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, 0.0
         self.hand = Hand(IDENTITY, (0.0, 0.0, -offsets.d6), (0.0, 0.0, 1.0))
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        return self.offsets._asdict()
 
     def configuration(self, q: Joints) -> Configuration:
         g = self.offsets

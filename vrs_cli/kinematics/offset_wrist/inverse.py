@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
-from vrs_cli.kinematics.joints import TURN, Configuration, Joints, six_turned_near
+from vrs_cli.kinematics.joints import TURN, Branch, Configuration, Joints, Steps, six_turned_near
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
 
@@ -63,7 +63,6 @@ NOWHERE = (None, None, None, None)
 ON_AXIS = SINGULAR * SINGULAR  # [m2]
 
 Branches = Callable[[Transform], tuple[Joints | None, ...]]
-Branch = Callable[[Transform, Configuration, Joints], Joints | None]
 
 
 def make_branches(offsets: Offsets, middle: Joints) -> Branches:
@@ -152,13 +151,15 @@ def make_branch(offsets: Offsets) -> Branch:
     d1, a2, a3, side, d5, d6, right = offsets
     bars, twice = a2 * a2 + a3 * a3, 1.0 / (2.0 * a2 * a3)
 
-    def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+    def branch(T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None) -> Joints | None:
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         arm, elbow, wrist = configuration.signs
         forward = arm * right
         x, y = px - d6 * ax, py - d6 * ay
         reach2 = x * x + y * y
         outward2 = reach2 - side * side
+        if steps is not None:
+            steps.update(x=x, y=y, z=pz - d6 * az - d1, u2=outward2)
         if outward2 < -BOUNDARY:
             return None
         if reach2 > ON_AXIS:
@@ -180,6 +181,9 @@ def make_branch(offsets: Offsets) -> Branch:
         lift = nz * u + sz * v - az * s5
         h, v = c1 * x + s1 * y - d5 * lift, pz - d6 * az - d1 + d5 * level
         k = (h * h + v * v - bars) * twice
+        if steps is not None:
+            q5 = atan2(s5, c5)
+            steps.update(u=c1 * x + s1 * y, q1=q1, c5=c5, s5=s5, q5=q5, q6=q6, lift=lift, level=level, h=h, v=v, k=k)
         if not -1.0 < k < 1.0:
             if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
                 return None
@@ -189,6 +193,8 @@ def make_branch(offsets: Offsets) -> Branch:
         q3 = fold * acos(k)
         q4 = atan2(lift, level) - q2 - q3
         q5 = atan2(s5, c5)
+        if steps is not None:
+            steps.update(q3=q3, q2=q2, phi=q2 + q3 + q4, q4=q4)
         found = q1, q2, q3, q4, q5, q6
         return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cmath import phase, rect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from math import acos, atan2, cos, sin
 from operator import itemgetter
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
-from vrs_cli.kinematics.joints import SIDES, Configuration, Demands, Joints, Singularity, Twist, nearest_turn
+from vrs_cli.kinematics.joints import SIDES, Configuration, Demands, Joints, Singularity, Steps, Twist, nearest_turn
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.parallel_axes.bars import Bars
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, rotate
@@ -40,6 +40,10 @@ class ParallelAxesArm(RobotArm):
         self.fold = joint, bars.signs[joint] * (bars.bearings[0] - bars.bearings[1])
         self.hand = Hand(bars.T_plane_base, centre, (0.0, 0.0, 1.0))
 
+    @property
+    def constants(self) -> Mapping[str, float]:
+        return dict(zip(("l1", "l2"), self.bars.lengths, strict=True))
+
     def elbow(self, q: Joints) -> float:
         """psi, the angle of the second bar against the first [rad]."""
         joint = self.bars.turns[1]
@@ -62,12 +66,16 @@ class ParallelAxesArm(RobotArm):
             )  # fmt: skip
         return complex(seen.px, seen.py) - bars.hand * rect(1.0, turn), turn, seen.pz - zero.pz
 
-    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+    def branch_joints(
+        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
+    ) -> Joints | None:
         if not self.unchanging.allows(T):
             return None
         bars, (l1, l2) = self.bars, self.bars.lengths
         wrist, turn, rise = self.wrist(T)
         k = (abs(wrist) ** 2 - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+        if steps is not None:
+            steps.update(x=wrist.real, y=wrist.imag, turn=turn, rise=rise, k=k)
         if not -1.0 < k < 1.0:
             if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
                 return None
@@ -84,6 +92,8 @@ class ParallelAxesArm(RobotArm):
             q[i] = bars.signs[i] * rise
         for i in bars.turns:
             q[i] = nearest_turn(q[i], near[i])
+        if steps is not None:
+            steps.update(psi=psi, m=l1 + l2 * k, t=l2 * sin(psi), first=q[i1], second=q[i2])
         return tuple(q)
 
     def joint_velocity(

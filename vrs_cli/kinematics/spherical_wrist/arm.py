@@ -5,7 +5,7 @@ Formulas: `spherical_wrist.inverse`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from math import cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING
@@ -56,13 +56,17 @@ class SphericalWristArm(RobotArm):
         self.geometry = geometry
         self.forward = make_forward(geometry)
         self.branches = make_branches(geometry, model)  # type: ignore[method-assign, assignment] # written out, for speed
-        self.branch_joints = make_branch(geometry)  # type: ignore[method-assign, assignment]
+        self.branch_joints = make_branch(geometry)  # type: ignore[method-assign]
         self._outside = make_outside(model)  # type: ignore[method-assign, assignment]
         self._within = make_within(model)
         self.reach = TwoBars(geometry.a2, geometry.forearm, abs(geometry.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, geometry.beta
         self.hand = Hand(IDENTITY, (0.0, 0.0, -geometry.d6), (0.0, 0.0, 1.0))
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        return self.geometry._asdict()
 
     def configuration(self, q: Joints) -> Configuration:
         return configuration_of(self.geometry, q)
@@ -84,7 +88,7 @@ class SphericalWristArm(RobotArm):
         shoulder = x * x + y * y - side * side
         outward = -configuration.signs[0] * sqrt(max(shoulder, 0.0)) - a1
         square = (shoulder if a1 == 0.0 else outward * outward) + down * down
-        q = self.branch_joints(T, configuration, self._middle)
+        q = self.branch_joints(T, configuration, self.middle)
         outer, inner = self.reach.outer - square, square - self.reach.inner
         if q is None:
             return Clearance(shoulder, outer, inner)

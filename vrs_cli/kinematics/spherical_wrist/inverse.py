@@ -43,9 +43,11 @@ from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     TURN,
     WRIST,
+    Branch,
     Configuration,
     JointKind,
     Joints,
+    Steps,
     six_turned_near,
 )
 from vrs_cli.kinematics.model import RobotModel
@@ -131,7 +133,6 @@ ON_AXIS = SINGULAR * SINGULAR  # [m2]
 NOWHERE = (None, None, None, None)
 
 Branches = Callable[[Transform], tuple[Joints | None, ...]]
-Branch = Callable[[Transform, Configuration, Joints], Joints | None]
 
 
 def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
@@ -254,7 +255,7 @@ def make_branch(geometry: Geometry) -> Branch:
     twice = 1.0 / (2.0 * a2 * forearm)
     f3, f4 = a3 / (forearm * forearm), d4 / (forearm * forearm)
 
-    def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+    def branch(T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None) -> Joints | None:
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         arm, elbow, wrist = configuration.signs
         x = px - d6 * ax
@@ -262,6 +263,8 @@ def make_branch(geometry: Geometry) -> Branch:
         v = d1 + d6 * az - pz
         across = x * x + y * y
         u2 = across - side2
+        if steps is not None:
+            steps.update(x=x, y=y, v=v, u2=u2)
         if u2 < ON_AXIS:
             if u2 < -BOUNDARY:
                 return None
@@ -270,6 +273,8 @@ def make_branch(geometry: Geometry) -> Branch:
         h = u - a1
         rho = h * h + v * v
         k = (rho - bars) * twice
+        if steps is not None:
+            steps.update(u=u, h=h, k=k)
         if not -1.0 < k < 1.0:
             if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
                 return None
@@ -310,6 +315,8 @@ def make_branch(geometry: Geometry) -> Branch:
             q6 = atan2(X * nY - Y * nX, X * sY - Y * sX)
         else:
             q4, q5, q6 = singular_wrist(near[3], X, Y, Z, nX, nY, sX, sY)
+        if steps is not None:
+            steps.update(q1=q1, psi=acos(k) * fold, q3=q3, m=m, t=t, q2=q2, X=X, Y=Y, Z=Z, s5=s5, q4=q4, q5=q5, q6=q6)
         found = q1, q2, q3, q4, q5, q6
         return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
 

@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
-from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints, turned_near
+from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints, Steps, turned_near
 from vrs_cli.kinematics.mapped_arm import Canonical
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
@@ -44,16 +44,24 @@ class WristCircleArm(NumericArm):
     def _best(self, T: Transform, way: Configuration) -> Joints | None:
         """Of the solutions with these words one inside the limits, and the nearest to the middle of the ranges."""
         found = (q for q in self.solutions(T) if self.configuration(q) == way)
-        return min(found, key=lambda q: (bool(self._outside(q)), self._duration(self._middle, q)), default=None)
+        return min(found, key=lambda q: (bool(self._outside(q)), self.shortest_time(self.middle, q)), default=None)
 
-    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+    def branch_joints(
+        self,
+        T: Transform,
+        configuration: Configuration,
+        near: Joints,
+        steps: Steps | None = None,  # noqa: ARG002 (a search has none)
+    ) -> Joints | None:
         if configuration == NONE:
             return super().branch_joints(T, configuration, near)
         found = (turned_near(q, near) for q in self.solutions(T) if self.configuration(q) == configuration)
-        return min(found, key=lambda q: self._duration(near, q), default=None)
+        return min(found, key=lambda q: self.shortest_time(near, q), default=None)
 
     def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        return min(self._inside_limits(T, (configuration,), near), key=lambda q: self._duration(near, q), default=None)
+        return min(
+            self._inside_limits(T, (configuration,), near), key=lambda q: self.shortest_time(near, q), default=None
+        )
 
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
         """What is asked for is kept strictly; the nearest of all others is taken."""
@@ -62,7 +70,7 @@ class WristCircleArm(NumericArm):
         found = self._inside_limits(T, wanted, near)
         if not found:
             raise self._refusal(T, near, wanted)
-        return min(found, key=lambda q: self._duration(near, q))
+        return min(found, key=lambda q: self.shortest_time(near, q))
 
     def _inside_limits(self, T: Transform, wanted: tuple[Configuration, ...], near: Joints) -> list[Joints]:
         suited = (q for q in self.solutions(T) if self.configuration(q) in wanted)

@@ -48,7 +48,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, variables_given_by
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
-from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
 from vrs_cli.language.words.word import Argument, Route, Shape, State, Word, argument_at
 from vrs_cli.values.diagnostics import Diagnostic, Span, did_you_mean, ordered, warning
@@ -308,6 +308,9 @@ class _Steps(Expressions):
 
     def command(self, statement: Statement) -> None:
         """A line of the prompt."""
+        if isinstance(statement, ast.ExplainCommand):
+            self._explain(statement)
+            return
         inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
         if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
@@ -320,6 +323,28 @@ class _Steps(Expressions):
             self.value(inner.expression, ANY_KIND)
         elif inner is not None:
             self.fault(CannotInterpret, statement.span, "this works in programs only", ".PROGRAM name begins one")
+
+    def _explain(self, it: ast.ExplainCommand) -> None:
+        """EXPLAIN: a motion, or a location where the topic is about one."""
+        asked, row = it.statement, EXPLAINED.get(it.topic)
+        end = Span(it.span.line, it.span.end, it.span.end + 1)
+        if isinstance(asked, ast.Instruction) and not it.topic:
+            if INSTRUCTIONS[asked.word].route is Route.MOTION:
+                self._instruction(asked, INSTRUCTIONS)
+            else:
+                self.fault(
+                    CannotInterpret, asked.span, f"{asked.word} is no motion", "EXPLAIN alone lists what there is"
+                )
+        elif row is not None and not row.of_location and asked is not None:
+            self.fault(CannotInterpret, asked.span, f"{it.topic} stands alone", f"EXPLAIN {row.form}")
+        elif row is not None and row.of_location and asked is None:
+            self.fault(
+                CannotInterpret, end, f"EXPLAIN {it.topic}: location is missing", f"the form is EXPLAIN {row.form}"
+            )
+        elif isinstance(asked, ast.Show):
+            self.value(asked.expression, PLACE)
+        elif asked is not None:
+            self.fault(CannotInterpret, asked.span, "this is no motion", "EXPLAIN alone lists what there is")
 
     def finish(self, program: Program, around: Surroundings) -> None:
         """Report what only the whole program shows: names that nothing gives a value."""

@@ -116,7 +116,7 @@ def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Itera
 
 
 def _beyond(statement: Statement, told: _Told, at_prompt: bool = False) -> Iterator[Diagnostic]:
-    inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
+    inner = statement.statement if isinstance(statement, ast.DoInstruction | ast.ExplainCommand) else statement
     table = COMMANDS if at_prompt and inner is statement else INSTRUCTIONS
     for node in () if told.dialect is Dialect.VPLUS else ast.nodes(inner):
         match node:

@@ -196,6 +196,15 @@ class DoInstruction(Node, frozen=True):
     statement: Statement | None
 
 
+class ExplainCommand(Node, frozen=True):
+    """The monitor command EXPLAIN: of a motion (an Instruction), of a location (Show), of a location by a `topic` (OAT,
+    IK), of the topic SPLICE, or bare: `topic` is then "" and `statement` None.
+    """
+
+    topic: str
+    statement: Statement | None
+
+
 class Show(Node, frozen=True):
     """An expression alone at the prompt: its value is shown."""
 
@@ -267,6 +276,7 @@ Statement = (
     Assignment
     | Instruction
     | DoInstruction
+    | ExplainCommand
     | Show
     | Goto
     | IfGoto

@@ -325,6 +325,11 @@ class Builder:
     show = _node(ast.Show)
 
     @_by_name
+    def explain_command(self, span: Span, _command: Token, *rest: Any) -> ast.ExplainCommand:
+        topic = next((one.value for one in rest if type(one) is Token), "")
+        return ast.ExplainCommand(topic, next((one for one in rest if type(one) is not Token), None), span=span)
+
+    @_by_name
     def header(self, span: Span, name: Token, *rest: Any) -> ast.ProgramHeader:
         if name.text[0] in "#$%":
             raise refusal(InvalidName, name.span, name.text, "a program name begins with a letter")

@@ -31,7 +31,7 @@ from vrs_cli.language.words.instructions import (
     RELATIONS_OF_VAL,
     why_reserved,
 )
-from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH
 from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word, argument_at, rows_for, usable_names
 from vrs_cli.values.diagnostics import LineRefused, Span, did_you_mean, refusal
@@ -124,6 +124,7 @@ class Lexer:
         self._ends = _ENDS
         self._row: Word | None = None
         self._val_if = False  # IF a EQ b THEN label
+        self._defined: Container[str] = ()  # the keys of what is defined, at the prompt
 
     @property
     def _operand(self) -> bool:
@@ -145,6 +146,7 @@ class Lexer:
     def prompt(self, names: Container[str]) -> list[Token]:
         """A monitor command, a statement, or an expression whose value is shown. `names`: the keys of what is
         defined."""
+        self._defined = names
         if not self._at_end():
             if self._shows(names):
                 self._rest()
@@ -278,6 +280,10 @@ class Lexer:
             self._add("DO_COMMAND", "DO", *word.span())
             if not self._at_end():
                 self._statement()
+        elif at_prompt and row.name == "EXPLAIN":
+            self._add("EXPLAIN_COMMAND", "EXPLAIN", *word.span(), row)
+            if not self._at_end():
+                self._explained()
         elif type(row) is Control:
             self._add(row.name, row.name, *word.span())
             self._val_if = row.name == "IF" and re.search(VAL_IF, self._before_comment(self._at)) is not None
@@ -288,6 +294,23 @@ class Lexer:
         else:
             self._add("WORD", row.name, *word.span(), row)
             self._arguments(row)
+
+    def _explained(self) -> None:
+        """Read what EXPLAIN is to explain: a topic with its location, an instruction, or an expression."""
+        word = _WORD.match(self._text, self._at)
+        name, at = ("", self._at) if word is None else (word[0].upper(), word.end())
+        rows, function = rows_for(name, PROGRAM_WORDS) if name else (), FUNCTIONS.get(name)
+        operated = self._follows(_OPERATED, at) or self._text[at : at + 1] == "["
+        defined = name.lower()[:NAME_LENGTH] in self._defined and self._follows(_NO_ARGUMENT, at)
+        constant = function is not None and function.constant
+        if name in EXPLAINED and not operated and not defined:
+            self._add("TOPIC", name, self._at, at)
+            if not self._at_end():
+                self._rest()
+        elif len(rows) == 1 and not (operated or defined or (constant and name == rows[0].name)):
+            self._statement()
+        else:
+            self._rest()
 
     def _arguments(self, row: Word) -> None:
         if row.state is not State.SUPPORTED:

@@ -41,7 +41,7 @@ def resolve_program(program: Program) -> Program:
 
 def resolve_line(statement: Statement, known: Container[str]) -> Statement:
     """Resolve one line. `known`: the keys of variables; at the prompt those that have a value."""
-    inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
+    inner = statement.statement if isinstance(statement, ast.DoInstruction | ast.ExplainCommand) else statement
     names = variables_named_like_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
     return _replace(statement, names) if names else statement
 

@@ -235,10 +235,16 @@ def _list_text(items: Sequence[Expression | None]) -> str:
     return ",".join(f" {text}" if place and text else text for place, text in enumerate(shown))
 
 
+def _explain(it: ast.ExplainCommand) -> str:
+    asked = "" if it.statement is None else statement_text(it.statement)
+    return " ".join(filter(None, ("EXPLAIN", it.topic, asked)))
+
+
 _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
     ast.Assignment: lambda given: f"{expression_text(given.target)} = {expression_text(given.value)}",
     ast.Instruction: _instruction,
     ast.DoInstruction: lambda do: "DO" if do.statement is None else f"DO {statement_text(do.statement)}",
+    ast.ExplainCommand: _explain,
     ast.Show: lambda statement: expression_text(statement.expression),
     ast.Goto: lambda statement: f"GOTO {statement.label}",
     ast.IfGoto: _if_goto,

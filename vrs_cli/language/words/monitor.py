@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from typing import NamedTuple
 
 from vrs_cli.language.words.instructions import DEFINED, INSTRUCTIONS, PLACE, refused
 from vrs_cli.language.words.word import Role, Shape, Word, by_name
@@ -131,6 +132,10 @@ _OURS = (
     _observer("WHY location", "",
         "why a location is in reach or not: all configurations, what MOVE would choose, the straight line from here",
         "WHY part", shapes=(PLACE,)),
+    _observer("EXPLAIN [what]", "",
+        "explain with numbers: a motion before it is done, a compound a:b, OAT part (its angles), IK part (its joints "
+        "step by step), SPLICE (the last change of the timeline); bare: all that it explains",
+        "EXPLAIN MOVES part", shapes=(Shape.INSTRUCTION,)),
     _observer("PARTS [AT t | IN dt]", "",
         "the parts of the cell: where each one is, what it stands on, or that the hand holds it", "PARTS AT 2.5"),
     _observer("SHOW [AT t | IN dt]", "",
@@ -188,6 +193,30 @@ _REFUSED = (
     refused("INSTALL", "+", "install options", "everything is installed"),
     refused("TESTP", "+", "test for a program", "use DIRECTORY"),
 )  # fmt: skip
+
+
+class Explained(NamedTuple):
+    """Something that EXPLAIN explains: its form behind the word, what is said of it, and whether a location follows."""
+
+    form: str
+    summary: str
+    of_location: bool = True
+
+
+EXPLAINED: Mapping[str, Explained] = {  # by topic
+    "OAT": Explained("OAT location", "the three turns O, A, T of a location, each with its matrix"),
+    "IK": Explained(
+        "IK location", "the joints of a location, step by step, in each configuration, and which MOVE takes"
+    ),
+    "SPLICE": Explained("SPLICE", "what the last command has cut, planned and shifted on the timeline", False),
+}
+EXPLAINED_ALL = (
+    Explained(
+        "motion", "a motion before it is done, as EXPLAIN MOVES part AT 2: when, how fast, which limits bind", False
+    ),
+    Explained("location", "the chain of transformations, as EXPLAIN table:part: each factor, and their product"),
+    *EXPLAINED.values(),
+)
 
 COMMANDS: Mapping[str, Word] = by_name(
     (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EDITORS_AND_DISK, *_EXECUTION, *_SYSTEM, *_OURS, *_REFUSED)

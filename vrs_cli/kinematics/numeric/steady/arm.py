@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Twist
+from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Steps, Twist
 from vrs_cli.kinematics.model import RobotModel, Unchanging, levers
 from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
@@ -58,11 +58,17 @@ class SteadyArm(RobotArm):
 
     # --- inverse ---------------------------------------------------------------------------------------------
 
-    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:  # noqa: ARG002
+    def branch_joints(
+        self,
+        T: Transform,
+        configuration: Configuration,  # noqa: ARG002
+        near: Joints,
+        steps: Steps | None = None,  # noqa: ARG002 (a search has none)
+    ) -> Joints | None:
         return self.batch.followed(T, near)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        return (self._least(T, self._middle),)
+        return (self._least(T, self.middle),)
 
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (it has no words)
         found = self._least(T, near)
@@ -84,7 +90,7 @@ class SteadyArm(RobotArm):
         turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
         least = min((turned for _, turned in turned_near), default=inf)
         near_least = (q for q, turned in turned_near if turned <= least + SAME_TURN)
-        return min(near_least, key=partial(self._duration, near), default=None)
+        return min(near_least, key=partial(self.shortest_time, near), default=None)
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         """The refusal of a place: of the range of a joint, or because it is beyond all of them."""

@@ -1,0 +1,306 @@
+"""What a motion asks of the arm, and what a change does to the timeline: the findings that EXPLAIN shows, as data.
+
+The segments are those that f has planned. Joint motions are polynomials, whose peaks are known exactly; along a
+straight line the rates of g are sampled, and more closely around each peak.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from itertools import pairwise
+from operator import attrgetter
+from typing import NamedTuple
+
+from vrs_cli.engine.book import Book
+from vrs_cli.engine.one_motion import hardest_limits, joint_limits
+from vrs_cli.engine.planner import place_at
+from vrs_cli.engine.position import position_at, rates_in
+from vrs_cli.engine.problem import joint_acceleration_and_jerk, segment_joints
+from vrs_cli.engine.reach import Standpoint, reach_of
+from vrs_cli.engine.straight import tool_limits
+from vrs_cli.errors import StraightLineSingular, UsageError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import Joints, Steps
+from vrs_cli.kinematics.transform import Vector, compose, inverse, length, position
+from vrs_cli.trajectory.laws.law import LAWS
+from vrs_cli.trajectory.polynomial import derivative, third_derivative, turning_points
+from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.explanations import (
+    CutIn,
+    Fate,
+    InverseReport,
+    JointLoad,
+    MotionPlan,
+    Peak,
+    SolutionSteps,
+    SplicedSegment,
+    SpliceReport,
+    Stretch,
+)
+from vrs_cli.values.motion import MotionKind, PoseTarget
+
+SAMPLES = 33  # of a stretch
+CLOSER, ROUNDS = 9, 2  # samples around a peak, and how often they come closer
+ORDERS = 4  # joints and their first three rates
+NEAR = 0.02  # of the greatest sample: segments that have one so near to it may have the peak
+ROWS_AROUND = 3  # segments that are shown of those that stay, and of those that are shifted
+
+
+class Sample(NamedTuple):
+    """The joints at a time of a stretch, their rates [rad/s, rad/s2, rad/s3], and how fast the tool tip moves and the
+    tool turns [m/s, rad/s].
+    """
+
+    q: Joints
+    velocity: Joints
+    acceleration: Joints
+    jerk: Joints
+    speed: float
+    turn: float
+
+
+Measure = Callable[[Sample], float]
+
+
+def _sampler(arm: RobotArm, segment: Segment) -> Callable[[float], Sample]:
+    """Return the function that samples a segment at a time from its start [s]."""
+    path, tool = segment.path, segment.motion.frames.tool
+    none = (0.0,) * arm.model.joint_count
+    smooth = LAWS[segment.motion.profile].smooth
+
+    def on_joints(s: float) -> Sample:
+        assert isinstance(path, JointPath)
+        q, v = path.joints(s), path.velocity(s)
+        jerk = tuple([third_derivative(a, s) for a in path.coefficients]) if smooth else none
+        twist = arm.twist(q, v, tool)
+        return Sample(q, v, path.acceleration(s), jerk, length(twist[:3]), length(twist[3:]))
+
+    def on_line(s: float) -> Sample:
+        assert not isinstance(path, JointPath)
+        q = segment_joints(arm, segment, s)
+        v, a = rates_in(arm, segment, s, q)
+        jerk = none
+        if smooth:
+            try:
+                _, jerk = joint_acceleration_and_jerk(arm, path, s, q, v, tool)
+            except StraightLineSingular:  # where a line begins or ends in a singular pose no rate is defined
+                jerk = none
+        twist = path.twist(s)
+        return Sample(q, v, a, jerk, length(twist[:3]), length(twist[3:]))
+
+    return on_joints if isinstance(path, JointPath) else on_line
+
+
+class _Course:
+    """A segment with its samples, in order of time."""
+
+    def __init__(self, arm: RobotArm, segment: Segment) -> None:
+        self.segment = segment
+        self.sample = cache(_sampler(arm, segment))
+        lasting, path = segment.duration, segment.path
+        self.times = {lasting * k / (SAMPLES - 1) for k in range(SAMPLES)}
+        rows = path.coefficients if isinstance(path, JointPath) else ()
+        for _ in range(ORDERS):  # where joints, or their rates, are at their peaks
+            self.times.update(s for row in rows for s in turning_points(row, lasting))
+            rows = tuple(derivative(row) for row in rows)
+        self.samples = [(s, self.sample(s)) for s in sorted(self.times)]
+
+    def sampled(self, measure: Measure) -> float:
+        """Return the greatest value of a measure at the samples."""
+        return max(measure(sample) for _, sample in self.samples)
+
+    def greatest(self, measure: Measure) -> tuple[float, float]:
+        """Return the greatest value of a measure, and the first time of it from the start of the segment [s]."""
+        rows = [(s, measure(sample)) for s, sample in self.samples]
+        for _ in range(ROUNDS):
+            place = max(range(len(rows)), key=lambda k: rows[k][1])
+            around = rows[max(place - 1, 0) : place + 2]
+            first, last = around[0][0], around[-1][0]
+            times = (first + (last - first) * k / (CLOSER - 1) for k in range(CLOSER))
+            rows = sorted({*around, *((s, measure(self.sample(s))) for s in times)})
+        s, value = max(rows, key=lambda row: row[1])
+        return value, s
+
+    @property
+    def way(self) -> float:
+        """The way of the tool tip [m]: the integral of its speed, by Simpson's rule between samples."""
+        return sum(
+            (b - a) / 6.0 * (first.speed + 4.0 * self.sample(0.5 * (a + b)).speed + second.speed)
+            for (a, first), (b, second) in pairwise(self.samples)
+        )
+
+
+def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
+    """Return the greatest value of a measure, and the first time of it on the timeline [s]."""
+    sampled = [course.sampled(measure) for course in courses]
+    near = max(sampled) - NEAR * abs(max(sampled))
+    found = [
+        (course.greatest(measure), course.segment.start)
+        for course, value in zip(courses, sampled, strict=True)
+        if value >= near
+    ]
+    (value, s), start = max(found, key=lambda one: one[0][0])
+    return value, start + s
+
+
+def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> MotionPlan:
+    """What a change that is planned for a timeline does for its own motion."""
+    after, motion = before.apply(delta), delta.motion
+    own = [segment for segment in delta.segments if segment.motion.number == motion.number]
+    courses = [_Course(arm, segment) for segment in own]
+    begin, end = own[0].start, own[-1].finish
+    last = position_at(arm, after, end)
+    asked = tool_limits(arm, motion).speed if motion.kind is MotionKind.STRAIGHT else 0.0
+    limits = hardest_limits(arm) if motion.kind is MotionKind.STRAIGHT else joint_limits(arm, motion)
+    place = _places(arm, after)
+
+    def peak(measure: Measure, limit: float) -> Peak:
+        value, time = _peak(courses, measure)
+        return Peak(value, limit, time, place(time))
+
+    smooth = LAWS[motion.profile].smooth
+
+    def load(i: int) -> JointLoad:
+        velocity = peak(lambda sample: abs(sample.velocity[i]), limits.velocity[i])
+        acceleration = peak(lambda sample: abs(sample.acceleration[i]), limits.acceleration[i])
+        jerk = peak(lambda sample: abs(sample.jerk[i]), limits.jerk[i]) if smooth else None
+        above = peak(lambda sample: sample.q[i], limits.upper[i])
+        below = peak(lambda sample: -sample.q[i], -limits.lower[i])
+        nearest = above
+        if below.limit - below.value < above.limit - above.value:
+            nearest = Peak(-below.value, limits.lower[i], below.time, below.place)
+        return JointLoad(i + 1, velocity, acceleration, jerk, nearest)
+
+    return MotionPlan(
+        begin,
+        end,
+        motion.kind.space,
+        motion.profile.value.upper(),
+        motion.speed,
+        motion.acceleration,
+        _cut_in(arm, before, delta),
+        tuple(_stretch(course, limits.velocity) for course in courses),
+        peak(lambda sample: sample.speed, asked),
+        tuple(map(load, range(arm.model.joint_count))),
+        sum(course.way for course in courses),
+        last.joints,
+        last.T_world_tool,
+        arm.configuration(last.joints),
+        tuple(place(course.segment.start + s) for course in courses for s, _ in course.samples),
+    )
+
+
+def _places(arm: RobotArm, timeline: Timeline) -> Callable[[float], Vector]:
+    return lambda t: position(position_at(arm, timeline, t).T_world_tool)
+
+
+def _stretch(course: _Course, velocity: Joints) -> Stretch:
+    segment = course.segment
+
+    def share_of(i: int) -> Measure:
+        return lambda sample: abs(sample.velocity[i]) / velocity[i]
+
+    shares = [course.sampled(share_of(i)) for i in range(len(velocity))]
+    joint = shares.index(max(shares))
+    share, _ = course.greatest(share_of(joint))
+    speed, turn = (course.greatest(attrgetter(name))[0] for name in ("speed", "turn"))
+    space = "joint" if isinstance(segment.path, JointPath) else "straight"
+    number = joint + 1 if share else 0
+    return Stretch(segment.start, segment.finish, segment.phase.value, space, speed, turn, number, share)
+
+
+def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> CutIn | None:
+    """Return what the change interrupts; None where the arm stands when it begins."""
+    place = place_at(arm, before, delta.cut)
+    if place.interrupted is None or place.here.joints.at_rest:
+        return None
+    segment, s = before.locate(delta.cut)
+    motion = segment.motion
+    speed = _sampler(arm, segment)(s).speed
+    return CutIn(motion.number, motion.text, segment.phase.value, segment.start, speed)
+
+
+# --- inverse kinematics ----------------------------------------------------------------------------------------------
+
+
+def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> InverseReport:
+    """The joints of a location in each configuration, with the steps of the closed form."""
+    reach, frames, here = reach_of(stand, target), stand.before.frames, stand.here
+    T_robot_flange = compose(compose(frames.base, target.T_world_tool), inverse(frames.tool))
+    arm = stand.arm.holding(frames.tool)
+    solutions = []
+    for option in reach.options:
+        way, steps = option.configuration, Steps()
+        arm.branch_joints(T_robot_flange, way, arm.middle, steps)
+        near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
+        time = None if near is None else arm.shortest_time(here, near)
+        solutions.append(SolutionSteps(option, steps, time))
+    return InverseReport(
+        text,
+        arm.method,
+        T_robot_flange,
+        arm.constants,
+        tuple(solutions),
+        reach.chosen,
+        reach.reason,
+        here,
+        stand.configuration,
+        arm.senses,
+        arm.model.units,
+    )
+
+
+# --- the last change of the timeline ---------------------------------------------------------------------------------
+
+
+def splice(book: Book) -> SpliceReport:
+    """What the last change did to the segments. Raises UsageError where nothing has changed yet, or it is forgotten."""
+    timeline, history = book.timeline, book.history
+    last = book.deltas[-1] if len(book.deltas) else None
+    undone = [one.step for one in history.undone if one is not None]
+    if last is not None and last.cause is Cause.UNDO and undone:
+        return _spliced(timeline.apply(undone[-1].present(timeline.version)), timeline, last)
+    if not history.known:
+        raise UsageError("no command that is known has changed the timeline", "give a motion first")
+    step = history.known[-1]
+    cause = Cause.COMMAND if last is None else last.cause
+    return _spliced(timeline.apply(step.taking_back(timeline.version)), timeline, step.delta._replace(cause=cause))
+
+
+def _spliced(before: Timeline, after: Timeline, delta: TimelineDelta) -> SpliceReport:
+    planned, tail = len(delta.segments), delta.keep + delta.drop
+    rows = list[SplicedSegment]()
+    first = max(delta.keep - ROWS_AROUND, 1)  # the first segment is the initial pose
+    for index in range(first, delta.keep):
+        old, new = before[index], after[index]
+        rows.append(_row(old, new, Fate.CUT if new.finish < old.finish else Fate.KEPT))
+    rows += [_row(before[index], None, Fate.DROPPED) for index in range(delta.keep, tail)]
+    for segment in delta.segments:
+        own = segment.motion.number == delta.motion.number
+        fate = Fate.BACK if delta.cause is Cause.UNDO else Fate.PLANNED if own else Fate.AGAIN
+        rows.append(_row(None, segment, fate))
+    rest = len(before) - tail
+    for index in range(tail, tail + min(rest, ROWS_AROUND)):
+        new = after[index - tail + delta.keep + planned]
+        rows.append(_row(before[index], new, Fate.SHIFTED if delta.shift else Fate.KEPT))
+    return SpliceReport(
+        delta.motion.text,
+        "" if delta.cause is Cause.COMMAND else delta.cause.value.upper(),
+        delta.issued,
+        delta.executed,
+        delta.cut,
+        delta.shift,
+        tuple(rows),
+        first - 1,
+        max(rest - ROWS_AROUND, 0),
+    )
+
+
+def _row(old: Segment | None, new: Segment | None, fate: Fate) -> SplicedSegment:
+    segment = old or new
+    assert segment is not None
+    motion = segment.motion
+    before, after = (None if one is None else (one.start, one.finish) for one in (old, new))
+    return SplicedSegment(motion.number, motion.text, segment.phase.value, motion.kind.space, before, after, fate)

@@ -1,0 +1,174 @@
+"""EXPLAIN: motions before they are done, locations, and the last change of the timeline. It changes nothing.
+
+A motion is planned by an engine that stands aside (`Engine.aside`): the same request goes through the same code, and
+only its book keeps what comes of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import cast
+
+from msgspec.structs import replace
+
+from vrs_cli.engine.book import displacement
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.explaining import inverse_report, motion_plan, splice
+from vrs_cli.engine.targets import check_joint_count
+from vrs_cli.errors import TypeMismatch, VrsError
+from vrs_cli.interfaces.dialogue import Dialogue, beside
+from vrs_cli.interfaces.station.operands import sight
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.performing import by_robot_clock
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import link_pose
+from vrs_cli.kinematics.transform import IDENTITY, POLE, Transform, compose, inverse, oat_turns, to_oat
+from vrs_cli.language.run.effects import Failed, ProgramCompleted
+from vrs_cli.language.run.runtime import statement_task
+from vrs_cli.language.text.ast import Binary, ExplainCommand, Expression, Show, Statement
+from vrs_cli.language.text.printer import expression_text, statement_text
+from vrs_cli.language.words.monitor import EXPLAINED_ALL
+from vrs_cli.language.words.values import kind_of_value
+from vrs_cli.values.commands import Request
+from vrs_cli.values.explanations import (
+    AnglesReport,
+    ChainReport,
+    Explainable,
+    ExplainOverview,
+    Factor,
+    InverseReport,
+    MotionPlan,
+    MotionReport,
+)
+from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.replies import Message
+
+
+def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:
+    """Yield the explanation. Raises VrsError where a value is missing or of the wrong kind."""
+    asked = it.statement
+    if it.topic == "SPLICE":
+        yield splice(station.engine.book)
+    elif asked is None:
+        yield ExplainOverview(tuple(Explainable(row.form, row.summary) for row in EXPLAINED_ALL))
+    elif not isinstance(asked, Show):
+        yield (yield from _motion(station, asked))
+    elif it.topic == "OAT":
+        yield _angles(expression_text(asked.expression), _pose(station, asked.expression, "OAT"))
+    elif it.topic == "IK":
+        yield (yield from _inverse(station, asked.expression))
+    else:
+        yield _chain(station, asked.expression)
+
+
+# --- a motion --------------------------------------------------------------------------------------------------------
+
+
+def _motion(station: Station, statement: Statement) -> Dialogue[MotionReport | Message]:
+    engine, text = station.engine, statement_text(statement)
+    aside, before = engine.aside(), engine.timeline
+    requests = tuple(_requests(station, aside, statement))
+    notes = list[str]()
+    aside.postponed.append(lambda one: notes.append(one.said))
+
+    def planned() -> MotionPlan | None:
+        for request in requests:
+            aside.begin(by_robot_clock(request, station.user_state.times), program=False)
+        deltas = aside.book.deltas
+        return motion_plan(engine.arm, before, deltas[-1]) if len(deltas) else None
+
+    try:
+        plan = yield from beside(planned)
+        if plan is None:
+            return Message(f"{text} moves nothing")
+        delta = aside.book.deltas[-1]
+        if engine.settings.switch("COLLISION"):
+            station.contacts.check(before, delta, engine.settings)
+        contact = station.contacts.first_of(before, delta, engine.settings)
+    except VrsError as error:
+        return MotionReport(text, engine.now, None, str(error), station.units)
+    plan = replace(plan, displaced=displacement(aside.book, before), contact=contact, notes=tuple(notes))
+    return MotionReport(text, engine.now, plan, units=station.units)
+
+
+def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator[Request]:
+    """Yield what a motion instruction asks of the robot. Raises VrsError for arguments that have no value."""
+    memory = station.environment
+    kept = memory.random.getstate(), memory.last_error  # the motion itself is to find the same random numbers
+    try:
+        task = statement_task(memory, aside, statement)
+        event = task.resume()
+        while not isinstance(event, ProgramCompleted):
+            if isinstance(event, Failed):
+                raise event.error
+            if isinstance(event, Request):
+                yield event
+            event = task.resume()
+    finally:
+        memory.random.setstate(kept[0])
+        memory.last_error = kept[1]
+
+
+# --- locations -------------------------------------------------------------------------------------------------------
+
+
+def _pose(station: Station, expression: Expression, topic: str) -> Transform:
+    """Raises TypeMismatch for what is no transformation."""
+    found = sight(station, expression)()
+    if isinstance(found, Transform):
+        return found
+    text, kind = expression_text(expression), kind_of_value(found).value
+    raise TypeMismatch(f"{text} is a {kind}", f"EXPLAIN {topic} explains a transformation, as TRANS or a compound")
+
+
+def _angles(text: str, T: Transform) -> AnglesReport:
+    angles = to_oat(T)
+    return AnglesReport(text, T, angles, oat_turns(*angles), vertical=T.ax * T.ax + T.ay * T.ay < POLE * POLE)
+
+
+def _inverse(station: Station, expression: Expression) -> Dialogue[InverseReport]:
+    T, stand, text = _pose(station, expression, "IK"), station.engine.standpoint, expression_text(expression)
+    return (yield from beside(lambda: inverse_report(stand, PoseTarget(T), text)))
+
+
+def _chain(station: Station, expression: Expression) -> ChainReport:
+    engine, text = station.engine, expression_text(expression)
+    found, frames = sight(station, expression)(), engine.frames
+    if not isinstance(found, tuple):
+        raise TypeMismatch(f"{text} is a {kind_of_value(found).value}", "EXPLAIN explains a location, or a motion")
+    if not isinstance(found, Transform):
+        check_joint_count(engine.model, found)
+        return ChainReport(text, _links(engine, found), (), found, station.units)
+    named = ((expression_text(part), cast(Transform, sight(station, part)())) for part in _factors(expression))
+    factors = _multiplied("world", [(name, name, T) for name, T in named])
+    goal = ("BASE", "world", frames.base), (text, "tool", found), ("TOOL^-1", "flange", inverse(frames.tool))
+    return ChainReport(text, factors, _multiplied("robot", goal), units=station.units)
+
+
+def _factors(expression: Expression) -> Iterator[Expression]:
+    """Yield the factors of a compound, from the left."""
+    if isinstance(expression, Binary) and expression.operator == ":":
+        yield from _factors(expression.left)
+        yield from _factors(expression.right)
+    else:
+        yield expression
+
+
+def _multiplied(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[Factor, ...]:
+    """Return factors with their products, each from the frame before it: name, inner frame, and transformation."""
+    product, found = IDENTITY, list[Factor]()
+    for name, inner, T in parts:
+        product = compose(product, T) if found else T
+        found.append(Factor(name, outer, inner, T, product))
+        outer = inner
+    return tuple(found)
+
+
+def _links(engine: Engine, q: Joints) -> tuple[Factor, ...]:
+    """The links of the arm at these joints, with BASE before and TOOL behind them."""
+    frames, model, count = engine.frames, engine.model, len(q)
+    links = [(f"A{i}", str(i) if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
+    base = [("base of the arm", "0", model.base)] if model.base != IDENTITY else []
+    return _multiplied(
+        "world", [("BASE^-1", "robot", inverse(frames.base)), *base, *links, ("TOOL", "tool", frames.tool)]
+    )

@@ -1,0 +1,375 @@
+"""What EXPLAIN shows, as blocks. Formulas and matrices are text on a terminal, and LaTeX in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from math import degrees, hypot
+from typing import Any
+
+from vrs_cli.kinematics.joints import Configuration, JointUnits
+from vrs_cli.kinematics.transform import Transform, Vector, compose
+from vrs_cli.language.words.values import numbers_of
+from vrs_cli.render.blocks import POSE, Block, Column, Grid, Page, TextLine, joint_names, line, number_columns, told
+from vrs_cli.render.colours import Ink
+from vrs_cli.render.displaced import sentences
+from vrs_cli.render.reach import verdict
+from vrs_cli.render.symbols import FAMILIES, Family, Stage, latex, quoted
+from vrs_cli.values.explanations import (
+    AnglesReport,
+    ChainReport,
+    ExplainOverview,
+    Factor,
+    InverseReport,
+    JointLoad,
+    MotionPlan,
+    MotionReport,
+    Peak,
+    SolutionSteps,
+    SpliceReport,
+)
+from vrs_cli.values.numbers import count, fixed, seconds
+
+BINDS = 0.95  # of a limit: lines are planned with margins below it
+NEAR_END = 1.0  # [deg, mm] of a range: a joint that is nearer to its end is at it
+SCALES = {"mm": 1e3, "mm2": 1e6, "deg": degrees(1.0), "": 1.0}
+NOTHING = 5e-4  # of a limit: it is shown as zero, and has no time
+ENTRY = 9  # characters of a number of a matrix
+PLAIN_WIDTH = 100  # of matrices beside each other, where a page has no width
+
+
+def formula(text: str, written: str = "") -> TextLine:
+    """A formula on a line; `written` in LaTeX, where it has names of a user."""
+    return TextLine(((f"    {text}", Ink.TEXT),), written or latex(text))
+
+
+def matrices(named: Sequence[tuple[str, Transform]], page: Page, *, turns: bool = False) -> Iterator[Grid]:
+    """Matrices beside each other with their names, as many as fit; positions in mm. `turns`: rotations alone."""
+    row = list(named[:1])
+    for one in named[1:]:
+        if sum(_beside([*row, one], turns).widths()) <= (page.width or PLAIN_WIDTH):
+            row.append(one)
+        else:
+            yield _beside(row, turns)
+            row = [one]
+    yield _beside(row, turns)
+
+
+def _beside(named: Sequence[tuple[str, Transform]], turns: bool) -> Grid:
+    columns, formulas = list[Column](), list[str]()
+    rows: tuple[list[str], ...] = ([], [], [])
+    for name, T in named:
+        columns += [Column("", Ink.NAME, right=True, width=len(name) + 4), *number_columns("", "", "", width=ENTRY)]
+        columns += () if turns else number_columns("", width=ENTRY)
+        numbers = [[*T[i : i + 3], *(() if turns else (1e3 * T[i + 3],))] for i in (0, 4, 8)]
+        for i, cells in enumerate(numbers):
+            rows[i].extend([f"{name} =" if i == 1 else "", *map(fixed, cells)])
+        body = [" & ".join(map(fixed, cells)) for cells in numbers] + ([] if turns else ["0 & 0 & 0 & 1"])
+        formulas.append(rf"{quoted(name)} = \begin{{bmatrix}}" + r" \\ ".join(body) + r"\end{bmatrix}")
+    return Grid(tuple(columns), tuple(map(tuple, rows)), tight=True, latex=r" \quad ".join(formulas))
+
+
+def _place(place: Vector) -> str:
+    x, y, z = (1e3 * one for one in place)
+    return f"X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm"
+
+
+def _poses(rows: Iterable[tuple[str, Transform]], heading: str) -> Grid:
+    shown = tuple((name, *map(fixed, numbers_of(T))) for name, T in rows)
+    return Grid((Column(heading, Ink.NAME), *number_columns(*POSE)), shown, keys=1)
+
+
+# --- the overview ----------------------------------------------------------------------------------------------------
+
+
+def _overview(reply: ExplainOverview, _page: Page) -> Iterator[Block]:
+    rows = tuple((f"EXPLAIN {row.form}", row.summary) for row in reply.rows)
+    yield Grid((Column("", Ink.COMMAND), Column("", fold=True)), rows)
+
+
+# --- a motion --------------------------------------------------------------------------------------------------------
+
+
+def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
+    plan, units = reply.plan, reply.units
+    if plan is None:
+        yield from told(f"{reply.text}: {reply.refusal}", Ink.ERROR, page)
+        return
+    yield line(
+        f"{reply.text} begins at {fixed(plan.begin)}, ends at {fixed(plan.end)}: {seconds(plan.end - plan.begin)}"
+    )
+    yield from told(_how(plan), Ink.NOTE, page)
+    rows = tuple(
+        (
+            stretch.phase,
+            fixed(stretch.start),
+            fixed(stretch.finish),
+            fixed(stretch.finish - stretch.start),
+            fixed(1e3 * stretch.speed, 1),
+            fixed(degrees(stretch.turn), 1),
+            f"JT{stretch.joint} {100.0 * stretch.share:.0f} %" if stretch.joint else "",
+        )
+        for stretch in plan.stretches
+    )
+    headings = number_columns("t_s", "t_f", "lasts", "tip mm/s", "turn deg/s", width=8)
+    yield Grid((Column("Phase"), *headings, Column("Fastest joint", right=True)), rows, keys=1)
+    yield _loads(plan.loads, units)
+    for text in _bindings(plan, units):
+        yield from told(text, Ink.NOTE, page)
+    yield line(
+        f"The way of the tool tip is {1e3 * plan.length:.1f} mm; it ends {str(plan.configuration) or 'at'}:".strip()
+    )
+    for names, numbers in (
+        (POSE, numbers_of(plan.T_world_tool)),
+        (joint_names(len(plan.joints)), numbers_of(plan.joints, units)),
+    ):
+        yield Grid(number_columns(*names), (tuple(map(fixed, numbers)),), tight=True)
+    if plan.displaced is not None:
+        for text in sentences(plan.displaced):
+            yield from told(text, Ink.WARNING, page)
+    for text in (*plan.notes, *(() if plan.contact is None else (f"It touches: {plan.contact.said()}",))):
+        yield from told(text, Ink.WARNING, page)
+
+
+SPACES = {"joint": "joint-interpolated", "straight": "a straight line", "rest": "standing still"}
+
+
+def _how(plan: MotionPlan) -> str:
+    speeds = f"speed {100.0 * plan.speed:g} %, acceleration {100.0 * plan.acceleration:g} %"
+    how, cut = f"{SPACES.get(plan.space, plan.space)}, profile {plan.profile}, {speeds}", plan.cut
+    if cut is None:
+        return f"{how}; from rest"
+    since = f"{fixed(plan.begin - cut.since)} s after that has begun"
+    return f"{how}; it cuts {cut.number} {cut.text} in {cut.phase}, {since}, the tip at {1e3 * cut.speed:.1f} mm/s"
+
+
+def _loads(loads: Sequence[JointLoad], units: JointUnits) -> Grid:
+    """The peaks of each joint: value, part of the limit, and when."""
+    smooth = any(load.jerk is not None for load in loads)
+    rates = (("velocity", "/s"), ("acceleration", "/s2"), *((("jerk", "/s3"),) if smooth else ()))
+    columns = [Column("Joint", Ink.NAME)]
+    for name, _ in rates:
+        columns += number_columns(name, "of limit", "at", width=8)
+    columns += number_columns("end of range", "room", "at", width=8)
+    rows = list[tuple[str, ...]]()
+    for load in loads:
+        row, unit = [f"JT{load.joint} {units.unit(load.joint)}"], load.joint
+        for name, _ in rates:
+            peak: Peak = getattr(load, name)
+            when = fixed(peak.time) if peak.share >= NOTHING else ""
+            row += [fixed(units.one_shown(unit, peak.value), 1), f"{100.0 * peak.share:.1f} %", when]
+        nearest = load.nearest
+        row += [
+            fixed(units.one_shown(unit, nearest.limit), 1),
+            fixed(units.one_shown(unit, load.room), 1),
+            fixed(nearest.time),
+        ]
+        rows.append(tuple(row))
+    return Grid(tuple(columns), tuple(rows), keys=1)
+
+
+def _bindings(plan: MotionPlan, units: JointUnits) -> Iterator[str]:
+    """Say which limits bind, and where on the path."""
+    found = list[tuple[str, Peak]]()
+    for load in plan.loads:
+        rates = (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk))
+        for name, peak in rates:
+            if peak is not None and peak.share >= BINDS:
+                found.append((f"{name} of JT{load.joint}, {100.0 * peak.share:.1f} % of its limit", peak))
+        if units.one_shown(load.joint, load.room) < NEAR_END:
+            end, unit = units.one_shown(load.joint, load.nearest.limit), units.unit(load.joint)
+            found.append((f"range of JT{load.joint}, near its end {end:.1f} {unit}", load.nearest))
+    tip = plan.tip
+    of_tip = f"speed of the tool tip, {1e3 * tip.value:.1f} of {1e3 * tip.limit:.1f} mm/s"
+    if tip.limit and tip.share >= BINDS:
+        found.append((of_tip, tip))
+    elif tip.limit:
+        yield f"Greatest {of_tip}"
+    for what, peak in found:
+        yield f"Binds: {what}, at {seconds(peak.time)}, {_place(peak.place)}"
+    if not found:
+        yield "No limit binds"
+
+
+# --- locations -------------------------------------------------------------------------------------------------------
+
+
+def _chain(reply: ChainReport, page: Page) -> Iterator[Block]:
+    factors = reply.factors
+    if len(factors) > 1:
+        yield _product("T", factors)
+    yield _factors(factors)
+    if reply.joints:
+        numbers = map(fixed, numbers_of(reply.joints, reply.units))
+        yield Grid(number_columns(*joint_names(len(reply.joints))), (tuple(numbers),), tight=True)
+    whole = [("T", factors[-1].product)] if len(factors) > 1 else []
+    yield from matrices([*((one.name, one.T) for one in factors), *whole], page)
+    if reply.arm:
+        yield line("As a goal of the tool it asks this of the flange:", Ink.NOTE)
+        yield _product("T6", reply.arm)
+        yield _factors(reply.arm)
+        yield from matrices([("T6", reply.arm[-1].product)], page)
+
+
+def _product(name: str, factors: Sequence[Factor]) -> TextLine:
+    names = [factor.name for factor in factors]
+    return formula(f"{name} = {' '.join(names)}", f"{latex(name)} = " + r"\,".join(map(quoted, names)))
+
+
+def _factors(factors: Sequence[Factor]) -> Grid:
+    """Each factor, and the product up to it."""
+    rows = list[tuple[str, ...]]()
+    for place, factor in enumerate(factors):
+        rows.append((factor.name, f"{factor.inner} in {factor.outer}", *map(fixed, numbers_of(factor.T))))
+        if place:
+            rows.append(("  product", f"{factor.inner} in {factors[0].outer}", *map(fixed, numbers_of(factor.product))))
+    return Grid((Column("Factor", Ink.NAME), Column("Frame"), *number_columns(*POSE)), tuple(rows), keys=2)
+
+
+def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
+    T, (Rz_O, M, Ry_A, Rz_T) = reply.T, reply.turns
+    yield _poses([(reply.text, T)], "")
+    for text in (
+        "O turns about the vertical: it says to which side the tool points, 0 is along -Y",
+        "A turns about the new Y of the tool: it says how far the tool points down, 90 is straight down",
+        "T turns about Z of the tool, the approach axis",
+    ):
+        yield line(text, Ink.NOTE)
+    yield formula("R = [n s a] = Rz(O) M Ry(A) Rz(T)")
+    yield line("M is the tool with all angles 0: it points along -Y of the world, with its Y along X.", Ink.NOTE)
+    yield from matrices([("Rz(O)", Rz_O), ("M", M), ("Ry(A)", Ry_A), ("Rz(T)", Rz_T)], page, turns=True)
+    first = compose(Rz_O, M)
+    second = compose(first, Ry_A)
+    steps = [("Rz(O) M", first), ("Rz(O) M Ry(A)", second), ("R", compose(second, Rz_T))]
+    yield from matrices(steps, page, turns=True)
+    yield line("Back from the matrix:", Ink.NOTE)
+    if reply.vertical:
+        vertical = "The tool is vertical: O and T turn about one axis, and only their sum or difference counts. "
+        yield from told(f"{vertical}O is taken as 90, and T is the rest.", Ink.WARNING, page)
+        yield formula("T = atan2(ny, sy)")
+    else:
+        yield formula(f"O = atan2(ax, -ay) = atan2({fixed(T.ax)}, {fixed(-T.ay)})")
+        level = fixed(hypot(T.ax, T.ay))
+        yield formula(f"A = atan2(-az, sqrt(ax^2 + ay^2)) = atan2({fixed(-T.az)}, {level})")
+        yield formula(f"T = atan2(sz, -nz) = atan2({fixed(T.sz)}, {fixed(-T.nz)})")
+    o, a, t = map(degrees, reply.angles)
+    yield line(
+        f"V+ says the same as yaw O - 90 = {fixed(o - 90.0)}, pitch A + 90 = {fixed(a + 90.0)}, roll T = {fixed(t)}.",
+        Ink.NOTE,
+    )
+
+
+# --- inverse kinematics ----------------------------------------------------------------------------------------------
+
+
+def _inverse(reply: InverseReport, page: Page) -> Iterator[Block]:
+    yield formula(f"T6 = BASE {reply.text} TOOL^-1")
+    yield from matrices([("T6", reply.T_robot_flange)], page)
+    family = FAMILIES.get(reply.method)
+    if family is None:
+        yield line(f"The joints are found by a search, not by formulas: {reply.method}", Ink.NOTE)
+    else:
+        yield from _formulas(reply, family, page)
+    yield from _solutions(reply)
+    if reply.chosen is not None:
+        way = f"MOVE from here ({str(reply.have) or 'one configuration'}) takes "
+        yield from told(way + "; ".join(filter(None, (str(reply.chosen), reply.reason))), Ink.NOTE, page)
+    else:
+        yield from told(f"MOVE: {reply.reason}", Ink.ERROR, page)
+
+
+def _formulas(reply: InverseReport, family: Family, page: Page) -> Iterator[Block]:
+    known = [(family.symbols[name], value) for name, value in reply.constants.items() if name in family.symbols]
+    shown = (f"{one.name} = {fixed(SCALES[one.unit] * value)} {one.unit}".rstrip() for one, value in known)
+    yield from told(", ".join(shown), Ink.NOTE, page)
+    for number, stage in enumerate(family.stages, 1):
+        yield from told(f"{number}. {stage.title}", Ink.HEADING, page)
+        for text in stage.formulas:
+            yield formula(text)
+        yield _values(stage, family, reply.solutions)
+    if reply.senses:
+        pairs = enumerate(reply.senses, 1)
+        said = (f"JT{i} = {'-' * (sign < 0.0)}(theta{i} - {fixed(degrees(zero), 1)})" for i, (sign, zero) in pairs)
+        yield from told(f"The joints of this robot: {', '.join(said)}, and whole turns.", Ink.NOTE, page)
+
+
+def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) -> Grid:
+    """The values of a stage, once for all configurations that share them."""
+    symbols = [family.symbols[name] for name in stage.values]
+    rows = dict[tuple[str, ...], list[Configuration]]()
+    for solution in solutions:
+        values = [solution.steps.get(name) for name in stage.values]
+        cells = ("-" if x is None else fixed(SCALES[one.unit] * x) for one, x in zip(symbols, values, strict=True))
+        rows.setdefault(tuple(cells), []).append(solution.option.configuration)
+    headings = (f"{one.name} {one.unit}".rstrip() for one in symbols)
+    every = [solution.option.configuration for solution in solutions]
+    shown = tuple((_which(ways, every), *cells) for cells, ways in rows.items())
+    return Grid((Column("Configuration", Ink.NAME), *number_columns(*headings)), shown, keys=1)
+
+
+def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str:
+    """The fewest words that say which configurations these are, of every one."""
+    if len(ways) == len(every):
+        return "all"
+    found = dict[str, None]()
+    for way in ways:
+        parts = (way.flags[:1], way.flags[:2], way.flags)
+        shortest = next(part for part in parts if all(one in ways for one in every if one.flags[: len(part)] == part))
+        found[" ".join(flag.name for flag in shortest if flag is not None)] = None
+    return ", ".join(found)
+
+
+def _solutions(reply: InverseReport) -> Iterator[Block]:
+    joints = len(reply.here)
+    rows = tuple(
+        (
+            str(one.option.configuration) or "-",
+            verdict(one.option, reply.units),
+            "" if one.time is None else fixed(one.time),
+            *(map(fixed, numbers_of(one.option.joints, reply.units)) if one.option.joints else ("",) * joints),
+        )
+        for one in reply.solutions
+    )
+    columns = (Column("Configuration", Ink.NAME), Column("Reach", width=8), *number_columns("from here s", width=8))
+    yield Grid((*columns, *number_columns(*joint_names(joints), width=9)), rows, boxed=True, keys=1)
+
+
+# --- the last change -------------------------------------------------------------------------------------------------
+
+
+def _splice(reply: SpliceReport, page: Page) -> Iterator[Block]:
+    what = f"{reply.cause} of {reply.text}" if reply.cause else reply.text
+    yield from told(
+        f"{what}: issued at {fixed(reply.issued)}, executed at {fixed(reply.executed)}; what was planned after "
+        f"{seconds(reply.cut)} gave way",
+        Ink.NOTE,
+        page,
+    )
+    if reply.earlier:
+        yield line(f"{count(reply.earlier, 'segment')} before these stay as they are", Ink.NOTE)
+    rows = tuple(
+        (row.fate.value, *_times(row.before), *_times(row.after), row.phase, f"{row.number} {row.text}")
+        for row in reply.rows
+    )
+    times = number_columns("t_s before", "t_f before", "t_s after", "t_f after")
+    yield Grid((Column("", Ink.NAME), *times, Column("Phase"), Column("Command", cut=True)), rows, keys=1)
+    if reply.later:
+        moved = f"are shifted by {fixed(reply.shift)} s too" if reply.shift else "stay as they are"
+        yield line(f"{count(reply.later, 'segment')} after these {moved}", Ink.NOTE)
+    if reply.shift:
+        yield line(
+            f"The shift is {fixed(reply.shift)} s; shifted segments keep their polynomials to the bit.", Ink.NOTE
+        )
+
+
+def _times(times: tuple[float, float] | None) -> tuple[str, str]:
+    return ("", "") if times is None else (fixed(times[0]), fixed(times[1]))
+
+
+EXPLANATIONS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
+    ExplainOverview: _overview,
+    MotionReport: _motion,
+    ChainReport: _chain,
+    AnglesReport: _angles,
+    InverseReport: _inverse,
+    SpliceReport: _splice,
+}
