@@ -22,6 +22,7 @@ _HOMES = {  # where each public name is
     "Posture": "vrs_cli.api.posture",
     "Ways": "vrs_cli.api.posture",
     "Replies": "vrs_cli.api.answers",
+    "Explanation": "vrs_cli.api.answers",
     "Picture": "vrs_cli.api.answers",
     "Scene": "vrs_cli.api.answers",
     "Run": "vrs_cli.api.answers",

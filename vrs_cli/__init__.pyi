@@ -1,3 +1,4 @@
+from vrs_cli.api.answers import Explanation as Explanation
 from vrs_cli.api.answers import Picture as Picture
 from vrs_cli.api.answers import ProgramFailed as ProgramFailed
 from vrs_cli.api.answers import Replies as Replies

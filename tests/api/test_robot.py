@@ -30,6 +30,7 @@ from vrs_cli.errors import (
     UndefinedValue,
 )
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.values.explanations import MotionReport
 from vrs_cli.values.replies import ReachReport, Whereabouts
 
 PART = vrs.trans(300, 450, -200, 90, 90, 0)
@@ -238,6 +239,26 @@ def test_why_is_data(new: New) -> None:
     assert len(report.reach.options) == 8
     assert "MOVE: " in repr(new().why(PART))
     assert "mm too far" in repr(new().why(vrs.trans(3000, 0, 0)))
+
+
+def test_explain_is_data_text_markdown_and_latex(new: New) -> None:
+    r = new()
+    before = r.timeline
+    told = r.explain("MOVE TRANS(300, 450, -100, 90, 90, 0)")
+    (report,) = told
+    assert isinstance(report, MotionReport)
+    assert r.timeline == before
+    r.move(vrs.trans(300, 450, -100, 90, 90, 0))
+    assert report.plan is not None
+    assert report.plan.end == r.end
+    assert told.text.startswith("MOVE TRANS(300, 450, -100, 90, 90, 0) begins at 0.000")
+    turns = r.explain("OAT TRANS(1, 2, 3, 30, 40, 50)")
+    assert r"$$R = [n\,s\,a] = R_{z}(O)\,M\,R_{y}(A)\,R_{z}(T)$$" in turns._repr_markdown_()
+    assert r"\begin{bmatrix}" in turns._repr_latex_()
+    assert turns._repr_html_ is None
+    assert "EXPLAIN motion" in repr(r.explain())
+    with pytest.raises(vrs.VrsError):
+        r.explain("MOVE nowhere")
 
 
 # --- programs and words --------------------------------------------------------------------------------------------

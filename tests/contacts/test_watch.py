@@ -17,6 +17,7 @@ from vrs_cli.interfaces.dragging import TICK, Dragging
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import at_position
+from vrs_cli.values.explanations import MotionReport
 from vrs_cli.values.hand import Axis, Frame, Limit
 from vrs_cli.values.replies import Message, ReachReport
 
@@ -113,6 +114,27 @@ def test_why_tells_what_motions_would_touch() -> None:
     assert contact is not None
     assert "wall" in (contact.first, contact.second)
     assert session.engine.end == session.engine.now
+
+
+def test_explain_tells_what_a_motion_would_touch_and_touches_nothing() -> None:
+    session = session_of()
+    terminal = session.terminal
+    assert isinstance(terminal, RecordingTerminal)
+    session.perform(f"EXPLAIN {INTO}")
+    report = terminal.replies[-1]
+    assert isinstance(report, MotionReport)
+    assert report.plan is not None
+    assert report.plan.contact is not None
+    assert "wall" in (report.plan.contact.first, report.plan.contact.second)
+    assert not session.contacts.contacts
+    session.perform("ENABLE COLLISION")
+    session.perform(f"EXPLAIN {INTO}")
+    refused = terminal.replies[-1]
+    assert isinstance(refused, MotionReport)
+    assert refused.plan is None
+    with pytest.raises(CollisionAhead) as error:
+        session.perform(f"DO {INTO}")
+    assert refused.refusal == str(error.value)
 
 
 def test_jog_stops_before_a_contact() -> None:

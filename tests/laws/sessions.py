@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from math import radians
 from random import Random
 
+from tests.laws.explained_laws import check_foretold, check_plan, check_refusal, check_splice, foretold
 from tests.laws.motion_laws import (
     check_continuous,
     check_edit,
@@ -60,6 +61,7 @@ LONGEST = 400  # segments; then the timeline begins anew
 NEAR = (0.02, 0.1, 0.1, 0.3)  # of the ranges: how far straight lines go
 INSIDE = 0.2  # of a range, at both ends, that the robot begins away from
 TILT = 0.2  # [rad]
+TOLD = 4  # of so many commands of the prompt, one is told before it is done
 
 
 @dataclass
@@ -71,6 +73,7 @@ class Tally:
     undone: int = 0
     edits: int = 0
     explained: int = 0
+    told: int = 0
 
 
 @dataclass
@@ -117,14 +120,27 @@ class Session:
             self.explain()
             return
         before, self.edits = self.engine.timeline, []
+        request, program = self.request(), self.random.random() < 0.5
+        asked = not program and not self.tally.commands % TOLD
+        told = foretold(self.engine, request) if asked else None
         try:
-            self.engine.perform(self.request(), program=self.random.random() < 0.5)
-        except (MotionError, IllegalValue):
+            self.engine.perform(request, program=program)
+        except (MotionError, IllegalValue) as error:
             self.tally.refused += 1
+            check_refusal(told, error)
             assert self.engine.timeline is before, "a refused motion leaves the timeline as it was"
+            return
+        if told is not None:
+            assert isinstance(told, Engine)
+            check_foretold(told, self.engine)
         for old, delta in self.edits:
             self.tally.edits += 1
             self._check(old, delta)
+            if len(self.edits) == 1:
+                check_splice(self.engine, old, delta)
+            if told is not None:
+                self.tally.told += 1
+                check_plan(self.engine, old, delta)
 
     def _undo(self) -> None:
         """UNDO, and what it took back again by what the deltas say; REDO as it was, now and then."""

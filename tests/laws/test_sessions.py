@@ -26,6 +26,7 @@ def test_a_random_session_keeps_every_law_after_every_command(robot: str, seed: 
     assert tally.edits > COMMANDS // 4, "many commands change the timeline"
     assert tally.undone
     assert tally.explained, "WHY was asked"
+    assert tally.told, "motions were told before they were done"
 
 
 @pytest.mark.parametrize("name", [*SEARCHED, "crooked.urdf", "gantry.urdf"])

@@ -12,6 +12,7 @@ from tests.interfaces.monitor.test_showing import session
 from tests.interfaces.terminals import RecordingTerminal
 from tests.view3d.test_paths import seen
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.values.explanations import ChainReport, MotionReport
 from vrs_cli.values.replies import ReachReport
 from vrs_cli.view3d.places import Reasons, dashes, place_of, stopping_place
 
@@ -109,3 +110,37 @@ def test_dashes_fill_half_of_a_line() -> None:
 )
 def test_which_place_a_line_names(line: str, place: str | None) -> None:
     assert place_of(line) == place
+
+
+def test_a_motion_that_is_explained_is_drawn_along_its_way(server: viser.ViserServer) -> None:
+    of = session(*BENT)
+    of.perform("EXPLAIN MOVES SHIFT(HERE BY 0, 200, 0)")
+    terminal = of.terminal
+    assert isinstance(terminal, RecordingTerminal)
+    report = terminal.replies[-1]
+    assert isinstance(report, MotionReport)
+    reasons = Reasons(server.scene, of.engine.model)
+    reasons.explain(report)
+    reasons.show(seen(of.engine, of.engine.now))
+    assert length(server, "followed") == pytest.approx(0.2, abs=1e-6)
+    label = server.scene.get_handle_by_name("/why/reason")
+    assert isinstance(label, viser.LabelHandle)
+    assert "200 mm" in label.text.replace("\n", " ")
+    of.perform("MOVES SHIFT(HERE BY 0, 200, 0)")
+    reasons.show(seen(of.engine, of.engine.now))
+    assert server.scene.get_handle_by_name("/why/reason") is None
+
+
+def test_a_chain_is_drawn_as_its_frames(server: viser.ViserServer) -> None:
+    of = session("POINT table = TRANS(100, 400, -300)", "POINT part = TRANS(50, 60, 70)")
+    of.perform("EXPLAIN table:part")
+    terminal = of.terminal
+    assert isinstance(terminal, RecordingTerminal)
+    report = terminal.replies[-1]
+    assert isinstance(report, ChainReport)
+    reasons = Reasons(server.scene, of.engine.model)
+    reasons.explain(report)
+    reasons.show(seen(of.engine, of.engine.now))
+    frames = server.scene.get_handle_by_name("/why/frames")
+    assert isinstance(frames, viser.BatchedAxesHandle)
+    assert frames.batched_positions == pytest.approx(np.array([[0.1, 0.4, -0.3], [0.15, 0.46, -0.23]]))

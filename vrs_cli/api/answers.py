@@ -6,15 +6,18 @@ import webbrowser
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from html import escape
+from itertools import chain
 from pathlib import Path
 from tempfile import mkdtemp
 
 from vrs_cli.errors import VrsError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.render.blocks import Column, Grid, line
+from vrs_cli.render.blocks import PIPE, Column, Grid, line
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.html import blocks_html, html, picture
+from vrs_cli.render.layout import blocks
+from vrs_cli.render.markdown import latex_document, markdown
 from vrs_cli.render.text import plain_text
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.numbers import fixed
@@ -49,6 +52,21 @@ class Replies(tuple[Reply, ...]):
         """Show nothing in a notebook where there are no replies; else leave it to the notebook's usual way."""
         if self:
             raise NotImplementedError
+
+
+class Explanation(Replies):
+    """What EXPLAIN answers: tables as Markdown, formulas and matrices as LaTeX in a notebook. Its values are those of
+    `vrs_cli.values.explanations`.
+    """
+
+    __slots__ = ()
+    _repr_html_ = None  # type: ignore[assignment]  # a notebook takes the Markdown, which has formulas
+
+    def _repr_markdown_(self) -> str:
+        return markdown(chain.from_iterable(blocks(reply, PIPE) for reply in self))
+
+    def _repr_latex_(self) -> str:
+        return latex_document(chain.from_iterable(blocks(reply, PIPE) for reply in self))
 
 
 class Picture(Replies):

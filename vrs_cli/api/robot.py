@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import ArrayLike
 
-from vrs_cli.api.answers import Picture, ProgramFailed, Replies, Run, Scene
+from vrs_cli.api.answers import Explanation, Picture, ProgramFailed, Replies, Run, Scene
 from vrs_cli.api.changes import Change, hear
 from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, local_port
 from vrs_cli.api.location import Floats, Location, Units, number, numbers
@@ -296,6 +296,15 @@ class Robot:
         """
         target, shown = self._target(to)
         return Replies((self._robot.act(Explain(Goal.of(target), shown)),))
+
+    def explain(self, what: str = "") -> Explanation:
+        """Explain with numbers, and change nothing: `explain("MOVES part AT 2")`, "table:part", "OAT part", "IK part",
+        "SPLICE"; all that there is where nothing is named. A notebook shows formulas and matrices.
+
+        Its values are those of `vrs_cli.values.explanations`, in metres, radians and seconds. A motion that the robot
+        would refuse is explained too. Raises VrsError for what cannot be read, or has no value.
+        """
+        return Explanation(self.do(f"EXPLAIN {what}"))
 
     # --- programs and words ---
 

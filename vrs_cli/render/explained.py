@@ -13,7 +13,7 @@ from vrs_cli.render.blocks import POSE, Block, Column, Grid, Page, TextLine, joi
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
 from vrs_cli.render.reach import verdict
-from vrs_cli.render.symbols import FAMILIES, Family, Stage, latex, quoted
+from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, quoted
 from vrs_cli.values.explanations import (
     AnglesReport,
     ChainReport,
@@ -30,6 +30,7 @@ from vrs_cli.values.explanations import (
 from vrs_cli.values.numbers import count, fixed, seconds
 
 BINDS = 0.95  # of a limit: lines are planned with margins below it
+ROUNDING = 1e-9  # [rad] of an angle
 NEAR_END = 1.0  # [deg, mm] of a range: a joint that is nearer to its end is at it
 SCALES = {"mm": 1e3, "mm2": 1e6, "deg": degrees(1.0), "": 1.0}
 NOTHING = 5e-4  # of a limit: it is shown as zero, and has no time
@@ -196,7 +197,7 @@ def _bindings(plan: MotionPlan, units: JointUnits) -> Iterator[str]:
 def _chain(reply: ChainReport, page: Page) -> Iterator[Block]:
     factors = reply.factors
     if len(factors) > 1:
-        yield _product("T", factors)
+        yield _product("T", [one.name for one in factors])
     yield _factors(factors)
     if reply.joints:
         numbers = map(fixed, numbers_of(reply.joints, reply.units))
@@ -205,13 +206,12 @@ def _chain(reply: ChainReport, page: Page) -> Iterator[Block]:
     yield from matrices([*((one.name, one.T) for one in factors), *whole], page)
     if reply.arm:
         yield line("As a goal of the tool it asks this of the flange:", Ink.NOTE)
-        yield _product("T6", reply.arm)
+        yield _product("T6", [one.name for one in reply.arm])
         yield _factors(reply.arm)
         yield from matrices([("T6", reply.arm[-1].product)], page)
 
 
-def _product(name: str, factors: Sequence[Factor]) -> TextLine:
-    names = [factor.name for factor in factors]
+def _product(name: str, names: Sequence[str]) -> TextLine:
     return formula(f"{name} = {' '.join(names)}", f"{latex(name)} = " + r"\,".join(map(quoted, names)))
 
 
@@ -262,7 +262,7 @@ def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
 
 
 def _inverse(reply: InverseReport, page: Page) -> Iterator[Block]:
-    yield formula(f"T6 = BASE {reply.text} TOOL^-1")
+    yield _product("T6", ("BASE", reply.text, "TOOL^-1"))
     yield from matrices([("T6", reply.T_robot_flange)], page)
     family = FAMILIES.get(reply.method)
     if family is None:
@@ -288,8 +288,16 @@ def _formulas(reply: InverseReport, family: Family, page: Page) -> Iterator[Bloc
         yield _values(stage, family, reply.solutions)
     if reply.senses:
         pairs = enumerate(reply.senses, 1)
-        said = (f"JT{i} = {'-' * (sign < 0.0)}(theta{i} - {fixed(degrees(zero), 1)})" for i, (sign, zero) in pairs)
+        said = (_sense(i, sign, zero) for i, (sign, zero) in pairs)
         yield from told(f"The joints of this robot: {', '.join(said)}, and whole turns.", Ink.NOTE, page)
+
+
+def _sense(i: int, sign: float, zero: float) -> str:
+    """How a joint of the robot follows from that of the formulas."""
+    theta = (
+        f"theta{i}" if abs(zero) < ROUNDING else f"theta{i} {'-' if zero > 0.0 else '+'} {fixed(degrees(abs(zero)), 1)}"
+    )
+    return f"JT{i} = {theta}" if sign > 0.0 else f"JT{i} = -({theta})"
 
 
 def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) -> Grid:
@@ -298,12 +306,18 @@ def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) ->
     rows = dict[tuple[str, ...], list[Configuration]]()
     for solution in solutions:
         values = [solution.steps.get(name) for name in stage.values]
-        cells = ("-" if x is None else fixed(SCALES[one.unit] * x) for one, x in zip(symbols, values, strict=True))
+        cells = (_shown(one, x) for one, x in zip(symbols, values, strict=True))
         rows.setdefault(tuple(cells), []).append(solution.option.configuration)
-    headings = (f"{one.name} {one.unit}".rstrip() for one in symbols)
+    headings = (one.name if one.unit == SIGN else f"{one.name} {one.unit}".rstrip() for one in symbols)
     every = [solution.option.configuration for solution in solutions]
     shown = tuple((_which(ways, every), *cells) for cells, ways in rows.items())
     return Grid((Column("Configuration", Ink.NAME), *number_columns(*headings)), shown, keys=1)
+
+
+def _shown(symbol: Symbol, value: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:+.0f}" if symbol.unit == SIGN else fixed(SCALES[symbol.unit] * value)
 
 
 def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str:

@@ -19,10 +19,13 @@ from typing import NamedTuple
 
 
 class Symbol(NamedTuple):
-    """A value of a closed form: its name, and its unit as it is shown: mm, mm2, deg, or empty."""
+    """A value of a closed form: its name, and its unit as it is shown: mm, mm2, deg, SIGN, or empty."""
 
     name: str
     unit: str = ""
+
+
+SIGN = "sign"  # instead of a unit: +1 or -1
 
 
 class Stage(NamedTuple):
@@ -42,11 +45,16 @@ class Family(NamedTuple):
 
 # --- LaTeX -----------------------------------------------------------------------------------------------------------
 
-_GREEK = "theta|psi|phi|beta"
-_WORDS = re.compile(
-    rf"(?P<greek>{_GREEK})(?P<index>\d?)|(?P<function>cos|sin|acos|atan2|sign|Rot|Rz|Ry)\b"
-    r"|(?P<flag>ARM|ELBOW|WRIST|BASE|TOOL)\b|(?P<letter>[A-Za-z])(?P<sub>\d|x|y|z)\b"
-)
+_LATEX: Mapping[str, str] = {
+    **{name: rf"\{name}" for name in ("theta", "psi", "beta", "cos", "sin")},
+    "phi": r"\varphi",
+    "acos": r"\arccos",
+    **{name: rf"\operatorname{{{name}}}" for name in ("atan2", "sign", "Rot")},
+    **{name: rf"\mathrm{{{name}}}" for name in ("ARM", "ELBOW", "WRIST", "BASE", "TOOL")},
+}
+_WORD = re.compile(r"(?P<name>[A-Za-z]+?)(?P<index>\d|(?<=^.)[xyz]|(?<=[^A-Za-z].)[xyz])?(?![A-Za-z0-9])|atan2")
+_BETWEEN = re.compile(r"(?<=[A-Za-z0-9})]) (?=[A-Za-z\\(\[])")  # two factors
+_OWN = re.compile(r"(?:R[xyz]\([OAT]\)|[ATMR]\d?|BASE|TOOL|BASE\^-1|TOOL\^-1| )+")
 
 
 def latex(text: str) -> str:
@@ -56,17 +64,21 @@ def latex(text: str) -> str:
         end = _closing(text, at + len("sqrt"))
         inner = text[at + len("sqrt(") : end]
         return f"{latex(text[:at])}\\sqrt{{{latex(inner)}}}{latex(text[end + 1 :])}"
-    return _WORDS.sub(_word, text).replace("  ", r"\quad ").replace("^-1", "^{-1}")
+    return _BETWEEN.sub(r"\,", _WORD.sub(_written, text)).replace("^-1", "^{-1}")
+
+
+def _written(found: re.Match[str]) -> str:
+    if found[0] in _LATEX:
+        return _LATEX[found[0]]
+    name = _LATEX.get(found["name"], found["name"])
+    return f"{name}_{{{found['index']}}}" if found["index"] else name
 
 
 def quoted(name: str) -> str:
     """Write a name in LaTeX: of the symbols here as such, any other upright."""
     if _OWN.fullmatch(name):
         return latex(name)
-    return r"\mathrm{" + re.sub(r"[^\w.,:()+-]", lambda found: "\\" + found[0], name).replace("_", r"\_") + "}"
-
-
-_OWN = re.compile(r"(?:R[xyz]\([OAT]\)|[ATMR]\d?|BASE|TOOL|BASE\^-1|TOOL\^-1| )+")
+    return r"\mathrm{" + re.sub(r"[^\w.,:()+ -]", lambda found: f"\\{found[0]}", name).replace("_", r"\_") + "}"
 
 
 def _closing(text: str, opening: int) -> int:
@@ -77,17 +89,6 @@ def _closing(text: str, opening: int) -> int:
         if not depth:
             return at
     raise ValueError(text)
-
-
-def _word(found: re.Match[str]) -> str:
-    if found["greek"]:
-        name = "varphi" if found["greek"] == "phi" else found["greek"]
-        return rf"\{name}_{{{found['index']}}}" if found["index"] else rf"\{name} "
-    if found["function"]:
-        return rf"\operatorname{{{found['function']}}}"
-    if found["flag"]:
-        return rf"\mathrm{{{found['flag']}}}\,"
-    return f"{found['letter']}_{{{found['sub']}}}"
 
 
 # --- the closed forms ------------------------------------------------------------------------------------------------
@@ -106,6 +107,7 @@ _COMMON: Mapping[str, Symbol] = {
     "psi": Symbol("psi", "deg"),
     "phi": Symbol("phi", "deg"),
     "k": Symbol("cos psi"),
+    **{name: Symbol(name.upper(), SIGN) for name in ("arm", "elbow", "wrist")},
 }
 
 _SPHERICAL = Family(
@@ -118,7 +120,7 @@ _SPHERICAL = Family(
         Stage(
             "Joint 1, by the shoulder",
             ("u = -ARM sqrt(r^2)", "h = u - a1", "theta1 = atan2(u py - d px, u px + d py)"),
-            ("u", "h", "q1"),
+            ("arm", "u", "h", "q1"),
         ),
         Stage(
             "Joint 3, by the elbow; the arm reaches where cos psi is from -1 to 1",
@@ -127,7 +129,7 @@ _SPHERICAL = Family(
                 "psi = -ARM ELBOW acos(cos psi)",
                 "theta3 = beta + psi",
             ),
-            ("k", "psi", "q3"),
+            ("elbow", "k", "psi", "q3"),
         ),
         Stage(
             "Joint 2, which brings upper arm and forearm to the centre of the wrist",
@@ -141,7 +143,7 @@ _SPHERICAL = Family(
                 "theta5 = atan2(WRIST sqrt(ax^2 + ay^2), az)",
                 "theta6 = atan2(WRIST (ax ny - ay nx), WRIST (ax sy - ay sx))",
             ),
-            ("X", "Y", "Z", "s5", "q4", "q5", "q6"),
+            ("wrist", "X", "Y", "Z", "s5", "q4", "q5", "q6"),
         ),
     ),
     {
@@ -163,7 +165,7 @@ _OFFSET = Family(
         Stage(
             "Joint 1, by the shoulder",
             ("u = ARM sign(d) sqrt(r^2)", "theta1 = atan2(u py + d px, u px - d py)"),
-            ("u", "q1"),
+            ("arm", "u", "q1"),
         ),
         Stage(
             "Joints 5 and 6, by the axes n, s, a of the flange along those of joints 2 to 4, which is Y here",
@@ -172,7 +174,7 @@ _OFFSET = Family(
                 "sin theta5 = WRIST sqrt(ny^2 + sy^2)",
                 "theta6 = atan2(-WRIST sy, WRIST ny)",
             ),
-            ("c5", "s5", "q5", "q6"),
+            ("wrist", "c5", "s5", "q5", "q6"),
         ),
         Stage(
             "Joint 3; joint 4 is at (h, v) in the plane of the arm, which reaches where cos theta3 is from -1 to 1",
@@ -181,8 +183,9 @@ _OFFSET = Family(
                 "h = u - d5 sin phi",
                 "v = pz + d5 cos phi",
                 "cos theta3 = (h^2 + v^2 - a2^2 - a3^2) / (2 a2 a3)",
+                "theta3 = -ARM ELBOW sign(d) acos(cos theta3)",
             ),
-            ("lift", "level", "h", "v", "k", "q3"),
+            ("elbow", "lift", "level", "h", "v", "k", "q3"),
         ),
         Stage(
             "Joints 2 and 4",
@@ -211,12 +214,12 @@ _PARALLEL = Family(
             ("x", "y", "turn", "rise"),
         ),
         Stage(
-            "The second joint; the arm reaches where cos psi is from -1 to 1",
+            "The second bar against the first, by the second joint; the arm reaches where cos psi is from -1 to 1",
             ("cos psi = (px^2 + py^2 - l1^2 - l2^2) / (2 l1 l2)", "psi = ARM acos(cos psi)"),
-            ("k", "psi", "second"),
+            ("arm", "k", "psi"),
         ),
         Stage(
-            "The first joint, which brings both bars to p",
+            "The first bar, by the first joint, which brings both bars to p",
             ("m = l1 + l2 cos psi", "t = l2 sin psi", "theta1 = atan2(py, px) - atan2(t, m)"),
             ("m", "t", "first"),
         ),
@@ -226,7 +229,6 @@ _PARALLEL = Family(
         "turn": Symbol("phi", "deg"),
         "rise": Symbol("pz", "mm"),
         "first": Symbol("theta1", "deg"),
-        "second": Symbol("theta2", "deg"),
     },
 )
 

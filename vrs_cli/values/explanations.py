@@ -243,6 +243,3 @@ class SpliceReport(Spoken, frozen=True):
     rows: tuple[SplicedSegment, ...]
     earlier: int = 0
     later: int = 0
-
-
-Explanation = ExplainOverview | MotionReport | ChainReport | AnglesReport | InverseReport | SpliceReport

@@ -26,6 +26,7 @@ from vrs_cli.render.layout import blocks
 from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import Attend, Define, Defined
 from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.explanations import ChainReport, MotionReport
 from vrs_cli.values.numbers import count
 from vrs_cli.values.prompt import PromptStatus, Suggestion
 from vrs_cli.values.questions import Answer, OnScreen
@@ -117,7 +118,7 @@ class PanelLease(NamedTuple):
 
 class PanelFrontEnd:
     """`question`: the open question to the user. `waiting`: the commands that have not ended, by id. `happened` is
-    called when one ends, `explained` gets the report of WHY, and `refused` the lines that were not done.
+    called when one ends, `explained` gets the reports of WHY and EXPLAIN, and `refused` the lines that were not done.
     """
 
     def __init__(self, robot: SocketPort, happened: Callable[[], None] = lambda: None) -> None:
@@ -127,7 +128,7 @@ class PanelFrontEnd:
         self.running: tuple[str, ...] = ()
         self.waiting: dict[int, str] = {}
         self.history: list[str] = []
-        self.explained: Callable[[ReachReport], None] = lambda _report: None
+        self.explained: Callable[[ReachReport | MotionReport | ChainReport], None] = lambda _report: None
         self.refused: Callable[[str], None] = lambda _text: None
         self._questions: dict[int, Asked] = {}
         self._attends = False
@@ -236,7 +237,9 @@ class PanelFrontEnd:
         match message:
             case messages.Told(reply):
                 self.transcript.reply(reply)
-                if isinstance(reply, ReachReport):
+                if isinstance(reply, MotionReport) and reply.plan is None:
+                    self.refused(reply.text)  # which has the same picture as a motion that was refused
+                elif isinstance(reply, ReachReport | MotionReport | ChainReport):
                     self.explained(reply)
             case messages.Typed(text, newline):
                 self.transcript.type(text, newline)

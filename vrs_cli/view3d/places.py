@@ -4,10 +4,12 @@ line to a place as far as the arm can follow it, and what stops it there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from textwrap import fill
 
 import numpy as np
+from msgspec import Struct
 from viser import SceneApi
 
 from vrs_cli.engine.position import world_pose
@@ -22,6 +24,7 @@ from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.acts import Evaluate, Explain, Goal, Valued
+from vrs_cli.values.explanations import ChainReport, MotionReport
 from vrs_cli.values.motion import Frames, JointTarget, PoseTarget
 from vrs_cli.values.replies import NamedLocation, ReachReport
 from vrs_cli.values.results import Reach
@@ -58,16 +61,16 @@ class PlacesView(Rooted):
         if not self._drawn:
             return
         poses = [T for _, T in self._drawn]
-        self._scene.add_batched_axes(
-            "/places/frames",
-            np.array([unit_quaternion(T) for T in poses]),
-            np.array([position(T) for T in poses]),
-            axes_length=LONG * self._reach,
-            axes_radius=0.03 * LONG * self._reach,
-        )
+        add_frames(self._scene, "/places/frames", poses, LONG * self._reach)
         named = gathered(((position(T), name) for name, T in self._drawn), NEAR * self._reach)
         for k, (place, names) in enumerate(named.items()):
             self._scene.add_label(f"/places/{k}", "\n".join(names), position=place, anchor="top-left")
+
+
+def add_frames(scene: SceneApi, name: str, poses: Sequence[Transform], long: float) -> None:
+    """Add frames at poses in the world, with axes so long [m]."""
+    turns, places = np.array([unit_quaternion(T) for T in poses]), np.array([position(T) for T in poses])
+    scene.add_batched_axes(name, turns, places, axes_length=long, axes_radius=0.03 * long)
 
 
 def _pose(arm: RobotArm, row: NamedLocation, frames: Frames) -> Transform | None:
@@ -90,18 +93,62 @@ WIDTH, LINES = 44, 8  # characters of a line of the label; how many of them at m
 MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
 
 
+class Sketch(Struct, frozen=True):
+    """An explanation as a picture, in the world [m]: ways that can and cannot be followed, as lines; places with balls;
+    frames of a chain; and a text at a place.
+    """
+
+    text: str
+    at: Vector
+    followed: tuple[tuple[Vector, Vector], ...] = ()
+    refused: tuple[tuple[Vector, Vector], ...] = ()
+    balls: tuple[tuple[str, Vector, tuple[int, int, int]], ...] = ()
+    frames: tuple[Transform, ...] = ()
+
+
+Drawable = ReachReport | MotionReport | ChainReport
+
+
+def sketch(report: Drawable, dash: float) -> Sketch | None:
+    """Return the picture of an explanation; None where it has none. `dash` [m]: of what cannot be followed."""
+    if isinstance(report, ReachReport):
+        return _sketch_of_reach(report, dash)
+    if isinstance(report, MotionReport):
+        plan = report.plan
+        if plan is None or not plan.path:
+            return None
+        balls = [("end", plan.path[-1], GOOD)]
+        balls += [("contact", plan.contact.place, BAD)] if plan.contact is not None else []
+        text = f"{report.text}: {plan.begin:.3f} to {plan.end:.3f} s, {1e3 * plan.length:.0f} mm"
+        return Sketch(text, plan.path[-1], tuple(pairwise(plan.path)), balls=tuple(balls))
+    frames = tuple(factor.product for factor in report.factors)
+    return Sketch(f"{report.text}, from the world on", position(frames[-1]), frames=frames)
+
+
+def _sketch_of_reach(report: ReachReport, dash: float) -> Sketch:
+    """The straight line as far as the arm can follow it, and what stops it there."""
+    reach = report.reach
+    stop = stopping_place(reach)
+    balls = [("stop", stop, GOOD if reach.line.duration is not None else STOP)]
+    for word, contact in (("move", report.move_contact), ("line", report.line_contact)):
+        if contact is not None:
+            balls.append((f"{word}_contact", contact.place, BAD))
+    refused = tuple(dashes(stop, reach.end, dash))
+    return Sketch(said(report), stop, ((reach.begin, stop),), refused, tuple(balls))
+
+
 class Reasons:
-    """Nodes /why ...: of the report that came last, until the robot does something else."""
+    """Nodes /why ...: of the explanation that came last, until the robot does something else."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
         self._scene = scene
         _, (self._reach, *_) = levers(model)
         self._root = scene.add_frame("/why", show_axes=False)
-        self.report: ReachReport | None = None
-        self._drawn: ReachReport | None = None
+        self.report: Drawable | None = None
+        self._drawn: Drawable | None = None
         self._since = -1  # the version of the timeline for which it was asked
 
-    def explain(self, report: ReachReport) -> None:
+    def explain(self, report: Drawable) -> None:
         """Show it from now on."""
         self.report = report
 
@@ -116,24 +163,19 @@ class Reasons:
     def _draw(self) -> None:
         self._root.remove()
         self._root = self._scene.add_frame("/why", show_axes=False)
-        if self._drawn is None:
+        drawn = None if self._drawn is None else sketch(self._drawn, DASH * self._reach)
+        if drawn is None:
             return
-        reach = self._drawn.reach
-        stop = stopping_place(reach)
-        self._line("followed", [(reach.begin, stop)], GOOD)
-        self._line("refused", list(dashes(stop, reach.end, DASH * self._reach)), BAD)
-        possible = reach.line.duration is not None
-        self._scene.add_icosphere(
-            "/why/stop", BALL * self._reach, GOOD if possible else STOP, subdivisions=2, position=stop
-        )
-        for word, contact in (("move", self._drawn.move_contact), ("line", self._drawn.line_contact)):
-            if contact is not None:
-                ball = f"/why/{word}_contact"
-                self._scene.add_icosphere(ball, BALL * self._reach, BAD, subdivisions=2, position=contact.place)
-        text = fill(said(self._drawn), WIDTH, max_lines=LINES, placeholder=" ...")
-        self._scene.add_label("/why/reason", text, position=stop, anchor="bottom-left")
+        self._line("followed", drawn.followed, GOOD)
+        self._line("refused", drawn.refused, BAD)
+        for name, place, colour in drawn.balls:
+            self._scene.add_icosphere(f"/why/{name}", BALL * self._reach, colour, subdivisions=2, position=place)
+        if drawn.frames:
+            add_frames(self._scene, "/why/frames", drawn.frames, LONG * self._reach)
+        text = fill(drawn.text, WIDTH, max_lines=LINES, placeholder=" ...")
+        self._scene.add_label("/why/reason", text, position=drawn.at, anchor="bottom-left")
 
-    def _line(self, name: str, parts: list[tuple[Vector, Vector]], colour: tuple[int, int, int]) -> None:
+    def _line(self, name: str, parts: Sequence[tuple[Vector, Vector]], colour: tuple[int, int, int]) -> None:
         points = np.array(parts, dtype=np.float32).reshape(-1, 2, 3)
         if len(points):
             self._scene.add_line_segments(f"/why/{name}", points, colour, thickness=THICK * self._reach)

@@ -159,7 +159,7 @@ def make_branch(offsets: Offsets) -> Branch:
         reach2 = x * x + y * y
         outward2 = reach2 - side * side
         if steps is not None:
-            steps.update(x=x, y=y, z=pz - d6 * az - d1, u2=outward2)
+            steps.update(arm=arm, elbow=elbow, wrist=wrist, x=x, y=y, z=pz - d6 * az - d1, u2=outward2)
         if outward2 < -BOUNDARY:
             return None
         if reach2 > ON_AXIS:

@@ -75,7 +75,7 @@ class ParallelAxesArm(RobotArm):
         wrist, turn, rise = self.wrist(T)
         k = (abs(wrist) ** 2 - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
         if steps is not None:
-            steps.update(x=wrist.real, y=wrist.imag, turn=turn, rise=rise, k=k)
+            steps.update(arm=configuration.signs[0] * bars.up, x=wrist.real, y=wrist.imag, turn=turn, rise=rise, k=k)
         if not -1.0 < k < 1.0:
             if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
                 return None
@@ -93,7 +93,8 @@ class ParallelAxesArm(RobotArm):
         for i in bars.turns:
             q[i] = nearest_turn(q[i], near[i])
         if steps is not None:
-            steps.update(psi=psi, m=l1 + l2 * k, t=l2 * sin(psi), first=q[i1], second=q[i2])
+            first = phase(wrist) - phase(l1 + l2 * rect(1.0, psi)) if abs(wrist) > SINGULAR else 0.0
+            steps.update(psi=psi, m=l1 + l2 * k, t=l2 * sin(psi), first=first)
         return tuple(q)
 
     def joint_velocity(

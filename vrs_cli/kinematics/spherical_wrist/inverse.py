@@ -264,7 +264,7 @@ def make_branch(geometry: Geometry) -> Branch:
         across = x * x + y * y
         u2 = across - side2
         if steps is not None:
-            steps.update(x=x, y=y, v=v, u2=u2)
+            steps.update(arm=arm, elbow=elbow, wrist=wrist, x=x, y=y, v=v, u2=u2)
         if u2 < ON_AXIS:
             if u2 < -BOUNDARY:
                 return None
