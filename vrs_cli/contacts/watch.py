@@ -52,21 +52,12 @@ class ContactWatch:
 
     def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> None:
         """Raises CollisionAhead for a change after which something touches, where that is refused."""
-        refuses = settings.switch("COLLISION")
-        if self._around()[1] is None and not refuses:
-            return
-        found, said, after = None, "", timeline.apply(delta)
-        moves = any(segment.motion.kind is not MotionKind.REST for segment in delta.segments)
-        if moves or (delta.events is not None and any(event.channel == HAND for event in delta.events.events)):
-            found = self.first_contact(after, delta.cut, _end(delta), settings)
-        if found is None:
-            found = self._later(timeline, after, delta, settings)
-            said = f" (on {after.locate(found.t)[0].motion.text})" if found is not None else ""
+        found, later = self.of_change(timeline, delta, settings)
         if found is None:
             return
         text = delta.motion.text or "the motion"
-        said = f"{text}: {found.said()}{said}"
-        if refuses:
+        said = f"{text}: {found.said()}{later}"
+        if settings.switch("COLLISION"):
             hint = "DISABLE COLLISION lets it begin all the same"
             raise CollisionAhead(said, hint, value=found.depth, lower=found.needed, place=found.place)
         if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
@@ -74,6 +65,21 @@ class ContactWatch:
         self._number = delta.motion.number
         self.contacts.append((text, found))
         self._tell(said)
+
+    def of_change(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> tuple[Contact | None, str]:
+        """Return the first contact that a change brings, and on which later motion, as words of a sentence; None too
+        where nothing is checked.
+        """
+        if self._around()[1] is None and not settings.switch("COLLISION"):
+            return None, ""
+        found, after = None, timeline.apply(delta)
+        moves = any(segment.motion.kind is not MotionKind.REST for segment in delta.segments)
+        if moves or (delta.events is not None and any(event.channel == HAND for event in delta.events.events)):
+            found = self.first_contact(after, delta.cut, _end(delta), settings)
+        if found is not None:
+            return found, ""
+        found = self._later(timeline, after, delta, settings)
+        return found, f" (on {after.locate(found.t)[0].motion.text})" if found is not None else ""
 
     def _later(self, before: Timeline, after: Timeline, delta: TimelineDelta, settings: Settings) -> Contact | None:
         """Return the first contact of motions that are only shifted, with what a change gives another place: their
@@ -97,12 +103,8 @@ class ContactWatch:
             delta = self._engine.trial(move)
         except (MotionError, IllegalValue):
             return None
-        found = self.first_of(self._engine.timeline, delta, self._engine.settings)
+        found = self.first_contact(self._engine.timeline.apply(delta), delta.cut, _end(delta), self._engine.settings)
         return None if found is None else structs.replace(found, t=found.t - delta.executed)
-
-    def first_of(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> Contact | None:
-        """Return the first contact of what a change brings; None too where nothing is checked."""
-        return self.first_contact(timeline.apply(delta), delta.cut, _end(delta), settings)
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, settings: Settings) -> Contact | None:
         """Return the first contact between two times [s]; None too where nothing is checked."""

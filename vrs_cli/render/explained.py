@@ -127,7 +127,7 @@ def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
     if plan.displaced is not None:
         for text in sentences(plan.displaced):
             yield from told(text, Ink.WARNING, page)
-    for text in (*plan.notes, *(() if plan.contact is None else (f"It touches: {plan.contact.said()}",))):
+    for text in plan.notes:
         yield from told(text, Ink.WARNING, page)
 
 

@@ -84,9 +84,11 @@ def _motion(station: Station, statement: Statement) -> Dialogue[MotionReport | M
         delta = aside.book.deltas[-1]
         if engine.settings.switch("COLLISION"):
             station.contacts.check(before, delta, engine.settings)
-        contact = station.contacts.first_of(before, delta, engine.settings)
+        contact, later = station.contacts.of_change(before, delta, engine.settings)
     except VrsError as error:
         return MotionReport(text, engine.now, None, str(error), station.units)
+    if contact is not None:
+        notes.append(f"{contact.said()}{later}")
     plan = replace(plan, displaced=displacement(aside.book, before), contact=contact, notes=tuple(notes))
     return MotionReport(text, engine.now, plan, units=station.units)
 
