@@ -17,9 +17,9 @@ from vrs_cli.interfaces.dragging import TICK, Dragging
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import at_position
-from vrs_cli.values.explanations import MotionReport
 from vrs_cli.values.hand import Axis, Frame, Limit
 from vrs_cli.values.replies import Message, ReachReport
+from vrs_cli.values.results import MotionReport
 
 WALL = """
 [[fixture]]

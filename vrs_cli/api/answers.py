@@ -56,7 +56,7 @@ class Replies(tuple[Reply, ...]):
 
 class Explanation(Replies):
     """What EXPLAIN answers: tables as Markdown, formulas and matrices as LaTeX in a notebook. Its values are those of
-    `vrs_cli.values.explanations`.
+    `vrs_cli.values.results`.
     """
 
     __slots__ = ()

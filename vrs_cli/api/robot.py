@@ -301,7 +301,7 @@ class Robot:
         """Explain with numbers, and change nothing: `explain("MOVES part AT 2")`, "table:part", "OAT part", "IK part",
         "SPLICE"; all that there is where nothing is named. A notebook shows formulas and matrices.
 
-        Its values are those of `vrs_cli.values.explanations`, in metres, radians and seconds. A motion that the robot
+        Its values are those of `vrs_cli.values.results`, in metres, radians and seconds. A motion that the robot
         would refuse is explained too. Raises VrsError for what cannot be read, or has no value.
         """
         return Explanation(self.do(f"EXPLAIN {what}"))

@@ -27,7 +27,8 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, third_derivative, turning_points
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.explanations import (
+from vrs_cli.values.motion import MotionKind, PoseTarget
+from vrs_cli.values.results import (
     CutIn,
     Fate,
     InverseReport,
@@ -39,7 +40,6 @@ from vrs_cli.values.explanations import (
     SpliceReport,
     Stretch,
 )
-from vrs_cli.values.motion import MotionKind, PoseTarget
 
 SAMPLES = 33  # of a stretch
 CLOSER, ROUNDS = 9, 2  # samples around a peak, and how often they come closer

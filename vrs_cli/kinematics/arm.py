@@ -62,6 +62,14 @@ class Solution(NamedTuple):
         return self.joints is not None and not self.outside
 
 
+class Branch(Protocol):
+    """One branch of the inverse; `steps` takes what is found on the way, where somebody wants to see it."""
+
+    def __call__(
+        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
+    ) -> Joints | None: ...
+
+
 class Steady(Protocol):
     """The functions of an arm whose flange is turned as nearly to a pose as it can: its rates need that pose too."""
 

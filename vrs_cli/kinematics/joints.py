@@ -12,9 +12,7 @@ from enum import Enum
 from itertools import product
 from math import ceil, degrees, pi, radians
 from operator import mul
-from typing import NamedTuple, Protocol
-
-from vrs_cli.kinematics.transform import Transform
+from typing import NamedTuple
 
 Joints = tuple[float, ...]
 Steps = dict[str, float]  # intermediate values of a closed form [m, rad, 1], by their symbols in `render/symbols.py`
@@ -276,11 +274,3 @@ WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP me
 NONE = Configuration()  # of an arm that has one way, or too many to be told by words
 SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # of an arm that has no other choice, as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
-
-
-class Branch(Protocol):
-    """One branch of the inverse; `steps` takes what is found on the way, where somebody wants to see it."""
-
-    def __call__(
-        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
-    ) -> Joints | None: ...

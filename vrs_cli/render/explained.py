@@ -14,7 +14,8 @@ from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
 from vrs_cli.render.reach import verdict
 from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, quoted
-from vrs_cli.values.explanations import (
+from vrs_cli.values.numbers import count, fixed, seconds
+from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
     ExplainOverview,
@@ -27,7 +28,6 @@ from vrs_cli.values.explanations import (
     SolutionSteps,
     SpliceReport,
 )
-from vrs_cli.values.numbers import count, fixed, seconds
 
 BINDS = 0.95  # of a limit: lines are planned with margins below it
 ROUNDING = 1e-9  # [rad] of an angle

@@ -15,15 +15,20 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
-from vrs_cli.values.explanations import (
+from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
+    CommandRecord,
+    Comparison,
+    Displacement,
     ExplainOverview,
     InverseReport,
     MotionReport,
+    Position,
+    Reach,
     SpliceReport,
+    Untrue,
 )
-from vrs_cli.values.results import CommandRecord, Comparison, Displacement, Position, Reach, Untrue
 from vrs_cli.values.tagged import Spoken
 
 # --- messages ------------------------------------------------------------------------------------------------------

@@ -26,11 +26,11 @@ from vrs_cli.render.layout import blocks
 from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import Attend, Define, Defined
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.explanations import ChainReport, MotionReport
 from vrs_cli.values.numbers import count
 from vrs_cli.values.prompt import PromptStatus, Suggestion
 from vrs_cli.values.questions import Answer, OnScreen
 from vrs_cli.values.replies import Plot, ReachReport, Reply, refusal
+from vrs_cli.values.results import ChainReport, MotionReport
 
 MOST = 100  # entries
 MOST_ROWS = 60  # of one: more of them are for a file

@@ -24,10 +24,9 @@ from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.acts import Evaluate, Explain, Goal, Valued
-from vrs_cli.values.explanations import ChainReport, MotionReport
 from vrs_cli.values.motion import Frames, JointTarget, PoseTarget
 from vrs_cli.values.replies import NamedLocation, ReachReport
-from vrs_cli.values.results import Reach
+from vrs_cli.values.results import ChainReport, MotionReport, Reach
 from vrs_cli.view3d.parts import Rooted, Shown, gathered
 from vrs_cli.view3d.paths import THICK
 

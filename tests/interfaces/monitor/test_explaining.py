@@ -20,7 +20,8 @@ from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.values.diagnostics import LineRefused
-from vrs_cli.values.explanations import (
+from vrs_cli.values.replies import Message
+from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
     ExplainOverview,
@@ -29,7 +30,6 @@ from vrs_cli.values.explanations import (
     MotionReport,
     SpliceReport,
 )
-from vrs_cli.values.replies import Message
 
 R = TypeVar("R")
 PLACES = ("POINT table = TRANS(100, 400, -300, 30, -90, 0)", "POINT part = TRANS(150, 60, 200, 40, 80, 10)")

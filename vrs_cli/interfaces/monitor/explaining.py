@@ -30,7 +30,9 @@ from vrs_cli.language.text.printer import expression_text, statement_text
 from vrs_cli.language.words.monitor import EXPLAINED_ALL
 from vrs_cli.language.words.values import kind_of_value
 from vrs_cli.values.commands import Request
-from vrs_cli.values.explanations import (
+from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.replies import Message
+from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
     Explainable,
@@ -40,8 +42,6 @@ from vrs_cli.values.explanations import (
     MotionPlan,
     MotionReport,
 )
-from vrs_cli.values.motion import PoseTarget
-from vrs_cli.values.replies import Message
 
 
 def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:

@@ -29,9 +29,10 @@ from collections.abc import Callable
 from math import acos, atan2, cos, dist, pi, sin, sqrt
 from typing import NamedTuple
 
+from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
-from vrs_cli.kinematics.joints import TURN, Branch, Configuration, Joints, Steps, six_turned_near
+from vrs_cli.kinematics.joints import TURN, Configuration, Joints, Steps, six_turned_near
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
 

@@ -34,6 +34,7 @@ from collections.abc import Callable
 from math import acos, atan2, cos, dist, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
+from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.joints import (
@@ -43,7 +44,6 @@ from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     TURN,
     WRIST,
-    Branch,
     Configuration,
     JointKind,
     Joints,
