@@ -11,7 +11,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import VrsError
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Request
-from vrs_cli.values.results import Fate
+from vrs_cli.values.results import SegmentFate
 
 WITHIN = 1e-3  # of a peak that dense samples may miss, or find beyond those of the plan
 SAMPLES = 200  # of a motion
@@ -73,13 +73,13 @@ def check_splice(engine: Engine, before: Timeline, delta: TimelineDelta) -> None
     assert all(row.before is None or row.before in old for row in report.rows)
     assert all(row.after is None or row.after in new for row in report.rows)
     fates = [row.fate for row in report.rows]
-    assert fates.count(Fate.DROPPED) == delta.drop
-    assert fates.count(Fate.PLANNED) + fates.count(Fate.AGAIN) == len(delta.segments)
+    assert fates.count(SegmentFate.DROPPED) == delta.drop
+    assert fates.count(SegmentFate.PLANNED) + fates.count(SegmentFate.AGAIN) == len(delta.segments)
     for row in report.rows:
-        if row.fate is Fate.CUT:
+        if row.fate is SegmentFate.CUT:
             assert row.after is not None
             assert row.after[1] == delta.cut
-        if row.fate is Fate.SHIFTED:
+        if row.fate is SegmentFate.SHIFTED:
             assert row.before is not None
             assert row.after is not None
             assert row.after[0] - row.before[0] == delta.shift

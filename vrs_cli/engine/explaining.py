@@ -30,11 +30,11 @@ from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.motion import MotionKind, PoseTarget
 from vrs_cli.values.results import (
     CutIn,
-    Fate,
     InverseReport,
     JointLoad,
     MotionPlan,
     Peak,
+    SegmentFate,
     SolutionSteps,
     SplicedSegment,
     SpliceReport,
@@ -275,16 +275,16 @@ def _spliced(before: Timeline, after: Timeline, delta: TimelineDelta) -> SpliceR
     first = max(delta.keep - ROWS_AROUND, 1)  # the first segment is the initial pose
     for index in range(first, delta.keep):
         old, new = before[index], after[index]
-        rows.append(_row(old, new, Fate.CUT if new.finish < old.finish else Fate.KEPT))
-    rows += [_row(before[index], None, Fate.DROPPED) for index in range(delta.keep, tail)]
+        rows.append(_row(old, new, SegmentFate.CUT if new.finish < old.finish else SegmentFate.KEPT))
+    rows += [_row(before[index], None, SegmentFate.DROPPED) for index in range(delta.keep, tail)]
     for segment in delta.segments:
         own = segment.motion.number == delta.motion.number
-        fate = Fate.BACK if delta.cause is Cause.UNDO else Fate.PLANNED if own else Fate.AGAIN
+        fate = SegmentFate.BACK if delta.cause is Cause.UNDO else SegmentFate.PLANNED if own else SegmentFate.AGAIN
         rows.append(_row(None, segment, fate))
     rest = len(before) - tail
     for index in range(tail, tail + min(rest, ROWS_AROUND)):
         new = after[index - tail + delta.keep + planned]
-        rows.append(_row(before[index], new, Fate.SHIFTED if delta.shift else Fate.KEPT))
+        rows.append(_row(before[index], new, SegmentFate.SHIFTED if delta.shift else SegmentFate.KEPT))
     return SpliceReport(
         delta.motion.text,
         "" if delta.cause is Cause.COMMAND else delta.cause.value.upper(),
@@ -298,7 +298,7 @@ def _spliced(before: Timeline, after: Timeline, delta: TimelineDelta) -> SpliceR
     )
 
 
-def _row(old: Segment | None, new: Segment | None, fate: Fate) -> SplicedSegment:
+def _row(old: Segment | None, new: Segment | None, fate: SegmentFate) -> SplicedSegment:
     segment = old or new
     assert segment is not None
     motion = segment.motion

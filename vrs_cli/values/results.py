@@ -455,7 +455,7 @@ class InverseReport(Spoken, frozen=True):
 # --- the last change -------------------------------------------------------------------------------------------------
 
 
-class Fate(Enum):
+class SegmentFate(Enum):
     """What a change of the timeline does to a segment."""
 
     KEPT = "kept"
@@ -478,7 +478,7 @@ class SplicedSegment(Struct, frozen=True):
     space: str
     before: tuple[float, float] | None
     after: tuple[float, float] | None
-    fate: Fate
+    fate: SegmentFate
 
 
 class SpliceReport(Spoken, frozen=True):

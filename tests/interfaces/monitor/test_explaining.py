@@ -25,9 +25,9 @@ from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
     ExplainOverview,
-    Fate,
     InverseReport,
     MotionReport,
+    SegmentFate,
     SpliceReport,
 )
 
@@ -296,11 +296,11 @@ def test_what_the_last_command_did() -> None:
     report = explained(of, "SPLICE", SpliceReport)
     rows = report.rows
     assert [row.fate for row in rows] == [
-        Fate.KEPT,
-        Fate.CUT,
-        Fate.DROPPED,
-        *[Fate.PLANNED] * 3,
-        *[Fate.SHIFTED] * 3,
+        SegmentFate.KEPT,
+        SegmentFate.CUT,
+        SegmentFate.DROPPED,
+        *[SegmentFate.PLANNED] * 3,
+        *[SegmentFate.SHIFTED] * 3,
     ]
     assert rows[1].before == pytest.approx((0.3, 0.732), abs=1e-3)
     assert rows[1].after == pytest.approx((0.3, 0.6), abs=1e-3)
@@ -314,12 +314,12 @@ def test_undo_and_redo_are_changes_too() -> None:
     of = session("DO DRIVE 1, 30", "DO DRIVE 2, 10", "UNDO")
     report = explained(of, "SPLICE", SpliceReport)
     assert report.cause == "UNDO"
-    assert {row.fate for row in report.rows} == {Fate.KEPT, Fate.DROPPED}
-    assert {row.text for row in report.rows if row.fate is Fate.DROPPED} == {"DRIVE 2, 10"}
+    assert {row.fate for row in report.rows} == {SegmentFate.KEPT, SegmentFate.DROPPED}
+    assert {row.text for row in report.rows if row.fate is SegmentFate.DROPPED} == {"DRIVE 2, 10"}
     of.perform("REDO")
     again = explained(of, "SPLICE", SpliceReport)
     assert (again.cause, again.text) == ("REDO", "DRIVE 2, 10")
-    assert {row.fate for row in again.rows} == {Fate.KEPT, Fate.PLANNED}
+    assert {row.fate for row in again.rows} == {SegmentFate.KEPT, SegmentFate.PLANNED}
 
 
 def test_nothing_has_changed_yet() -> None:
