@@ -24,19 +24,20 @@ from vrs_cli.values.events import EventEdit
 from vrs_cli.values.motion import Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
 
+DATED = (MotionKind.EVENT, MotionKind.RECORDED)  # commands that change events alone
 WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
 
 
-class HistoryStep(Struct, frozen=True):
+class HistoryStep(Struct, frozen=True, gc=False):
     """A command that took place: its delta, the inverse of it, the clock before it [s], the policy INSERT, and what
     ALTER has displaced with it.
 
-    `back` is the inverse of the delta, or the timeline before it where the inverse would be long. `earlier`: how many
-    events have been put in before its own since then.
+    `back` is the inverse of the delta, or the timeline before it where the inverse would be long; None: the delta adds
+    events, and no more. `earlier`: how many events have been put in before its own since then.
     """
 
     delta: TimelineDelta
-    back: TimelineDelta | Timeline
+    back: TimelineDelta | Timeline | None
     clock: float
     insert: bool = True
     altered: Altered | None = None
@@ -46,7 +47,10 @@ class HistoryStep(Struct, frozen=True):
     def of(
         before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
     ) -> HistoryStep:
-        return HistoryStep(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert, altered)
+        back: TimelineDelta | Timeline | None = None
+        if delta.motion.kind not in DATED or _taken_events(delta.events):
+            back = before if delta.drop > WIDE else before.inverse(delta)
+        return HistoryStep(delta, back, clock, insert, altered)
 
     @property
     def recorded(self) -> bool:
@@ -55,7 +59,13 @@ class HistoryStep(Struct, frozen=True):
 
     def taking_back(self, version: int) -> TimelineDelta:
         """The delta that undoes it, for the timeline of that version."""
-        back = self.back.inverse(self.delta) if isinstance(self.back, Timeline) else self.back
+        back = self.back
+        if back is None:
+            assert self.delta.events is not None
+            events = EventEdit(self.delta.events.keep, len(self.delta.events.events))
+            back = self.delta._replace(cause=Cause.UNDO, events=events)
+        elif isinstance(back, Timeline):
+            back = back.inverse(self.delta)
         return back._replace(version=version, events=self._present(back.events))
 
     def present(self, version: int) -> TimelineDelta:
@@ -81,6 +91,11 @@ class HistoryStep(Struct, frozen=True):
         if place < here or edit.shift:
             return None
         return self, structs.replace(recorded, earlier=recorded.earlier + there - here)
+
+
+def _taken_events(edit: EventEdit | None) -> bool:
+    """Return whether a change of events does more than add some."""
+    return edit is None or bool(edit.drop or edit.shift)
 
 
 def begins(delta: TimelineDelta) -> float:
@@ -136,6 +151,8 @@ class History:
         come before all that was undone.
         """
         self.done.append(step)
+        if not self.undone:
+            return
         undone: list[Undone | None] = []
         for one in reversed(self.undone if step.recorded else ()):
             passed = None if one is None else one.step.passed_by(step, undone=True)

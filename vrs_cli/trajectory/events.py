@@ -16,6 +16,7 @@ from vrs_cli.values.events import Event
 
 TIED, OBSERVED = 1, 2  # bits of a flag
 NOWHERE = array("q")
+COLUMNS = ("starts", "values", "durations", "channels", "numbers", "flags")
 _INDEXING = Lock()
 
 
@@ -72,15 +73,31 @@ class EventRow(Sequence[Event]):
         return map(self.__getitem__, range(first, last))
 
     def grow(self, events: Iterable[Event]) -> None:
-        rows = list(events)
-        self._put(
-            array("d", [event.time for event in rows]),
-            array("i", [event.channel for event in rows]),
-            array("d", [event.value for event in rows]),
-            array("q", [event.number for event in rows]),
-            array("d", [event.duration for event in rows]),
-            bytes([TIED * event.tied | OBSERVED * event.observed for event in rows]),
-        )
+        columns = tuple(zip(*events, strict=True))
+        if columns:
+            times, channels, values, numbers, tied, durations, observed = columns
+            flags = bytes([TIED * follows | OBSERVED * read for follows, read in zip(tied, observed, strict=True)])
+            self._put(
+                array("d", times),
+                array("i", channels),
+                array("d", values),
+                array("q", numbers),
+                array("d", durations),
+                flags,
+            )
+
+    def edited(self, begin: int, first: int, new: Sequence[Event], last: int, end: int) -> EventRow:
+        """Return a row of the events from `begin` to before `first`, of `new` ones, and of those from `last` to before
+        `end`: at a random place of a long timeline that costs less than to split and merge leaves.
+        """
+        row = EventRow(new)
+        for name in COLUMNS:
+            column = getattr(self, name)
+            made = column[begin:first]
+            made.extend(getattr(row, name))
+            made.extend(column[last:end])
+            setattr(row, name, made)
+        return row
 
     def take(self, other: EventRow, first: int, last: int, shift: float) -> None:
         """Append events of another row, from `first` to before `last`, shifted by `shift` [s]."""

@@ -62,7 +62,7 @@ class ChannelChanges(NamedTuple):
     values: array[float]
 
 
-class Leaf(Struct, Generic[R]):
+class Leaf(Struct, Generic[R], gc=False):
     """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. Never changed once made, but
     for `values`: of events, what the channels are after them, once somebody has asked.
     """
@@ -80,7 +80,7 @@ class Leaf(Struct, Generic[R]):
         return self.last - self.first
 
 
-class Branch(Struct, Generic[R]):
+class Branch(Struct, Generic[R], gc=False):
     """Children in time order, each shifted so that it begins at its time in `begins` [s]; `counts`: segments before
     each, and in all. The numbers stand side by side in memory. Never changed once made, but for `changes`: of events,
     which children change a channel, once somebody has asked.
@@ -341,11 +341,25 @@ def _splice_leaf(
     """Splice a leaf; what is before and after the new segments stays in its row."""
     count = leaf.count
     new = list(_shifted(new, -(base + offset)))
+    if isinstance(leaf.row, EventRow) and not shift and first < count:
+        return [OffsetNode(offset, part) for part in _edited_copy(leaf, first, last, new)]
     if last < count:
         parts = [OffsetNode(offset, _part(leaf, 0, first))] if first else []
         parts += [OffsetNode(offset, _leaf(_row_like(leaf, new)))] if new else []
         return [*parts, OffsetNode(offset + shift, _part(leaf, last, count) if last else leaf)]
     return [OffsetNode(offset, part) for part in _replace_end(leaf, first, new)]
+
+
+def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> list[Leaf[R]]:
+    """Put `new` in place of the events of a leaf from `first` to before `last`, in a copy; a long copy makes two
+    leaves. Some events are left.
+    """
+    row: Any = leaf.row
+    whole: Leaf[R] = _leaf(row.edited(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
+    if whole.count <= SMALL:
+        return [whole]
+    half = whole.count // 2
+    return [_part(whole, 0, half), _part(whole, half, whole.count)]
 
 
 def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]:
