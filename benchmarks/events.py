@@ -11,14 +11,18 @@ import tracemalloc
 from collections.abc import Iterator
 from time import process_time
 
-from benchmarks.engine import wandering
+from benchmarks.engine import straight, wandering
 from vrs_cli.engine.engine import Engine
+from vrs_cli.interfaces.dialogue import Notes
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import SetChannels, Stamp
 from vrs_cli.values.events import HAND
 
 EVENTS = 10_000
 READS = 20_000
+LOOPS = 2000  # of a program
 ROUNDS = 5
 CHANNELS = 8
 
@@ -64,6 +68,26 @@ def reading(timeline: Timeline, channels: tuple[int, ...]) -> float:
     return best
 
 
+def program(*steps: str) -> float:
+    """How long a loop with these steps takes each time [s]."""
+    session = Session(Notes())
+    session.load_text("\n".join((".PROGRAM loop()", f"FOR i = 1 TO {LOOPS}", *steps, "END", ".END\n")))
+    gc.collect()
+    begun = process_time()
+    session.execute("loop")
+    return (process_time() - begun) / LOOPS
+
+
+def of_programs() -> tuple[float, float]:
+    """What a SIGNAL and what the observation of a signal costs a program [s]."""
+    signals = ("SIGNAL 2", "SIGNAL -2")
+    empty, two, read = (
+        min(program(*steps) for _ in range(ROUNDS))
+        for steps in (("x = 1", "IF x == 1 THEN", "END"), ("x = 1", *signals), ("IF SIG(1) THEN", "END", *signals))
+    )
+    return (two - empty) / 2.0, read - two
+
+
 def figures() -> Iterator[tuple[str, str, float, float]]:
     """Name, unit, value, and what is wanted."""
     for order in ("at the end", "at random times"):
@@ -77,12 +101,16 @@ def figures() -> Iterator[tuple[str, str, float, float]]:
             2.0,
         )
         yield "- the hand, which none of them changes", "us", 1e6 * reading(timeline, (HAND,)), 2.0
+    signal, observation = of_programs()
+    yield "SIGNAL of a program", "us", 1e6 * signal, 40.0
+    yield "an observation of a program", "us", 1e6 * observation, 40.0
     yield "an event, memory", "bytes", memory(), 1500.0
 
 
 def main() -> None:
     for name, unit, value, wanted in figures():
         print(f"{name:42} {value:9.2f} {unit:6} wanted: {wanted:g}", flush=True)
+    print(f"f, MOVES of 200 mm, in the same run {straight(Profile.LSPB).ours:15.0f} us")
 
 
 if __name__ == "__main__":

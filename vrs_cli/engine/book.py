@@ -370,7 +370,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     None if none has been moved. What UNDO took back is not counted as dropped.
     """
     changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
-    if not any(delta.drop or delta.shift or delta.events for delta in changes):
+    if not any(delta.drop or delta.shift or (delta.events and not delta.events.adds) for delta in changes):
         return None
     since = min(delta.cut for delta in changes)
     taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}

@@ -48,7 +48,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
         before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
     ) -> HistoryStep:
         back: TimelineDelta | Timeline | None = None
-        if delta.motion.kind not in DATED or _taken_events(delta.events):
+        if delta.motion.kind not in DATED or delta.events is None or not delta.events.adds:
             back = before if delta.drop > WIDE else before.inverse(delta)
         return HistoryStep(delta, back, clock, insert, altered)
 
@@ -91,11 +91,6 @@ class HistoryStep(Struct, frozen=True, gc=False):
         if place < here or edit.shift:
             return None
         return self, structs.replace(recorded, earlier=recorded.earlier + there - here)
-
-
-def _taken_events(edit: EventEdit | None) -> bool:
-    """Return whether a change of events does more than add some."""
-    return edit is None or bool(edit.drop or edit.shift)
 
 
 def begins(delta: TimelineDelta) -> float:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
-from itertools import accumulate, chain, groupby, zip_longest
+from itertools import accumulate, chain, groupby, islice, zip_longest
 from math import inf
 from typing import NamedTuple, Protocol, overload
 
@@ -385,9 +385,16 @@ class DeltaLog(Sequence[TimelineDelta]):
     def __getitem__(self, index: slice) -> list[TimelineDelta]: ...
     def __getitem__(self, index: int | slice) -> TimelineDelta | list[TimelineDelta]:
         if isinstance(index, slice):
-            return [self[at] for at in range(*index.indices(len(self)))]
+            first, last, step = index.indices(len(self))
+            return list(self._between(first, last))[::step] if step > 0 else [*self][index]
         at = self._place(index)
         return self._parts[at // PART][at % PART]
+
+    def _between(self, first: int, last: int) -> Iterator[TimelineDelta]:
+        """Yield the deltas from `first` to before `last`; a part that is written down is read once."""
+        for number in range(first // PART, -(-last // PART)):
+            part, begin = self._parts[number], number * PART
+            yield from islice(part, max(first - begin, 0), last - begin)
 
     def _place(self, index: int) -> int:
         at = index + len(self) if index < 0 else index
@@ -467,7 +474,7 @@ class DeltaColumns:
             self._keep[index],
             drop,
             shift,
-            tuple(self._segments.between(first, last)),
+            tuple(self._segments.between(first, last)) if first < last else (),
             None if self._events is None else self._events.get(index),
         )
 

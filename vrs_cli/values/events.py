@@ -41,3 +41,8 @@ class EventEdit(NamedTuple):
     drop: int = 0
     shift: float = 0.0
     events: tuple[Event, ...] = ()
+
+    @property
+    def adds(self) -> bool:
+        """Return whether all events of before stay as they are."""
+        return not self.drop and not self.shift

@@ -82,7 +82,8 @@ class Session(Station):
     # the books of main and of the present branch with their timelines when the present line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    _untrue: frozenset[int] = frozenset()  # numbers of readings of which it was told that they no longer hold
+    # when the readings were made of which it was told that they no longer hold [s], by their numbers
+    _untrue: Mapping[int, float] = MappingProxyType({})
 
     @property
     def prompt(self) -> str:
@@ -160,10 +161,12 @@ class Session(Station):
             yield Displaced(found)
         if book.timeline.event_count:
             changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
-            wrong = tuple(untrue(book, self.environment.signals, changed_since(book.timeline, changes)))
+            since = changed_since(before, book.timeline, changes)
+            wrong = tuple(untrue(book, self.environment.signals, since))
             if new := tuple(one for one in wrong if one.number not in self._untrue):
                 yield NoLongerTrue(new)
-            self._untrue = frozenset(one.number for one in wrong)
+            earlier = {number: time for number, time in self._untrue.items() if time < since}
+            self._untrue = earlier | {one.number: one.time for one in wrong}
 
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""

@@ -66,13 +66,23 @@ class Observations:
 # --- after an edit --------------------------------------------------------------------------------------------------
 
 
-def changed_since(timeline: Timeline, changes: Iterable[TimelineDelta]) -> float:
-    """Return a time up to which a timeline is as it was before its last changes [s]."""
-    since = inf
+def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineDelta]) -> float:
+    """Return a time [s] up to which all that was read still holds after some changes of a timeline: infinity where they
+    only add what is later than all that was read.
+    """
+    since, latest = inf, before.event(before.event_count - 1).time if before.event_count else -inf
     for delta in changes:
-        kept = None if delta.events is None else min(delta.events.keep, timeline.event_count)
-        stays = inf if kept is None else timeline.event(kept - 1).time if kept else -inf
-        since = min(since, delta.cut, stays)
+        edit = delta.events
+        moved = delta.drop or delta.shift or (not delta.segments and edit is None)
+        first = delta.cut if moved else delta.segments[0].start if delta.segments else inf
+        if edit is not None and not edit.adds:
+            kept = min(edit.keep, after.event_count)
+            first = min(first, after.event(kept - 1).time if kept else -inf)
+        new = [event.time for event in edit.events if not event.observed] if edit is not None else []
+        first = min([first, *new])
+        if first < latest:
+            since = min(since, first)
+        latest = max([latest, *(event.time for event in edit.events)] if edit is not None else [latest])
     return since
 
 
@@ -100,14 +110,14 @@ def _holds(signals: Signals, event: Event, given: float | None) -> bool:
     """Return whether a reading is what the timeline says. `given`: what events of the same instant before it have set;
     those after it change nothing that it could have seen.
     """
-    on, computed = event.value > 0.0, signals.computed
+    on, computed, t = event.value > 0.0, signals.computed, event.time
+    changed = event.duration == 0.0
     if computed is not None and event.channel in computed.numbers:
-        now = signals.on_at(event.channel, event.time)
-    else:
-        now = signals.on_at(event.channel, event.time - TICK) if given is None else given > 0.0
-    if now is not on:
+        if signals.on_at(event.channel, t) is not on:  # it may have been read before it changed at this instant
+            return not changed and signals.on_at(event.channel, t - TICK) is on
+    elif (signals.on_at(event.channel, t - TICK) if given is None else given > 0.0) is not on:
         return False
-    return event.duration > 0.0 or signals.on_at(event.channel, event.time - SAME_INSTANT) is not on
+    return not changed or signals.on_at(event.channel, t - SAME_INSTANT) is not on
 
 
 def _said(book: Book) -> tuple[dict[int, str], dict[int, str]]:
