@@ -110,6 +110,31 @@ def test_a_log_keeps_the_events_of_old_deltas() -> None:
         log.extend(known[-1:])
         timeline = timeline.apply(known[-1])
     assert list(log) == known
+    assert log[PART - 1 : 3 * PART + 2] == known[PART - 1 : 3 * PART + 2]
+    assert log[7:3] == []
+    assert log[::-3] == known[::-3]
+
+
+class CountingDeltas:
+    """Where deltas are written down; `reads`: how often somebody read."""
+
+    def __init__(self, deltas: list[TimelineDelta]) -> None:
+        self.deltas, self.reads = deltas, 0
+
+    def read_deltas(self, first: int, last: int) -> list[TimelineDelta]:
+        self.reads += 1
+        return self.deltas[first:last]
+
+
+def test_a_part_that_is_written_down_is_read_once_for_many_deltas() -> None:
+    timeline, known = standing(), list[TimelineDelta]()
+    for _ in range(2 * PART):
+        known.append(delta(timeline, EventEdit(timeline.event_count, events=(Event(1.0, 1, 1.0),))))
+        timeline = timeline.apply(known[-1])
+    kept = CountingDeltas(known)
+    log = DeltaLog.after(kept, 2, ())
+    assert log[5:] == known[5:]
+    assert kept.reads == 2
 
 
 def test_ctrl_c_in_the_middle_of_indexing_leaves_a_sound_row() -> None:

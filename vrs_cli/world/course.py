@@ -155,10 +155,10 @@ class WorldCourse:
         return list(moves[first:last])
 
     def signal(self, number: int, t: float) -> bool | None:
-        """An input at t [s]; None where nothing computes it."""
+        """An input at t [s], off before the course begins; None where nothing computes it."""
         if number not in self._settings.computed:
             return None
-        t = self._advance(t)
+        self._advance(t)
         found = self._history.rows((CHANGES, number))
         place = bisect_right(found, t, key=lambda change: change[0])
         return bool(found[place - 1][1]) if place else False

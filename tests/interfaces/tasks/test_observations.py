@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.programs import load, value
+from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.values.events import Event
@@ -95,6 +96,20 @@ def test_an_edit_that_makes_a_reading_untrue_says_so_once(session: Session) -> N
     assert told(session, "UNDO 2") == []
     assert list(untrue(session.engine.book, session.environment.signals)) == []
     assert len(told(session, "SIGNAL 1 AT 0.9")) == 1, "it is told again after it was true"
+
+
+def test_what_was_told_is_not_told_again_after_a_later_edit(session: Session) -> None:
+    waited(session)
+    assert len(told(session, "SIGNAL 1 AT 0.5")) == 1
+    assert told(session, "SIGNAL 3 AT 9", "SIGNAL 4 AT 0.25") == []
+
+
+def test_an_input_of_the_cell_may_change_after_a_look_at_the_same_instant(session: Session) -> None:
+    session.driver.surround(parse_cell("[[follow]]\nwhen = 1\nset = 1001"))
+    load(session, "IF SIG(-1001) THEN", "SIGNAL 1", "END", "WAIT SIG(1001)", "DRIVE 1, 5")
+    session.execute("main")
+    assert [one[1:3] for one in observed(session)] == [(1001, 0.0), (1001, 1.0)]
+    assert list(untrue(session.engine.book, session.environment.signals)) == []
 
 
 def test_a_state_that_did_not_change_then_is_compared_alone(session: Session) -> None:
