@@ -14,6 +14,7 @@ from vrs_cli.values.commands import Request
 from vrs_cli.values.results import SegmentFate
 
 WITHIN = 1e-3  # of a peak that dense samples may miss, or find beyond those of the plan
+ROOM = 1e-5  # [rad, m] of a joint that turns back between the samples of a line
 SAMPLES = 200  # of a motion
 
 
@@ -60,7 +61,7 @@ def check_plan(engine: Engine, before: Timeline, delta: TimelineDelta) -> None:
             assert greatest <= peak.value + WITHIN * peak.limit
             assert plan.begin <= peak.time <= plan.end
         nearest = min(min(one.joints[i] - low, high - one.joints[i]) for one in seen)
-        assert load.room <= nearest + 1e-9
+        assert load.room <= nearest + ROOM
     chords = sum(dist(a.T_world_tool[3::4], b.T_world_tool[3::4]) for a, b in pairwise(seen))
     assert plan.length >= chords - 1e-6 - WITHIN * chords
 

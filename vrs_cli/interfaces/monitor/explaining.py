@@ -169,8 +169,8 @@ def _multiplied(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tupl
 def _links(engine: Engine, q: Joints) -> tuple[Factor, ...]:
     """The links of the arm at these joints, with BASE before and TOOL behind them."""
     frames, model, count = engine.frames, engine.model, len(q)
-    links = [(f"A{i}", str(i) if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
-    base = [("base of the arm", "0", model.base)] if model.base != IDENTITY else []
+    links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
+    base = [("base of the arm", "frame 0", model.base)] if model.base != IDENTITY else []
     return _multiplied(
         "world", [("BASE^-1", "robot", inverse(frames.base)), *base, *links, ("TOOL", "tool", frames.tool)]
     )
