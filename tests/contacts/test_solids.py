@@ -73,3 +73,11 @@ def test_a_mesh_stands_as_its_points_or_the_link_as_capsules(tmp_path: Path) -> 
     instead = solids_of_robot(with_mesh(tmp_path / "none.stl"))
     assert {one.link for one in instead} == {1}
     assert [one.form for one in instead[0].solids] == [SolidForm.CYLINDER]
+
+
+def test_collision_shapes_stand_for_the_links_where_there_are_any() -> None:
+    model = load_robot("puma560")
+    ball = LinkShape(1, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.1, 0.1)))
+    (only,) = solids_of_robot(replace(model, collision=(ball,)))
+    assert only.link == 1
+    assert only.solids == (Solid(SolidForm.BALL, (0.1, 0.0, 0.0)),)

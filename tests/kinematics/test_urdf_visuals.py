@@ -10,6 +10,7 @@ from random import Random
 import pytest
 
 from tests.kinematics.test_urdf import ARM, written
+from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.model_data import from_dict, to_dict
@@ -138,6 +139,42 @@ def test_what_is_not_understood_is_left_out(tmp_path: Path, right: str) -> None:
 def test_a_joint_beside_the_arm_may_be_wrong(tmp_path: Path) -> None:
     text = SEEN.replace('<origin xyz="1 0 0"/>', '<origin xyz="far away"/>')
     assert [shape.link for shape in load_robot(written(tmp_path, text)).shapes] == [0, 1, 2, 3, 3]
+
+
+COLLIDES = {
+    "one": '<collision><geometry><sphere radius="0.09"/></geometry></collision>',
+    "two": '<collision><geometry><box size="here"/></geometry></collision>',
+}
+
+
+def with_collision(text: str) -> str:
+    for name, element in COLLIDES.items():
+        text = text.replace(f'<link name="{name}"><visual>', f'<link name="{name}">{element}<visual>')
+    return text
+
+
+def test_collision_elements_stand_for_links_where_contacts_are_looked_for(tmp_path: Path) -> None:
+    model = load_robot(written(tmp_path, with_collision(SEEN)))
+    assert model.shapes == load_robot(written(tmp_path, SEEN)).shapes
+    base, one, *others = model.collision
+    assert isinstance(one.body, Capsule)
+    assert one.body.radii == (0.09, 0.09)
+    assert (base, *others) == (model.shapes[0], *model.shapes[2:])
+    assert from_dict(json.loads(json.dumps(to_dict(model)))) == model
+
+
+def test_a_file_without_collision_elements_has_no_other_shapes(tmp_path: Path) -> None:
+    assert not load_robot(written(tmp_path, SEEN)).collision
+
+
+def test_collision_of_a_toml_file_goes_before_that_of_the_urdf_file(tmp_path: Path) -> None:
+    written(tmp_path, with_collision(SEEN))
+    toml, box = tmp_path / "mine.toml", '{ link = 1, kind = "box", size = [9, 9, 9] }'
+    toml.write_text(f'urdf = "little.urdf"\ncollision = [{box}]', encoding="utf-8")
+    assert load_robot(toml).collision == (LinkShape(1, Box((0.009, 0.009, 0.009), IDENTITY)),)
+    toml.write_text(f'urdf = "little.urdf"\ncollision = [{box.replace("box", "bux")}]', encoding="utf-8")
+    with pytest.raises(FileDamaged, match="collision 1: kind: 'bux' is none"):
+        load_robot(toml)
 
 
 def test_a_file_without_visuals_has_capsules(tmp_path: Path) -> None:

@@ -1,9 +1,10 @@
 """Convex solids that stand for the links of an arm, and for what is in a scene, when contacts are looked for.
 
-A link has the solids of its shapes (`kinematics.bodies`): a cylinder or a capsule stands for itself, a box as the hull
-of its corners (MuJoCo has a way of its own to compare two boxes, which misses some that are near); a cone, a slab and a
-capsule of two radii stand as the convex hull of points on them; a mesh file stands as its convex hull. A link whose
-mesh cannot be read has capsules along it, as every link of a robot of which only the links are known.
+A link has the solids of its shapes (`RobotModel.collision`, else its looks, `kinematics.bodies`): a cylinder or a
+capsule stands for itself, a box as the hull of its corners (MuJoCo has a way of its own to compare two boxes, which
+misses some that are near); a cone, a slab and a capsule of two radii stand as the convex hull of points on them; a mesh
+file stands as its convex hull. A link whose mesh cannot be read has capsules along it, as every link of a robot of
+which only the links are known.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ class LinkSolids(NamedTuple):
 def solids_of_robot(model: RobotModel) -> tuple[LinkSolids, ...]:
     """Return the solids of all links, the base (0) first."""
     found, lost = list[tuple[LinkShape, Solid]](), set[int]()
-    for shape in shapes_of(model):
+    for shape in model.collision or shapes_of(model):
         try:
             found.append((shape, solid_of(shape.body)))
         except VrsError:  # a mesh that cannot be read

@@ -409,7 +409,7 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
     """Raises UsageError where a file is of another robot than the engine's."""
     ours = engine.model
-    theirs = replace(model, shapes=ours.shapes)  # how it looks makes no other robot
+    theirs = replace(model, shapes=ours.shapes, collision=ours.collision)  # how it looks makes no other robot
     if theirs == ours:
         return
     if theirs.name != ours.name:

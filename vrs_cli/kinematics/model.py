@@ -118,8 +118,9 @@ class RobotModel:
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The tool's linear [m/s, m/s2,
     m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100. `profile`: what
     PARAMETER PROFILE is at the start. `shapes`: how it looks, where its file says so (`bodies.shapes_of` knows it
-    of any robot). `hand_width`: how wide its hand opens [m], 0 where nobody says it. `origin`: of one out of a file
-    with names; `names_task`: whether the file names the task. Neither is part of what a robot is.
+    of any robot); `collision`: what stands for it when contacts are looked for, where that is not how it looks.
+    `hand_width`: how wide its hand opens [m], 0 where nobody says it. `origin`: of one out of a file with names;
+    `names_task`: whether the file names the task. Neither is part of what a robot is.
     """
 
     name: str
@@ -142,6 +143,7 @@ class RobotModel:
     task: ArmTask = ArmTask.POSE
     profile: str = PROFILES[0]
     shapes: tuple[LinkShape, ...] = ()
+    collision: tuple[LinkShape, ...] = ()
     hand_width: float = 0.0
     origin: Origin | None = field(default=None, compare=False)
     names_task: bool = field(default=True, compare=False)

@@ -148,10 +148,10 @@ TOOL_KEYS: Mapping[str, Quantity] = {
 NEEDED_LINK_KEYS = ("a", "d", "alpha")
 MODEL_KEYS = ("name", "title", "joints", "tool", "poses")
 HAND_KEYS: Mapping[str, Quantity] = {"width": Quantity("mm", positive=True)}
-MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes", "hand")
+MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes", "collision", "hand")
 URDF_OPTIONS = (
     *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes"),
-    *("hand", "xacro", "flange"),
+    *("collision", "hand", "xacro", "flange"),
 )
 CLOSED = ("lower", "upper")  # at which end of its joints a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)
@@ -181,10 +181,11 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
         data["profile"] = model.profile
     if model.hand_width:
         data["hand"] = {"width": model.hand_width}
-    if model.shapes:
-        from vrs_cli.kinematics.shapes import to_tables  # here: few robots have shapes of their own
+    for key, shapes in (("shapes", model.shapes), ("collision", model.collision)):
+        if shapes:
+            from vrs_cli.kinematics.shapes import to_tables  # here: few robots have shapes of their own
 
-        data["shapes"] = to_tables(model.shapes)
+            data[key] = to_tables(shapes)
     return data
 
 
@@ -214,6 +215,7 @@ class ModelReader(DataReader):
             **figures,
             profile=str(profile),
             shapes=self.shapes(table.get("shapes"), len(joints)),
+            collision=self.shapes(table.get("collision"), len(joints), "collision"),
             hand_width=self.numbers(table.get("hand", {}), "hand", HAND_KEYS).get("width", 0.0),
         )
         if len(joints) > 1 and levers(model)[1][0] < TINY:
@@ -222,12 +224,12 @@ class ModelReader(DataReader):
             )
         return replace(model, task=self.task(table.get("task"), model), names_task="task" in table)
 
-    def shapes(self, data: object, joints: int) -> tuple[LinkShape, ...]:
+    def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
         if data is None:
             return ()
         from vrs_cli.kinematics.shapes import ShapeReader  # here: few robots have shapes of their own
 
-        return ShapeReader(self.file, self.human).shapes(data, joints)
+        return ShapeReader(self.file, self.human).shapes(data, joints, key)
 
     def joints(self, data: object) -> list[dict[str, Any]]:
         if not isinstance(data, list) or not data:

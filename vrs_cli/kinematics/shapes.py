@@ -189,13 +189,14 @@ def to_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
 class ShapeReader(DataReader):
     """Makes shapes of tables. Files of meshes are looked for beside the file that names them."""
 
-    def shapes(self, data: object, joints: int) -> tuple[LinkShape, ...]:
-        """Of a robot with so many joints. Raises FileDamaged."""
+    def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
+        """Return the shapes of a robot with so many joints. `key`: of their tables. Raises FileDamaged."""
         if not isinstance(data, list | tuple):
-            raise self.wrong("shapes", "is not a list of tables", "write one [[shapes]] table for each shape")
+            raise self.wrong(key, "is not a list of tables", f"write one [[{key}]] table for each shape")
         if len(data) > MOST_SHAPES:
-            raise self.wrong("shapes", f"there are {len(data)}", f"a robot has {MOST_SHAPES} at most")
-        return tuple(self.shape(table, f"shape {i}", joints) for i, table in enumerate(data, 1))
+            raise self.wrong(key, f"there are {len(data)}", f"a robot has {MOST_SHAPES} at most")
+        name = key.removesuffix("s")
+        return tuple(self.shape(table, f"{name} {i}", joints) for i, table in enumerate(data, 1))
 
     def shape(self, data: object, key: str, joints: int) -> LinkShape:
         kind = data.get("kind") if isinstance(data, Mapping) else None

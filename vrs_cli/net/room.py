@@ -128,6 +128,9 @@ class Room(ServedRobot):
 
     def greeting(self) -> messages.Welcome:
         """The welcome for those who watch the robot without holding it."""
+        told = to_dict(self.plan.model)
+        if not self.plan.one_user:
+            told.pop("collision", None)  # it names files of this machine
         return messages.Welcome(
             messages.VERSION,
             "",
@@ -136,7 +139,7 @@ class Room(ServedRobot):
             "observer",
             "",
             self.clock(),
-            {**to_dict(self.plan.model), "shapes": self.shapes.tables},
+            {**told, "shapes": self.shapes.tables},
             server=__version__,
             one_user=self.plan.one_user,
         )

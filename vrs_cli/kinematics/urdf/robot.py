@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import accumulate, islice
+from itertools import accumulate
 from math import copysign, pi
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple, cast
@@ -111,10 +111,12 @@ def robot_of(
     ):
         model = replace(model, poses={**model.poses, "ready": ready.joints})
         notes.append(ready.note)
+    folder = Path(file).absolute().parent
     return replace(
         model,
-        shapes=reader.shapes(table.get("shapes"), model.joint_count)
-        or link_shapes(Path(file).absolute().parent, tree, arm.places),
+        shapes=reader.shapes(table.get("shapes"), model.joint_count) or link_shapes(folder, tree, arm.places),
+        collision=reader.shapes(table.get("collision"), model.joint_count, "collision")
+        or link_shapes(folder, tree, arm.places, collision=True),
         hand_width=arm.fingers.width if width is None else width,
         origin=Origin(
             arm.choice.base,
@@ -257,17 +259,25 @@ def _model(
 # --- its looks -----------------------------------------------------------------------------------------------------
 
 
-def link_shapes(folder: Path, tree: Tree, places: Mapping[str, LinkPlace]) -> tuple[LinkShape, ...]:
-    """The looks of the links that have a place; files of meshes are seen from `folder`."""
+def link_shapes(
+    folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
+) -> tuple[LinkShape, ...]:
+    """Return the looks of the links that have a place; files of meshes are seen from `folder`. `collision`: what stands
+    for the links when contacts are looked for instead, which is the looks of a link that has nothing else; empty if no
+    link has.
+    """
     said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
     colours = {name: colour for name, colour in said if colour is not None}  # wherever they stand
-    shapes = (
-        _shape(folder, tree, visual, place, colours)
-        for link in tree.robot.findall("link")
-        if (place := places.get(named(link))) is not None
-        for visual in link.findall("visual")
-    )
-    return tuple(islice(filter(None, shapes), MOST_SHAPES))
+    found, other = list[LinkShape](), not collision
+    for link in tree.robot.findall("link"):
+        for tag in ("collision", "visual") if collision else ("visual",):
+            place = places.get(named(link))
+            rows = [] if place is None else [_shape(folder, tree, one, place, colours) for one in link.findall(tag)]
+            if shapes := [shape for shape in rows if shape is not None]:
+                found += shapes
+                other = other or tag == "collision"
+                break
+    return tuple(found[:MOST_SHAPES]) if other else ()
 
 
 def _shape(folder: Path, tree: Tree, visual: Element, place: LinkPlace, colours: Mapping[str, str]) -> LinkShape | None:
