@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from math import dist, inf
+from pathlib import Path
 
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
@@ -24,12 +26,22 @@ def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
     """The look of a robot: as its file says, as a built-in robot with the same links, or as capsules."""
     if model.shapes:
         return model.shapes
-    for path in sorted(SHAPES.glob("*.toml")):
-        known = load_robot(path.stem)
+    for path, known in _drawn_robots():
         if (known.links, known.base, known.flange) == (model.links, model.base, model.flange):
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-            return ShapeReader(str(path), human=True).shapes(data["shapes"], model.joint_count)
+            return _shapes_in(path, model.joint_count)
     return capsules(model)
+
+
+@cache
+def _drawn_robots() -> tuple[tuple[Path, RobotModel], ...]:
+    """The built-in robots whose shapes are known, each with the file of these."""
+    return tuple((path, load_robot(path.stem)) for path in sorted(SHAPES.glob("*.toml")))
+
+
+@cache
+def _shapes_in(path: Path, joint_count: int) -> tuple[LinkShape, ...]:
+    data = tomllib.loads(path.read_text(encoding="utf-8"))
+    return ShapeReader(str(path), human=True).shapes(data["shapes"], joint_count)
 
 
 def size_of(model: RobotModel) -> float:
