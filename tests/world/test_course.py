@@ -252,6 +252,13 @@ def test_rules_that_drive_each_other_at_one_instant_end() -> None:
     assert [kind for _, kind, _ in course.notes] == ["ENDLESS"]
 
 
+def test_many_changes_at_one_instant_end() -> None:
+    arm = picked()[0]
+    for number in range(1500):
+        arm.switch(5, number % 2 == 0, at=1.0)
+    assert "ENDLESS" not in [kind for _, kind, _ in course_of(arm, TABLE + BOX).notes]
+
+
 def test_rules_apply_to_outputs_and_inputs() -> None:
     rules = "[[follow]]\nwhen = 3\nset = 1001\nafter = 0.5\nlasting = 0.25\n[[follow]]\nwhen = -1001\nset = 1002"
     course = course_of(Arm("DELAY 5").switch(3, True, 1.0).switch(1002, False, 3.0), rules)

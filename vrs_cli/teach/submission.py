@@ -17,6 +17,8 @@ from vrs_cli.values.diagnostics import Severity, ordered
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import LineWanted, Question
 
+MAX_LINES = 2000  # of a program file: to read so many takes a fifth of a second
+
 
 class Submission(Struct, frozen=True):
     """What a student handed in. `file`: the name of the file; `text`: the program. `unread`: why there is none."""
@@ -35,13 +37,15 @@ class SubmissionRuns:
     """The runs of one submission, one for each variant of an exercise: what is the same in all is done once."""
 
     def __init__(self, submission: Submission) -> None:
-        self._text = submission.text
+        self._text, self._lines = submission.text, submission.text.count("\n")
         self._loaded: LoadedFile | None = None
 
     def run(self, exercise: Exercise) -> Evidence:
         """Run it in a variant, within the limits of the exercise, with its files in the current folder alone. An error
         of the program is in the evidence. Raises NotExecuted.
         """
+        if self._lines > MAX_LINES:
+            raise NotExecuted(f"the file has {self._lines} lines, and {MAX_LINES} are allowed")
         station = _station(exercise)
         station.contacts.prepare()
         with Isolation():

@@ -79,17 +79,17 @@ class Simulation:
         history, timeline = self.history, self._timeline
         instant, count = -inf, 0
         while (coming := self.next_time) <= until and coming < inf:
-            count = count + 1 if coming == instant else 0
-            instant = coming
-            if count > MOST_AT_ONCE:
-                self._note("ENDLESS", "rules of the cell drive each other without end")
-                history.set("due", tuple(one for one in history.due if one.time > coming))
-                continue
             history.now = max(history.now, coming)
             index = history.get("events")
             if index < timeline.event_count and timeline.event(index).time <= coming:
                 history.set("events", index + 1)
                 self._set_channel(timeline.event(index))
+                continue
+            count = count + 1 if coming == instant else 0  # of what follows: events have an end
+            instant = coming
+            if count > MOST_AT_ONCE:
+                self._note("ENDLESS", "rules of the cell drive each other without end")
+                history.set("due", tuple(one for one in history.due if one.time > coming))
             else:
                 self._happen(history.take().what)
         history.now = max(history.now, until) if until < inf else history.now
