@@ -96,6 +96,13 @@ EXAMPLES = {
         "the tool was 2.2 mm from the line, 2.0 mm allowed, at 1.85 s at [0.0, 502.2, 0.0]",
         0.5,
     ),
+    "path turned": Example(
+        'kind = "path"\nfrom = [-200, 500, 0, 90, 90, 0]\nto = [200, 500, 0]\nmm = 2\ndeg = 3',
+        READY + "\nMOVES TRANS(200, 500, 0, 90, 90, {})",
+        (2, 3.1, 4),
+        "the tool stayed within 2.0 mm of the line; at 2.20 s it was turned by 4.0 deg, 3.0 deg allowed",
+        0.5,
+    ),
     "arc": Example(
         'kind = "path"\nfrom = [-150, 500, 0]\nvia = [0, 650, 0]\nto = [150, 500, 0]\nmm = 2',
         """MOVE TRANS(-150, 500, 0, 90, 90, 0)
@@ -145,6 +152,13 @@ EXAMPLES = {
         "the speed of the tool was 250.2 mm/s within 50.0 mm of [0.0, 500.0, 0.0] at 1.82 s, 250.0 mm/s allowed",
         0.5,
     ),
+    "speed between": Example(
+        'kind = "speed"\nmm_s = 250\nfrom = [-200, 500, 0]\nto = [200, 500, 0]',
+        READY + "\nSPEED {} MMPS\nMOVES TRANS(200, 500, 0, 90, 90, 0)",
+        (200, 250.14, 250.16),
+        "the speed of the tool was 250.2 mm/s between [-200.0, 500.0, 0.0] and [200.0, 500.0, 0.0] at",
+        0.5,
+    ),
     "acceleration": Example(
         'kind = "acceleration"\nmm_s2 = 1000\naround = [200, 500, 0]\nradius = 10',
         READY + "\nACCEL {}\nMOVES TRANS(200, 500, 0, 90, 90, 0)",
@@ -159,12 +173,31 @@ EXAMPLES = {
         "the run took 3.03 s, 3.00 s allowed",
         0.5,
     ),
+    "cycle_time between": Example(
+        'kind = "cycle_time"\nmost = 2\nfrom = [-200, 500, 0]\nto = [200, 500, 0]',
+        READY + "\nDURATION {}\nMOVES TRANS(200, 500, 0, 90, 90, 0)",
+        (1.5, 2.0, 2.3),
+        "the way from [-200.0, 500.0, 0.0] to [200.0, 500.0, 0.0] took 2.",
+    ),
     "signals": Example(
         'kind = "signals"\nchanges = [1, {signal = -1, before = 2}]',
         "SIGNAL 1 AT 0.5\nSIGNAL -1 AT {}",
         (1, 2.014, 2.016),
         "signal 1 went off at 2.02 s, it is wanted by 2.00 s (1 of 2 changes right)",
         0.5,
+    ),
+    "signal of another number": Example(
+        'kind = "signals"\nchanges = [1]',
+        "SIGNAL {}",
+        (1, 1, 2),
+        "signal 1 did not come on (0 of 1 change right)",
+    ),
+    "signal since an input": Example(
+        'kind = "signals"\nchanges = [{signal = 2, since = 1010, before = 1.5}]',
+        "SIGNAL 3 AT 0\nSIGNAL 2 AT {}",
+        (1.5, 2.014, 2.016),
+        "signal 2 came on at 2.02 s, it is wanted by 1.50 s after signal 1010 came on at 0.50 s (0 of 1 change right)",
+        cell="[[follow]]\nwhen = 3\nset = 1010\nafter = 0.5\n",
     ),
     "signal at a place": Example(
         'kind = "signals"\nchanges = [{signal = 2, near = [-200, 500, 0], mm = 5}]',
@@ -179,6 +212,14 @@ EXAMPLES = {
         (1, 1.98, 2.1),
         '"part 12" was typed at 2.13 s, it is wanted by 2.00 s',
         0.33,
+    ),
+    "typed like the model": Example(
+        'kind = "typed"\nlines = "model"\nonly = true',
+        'TYPE "part 1"\nTYPE "part {}"',
+        (2, 2, 3),
+        '"part 2" was not typed after the 1 line before it (1 of 2 wanted lines)',
+        0.5,
+        model='TYPE "part 1"\nTYPE "part 2"',
     ),
     "words": Example(
         'kind = "words"\nuse = ["FRAME", "FOR"]\navoid = ["GOTO", "ENABLE CP"]',

@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.teach.check_kind import BaseCheck
-from vrs_cli.teach.places import Place
+from vrs_cli.teach.places import ModelPlace, Place
 from vrs_cli.teach.state_checks import StateCheck
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.dialect import Dialect
@@ -54,12 +54,15 @@ class PlacesCheck(BaseCheck, frozen=True, tag="places"):
 
 
 class PathCheck(BaseCheck, frozen=True, tag="path"):
-    """The tip goes along the straight line from one place to another, or (`via`) along the arc through a third."""
+    """The tip goes along the straight line from one place to another, or (`via`) along the arc through a third.
+    `deg`: how far the tool may be turned from the orientation of the first place; None: any orientation.
+    """
 
     begin: Place
     end: Place
     mm: float
     via: Place | None = None
+    deg: float | None = None
 
 
 class NoStopCheck(BaseCheck, frozen=True, tag="no_stop"):
@@ -91,13 +94,15 @@ class ClearanceCheck(BaseCheck, frozen=True, tag="clearance"):
 
 
 class SpeedCheck(BaseCheck, frozen=True, tag="speed"):
-    """The tip is nowhere faster than `mm_s`; only within `radius` mm of `around`, or only while the hand holds a part,
-    where these are given.
+    """The tip is nowhere faster than `mm_s`; only within `radius` mm of `around`, only on the way from `begin` to
+    `end`, or only while the hand holds a part, where these are given.
     """
 
     mm_s: float
     around: Place | None = None
     radius: float = 0.0
+    begin: Place | None = None
+    end: Place | None = None
     holding: str = ""
 
 
@@ -107,6 +112,8 @@ class AccelerationCheck(BaseCheck, frozen=True, tag="acceleration"):
     mm_s2: float
     around: Place | None = None
     radius: float = 0.0
+    begin: Place | None = None
+    end: Place | None = None
     holding: str = ""
 
 
@@ -127,20 +134,23 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
 
 class CycleTimeCheck(BaseCheck, frozen=True, tag="cycle_time"):
-    """The run lasts at most `most` seconds, and at least `least`."""
+    """The run, or the way from `begin` to `end`, lasts at most `most` seconds, and at least `least`."""
 
     most: float
     least: float = 0.0
+    begin: Place | None = None
+    end: Place | None = None
 
 
 class SignalChange(Struct, frozen=True):
-    """An output that comes on (negative: goes off), between the times `after` and `before` [s] of the run, and with the
-    tip within `mm` of `near`, where that is given.
+    """An output that comes on (negative: goes off), between the times `after` and `before` [s] of the run, or since the
+    input `since` comes on for the first time; and with the tip within `mm` of `near`, where that is given.
     """
 
     signal: int
     after: float = 0.0
     before: float = LATEST
+    since: int | None = None
     near: Place | None = None
     mm: float = 0.0
 
@@ -162,9 +172,11 @@ class TypedText(Struct, frozen=True):
 
 
 class TypedCheck(BaseCheck, frozen=True, tag="typed"):
-    """Lines that TYPE writes, in this order. `only`: and no others."""
+    """Lines that TYPE writes, in this order; those of the model's run where a ModelPlace stands alone. `only`: and no
+    others.
+    """
 
-    lines: tuple[TypedText, ...]
+    lines: tuple[TypedText | ModelPlace, ...]
     only: bool = False
 
 

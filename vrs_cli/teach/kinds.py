@@ -12,7 +12,7 @@ from vrs_cli.extras import how_to_install
 from vrs_cli.files.cell_text import FARTHEST, CellEntry
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
-from vrs_cli.language.words.values import OUTPUTS
+from vrs_cli.language.words.values import INPUTS, OUTPUTS
 from vrs_cli.teach.check_kind import REQUIRED, CheckKind, Key
 from vrs_cli.teach.checks import (
     NO_OFFSET,
@@ -40,7 +40,7 @@ from vrs_cli.teach.checks import (
     WordsCheck,
 )
 from vrs_cli.teach.exercise_text import ExerciseText
-from vrs_cli.teach.places import ModelPlace, Place
+from vrs_cli.teach.places import MODEL, ModelPlace, Place
 from vrs_cli.teach.state_checks import STATE_KINDS
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.dialect import DIALECTS, Dialect
@@ -138,7 +138,9 @@ def _span(text: ExerciseText, entry: CellEntry) -> tuple[float, float]:
     return after, before
 
 
-def _typed_lines(text: ExerciseText, entry: CellEntry, key: str) -> tuple[TypedText, ...]:
+def _typed_lines(text: ExerciseText, entry: CellEntry, key: str) -> tuple[TypedText | ModelPlace, ...]:
+    if entry.given.get(key) == MODEL:
+        return (ModelPlace(),)
     found = []
     for one in text.list_of(entry, key, 'a list of lines, such as ["ready", {pattern = "part [0-9]+", before = 5}]'):
         if isinstance(one, str):
@@ -165,15 +167,18 @@ def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[SignalChan
     for one in text.list_of(entry, key, "a list of signals, such as [1, {signal = -1, before = 5}]"):
         row = one if isinstance(one, dict) else {"signal": one}
         inner = CellEntry(f"{entry.name}{key}: ", text.lines_from(entry, key), row)
-        text.check_keys(inner, ("signal", "after", "before", "near", "mm"))
+        text.check_keys(inner, ("signal", "after", "before", "since", "near", "mm"))
         signal = text.signal(inner, "signal") or 1
         if abs(signal) not in OUTPUTS:
             text.fault(inner, "signal", f"{signal} is no output: checks look at 1 to 512, which programs set")
         if ("near" in row) is not ("mm" in row):
             text.fault(inner, "near", "near and mm belong together")
+        since = text.signal(inner, "since") if "since" in row else None
+        if since is not None and since not in INPUTS:
+            text.fault(inner, "since", f"{since} is no input: those are 1001 to 1512")
         near = _known_place(text, inner, "near") if "near" in row else None
         mm = _millimetres(text, inner, "mm") if "mm" in row else 0.0
-        found.append(SignalChange(signal, *_span(text, inner), near, mm))
+        found.append(SignalChange(signal, *_span(text, inner), since, near, mm))
     return tuple(found)
 
 
@@ -189,6 +194,8 @@ _ALLOW = Key("allow", _pairs, "pairs that may touch: parts, fixtures, floor, bas
 _ONLY_WHERE = (
     Key("around", _known_place, "only near this place", None),
     Key("radius", _millimetres, "how near [mm]; with around", 0.0),
+    Key("from", _known_place, "only on the way from this place", None, "begin"),
+    Key("to", _known_place, "to this one, both passed within 1 mm", None, "end"),
     Key("holding", ExerciseText.part, "only while the hand holds this part", ""),
 )
 _NEAR = "half the points up to five times as far"
@@ -227,6 +234,7 @@ KINDS: Mapping[str, CheckKind] = {
             _TO,
             Key("via", _known_place, "a place on the arc; without it, the way is a straight line", None),
             Key("mm", _millimetres, "how far from the line or arc, and from its ends, the tip may be [mm]", REQUIRED),
+            Key("deg", _degrees, "how far the tool may be turned from the orientation of `from` [deg]", None),
         ),
     ),
     "no_stop": CheckKind(
@@ -265,11 +273,13 @@ KINDS: Mapping[str, CheckKind] = {
     ),
     "cycle_time": CheckKind(
         CycleTimeCheck,
-        "how long the run takes, until the arm stands",
+        "how long the run takes, until the arm stands, or the way from one place to another",
         _MORE,
         (
             Key("most", _seconds, "the longest time [s]", REQUIRED),
             Key("least", _seconds, "the shortest time [s]", 0.0),
+            Key("from", _known_place, "the place where the way begins", None, "begin"),
+            Key("to", _known_place, "the place where it ends, both passed within 1 mm", None, "end"),
         ),
     ),
     "signals": CheckKind(
@@ -277,7 +287,7 @@ KINDS: Mapping[str, CheckKind] = {
         "changes of outputs, in order and in time",
         _EACH,
         (
-            Key("changes", _changes, "outputs (-1: 1 goes off), or {signal, after, before, near, mm}", REQUIRED),
+            Key("changes", _changes, "outputs (-1: 1 goes off), or {signal, after, before, since, near, mm}", REQUIRED),
             Key("only", _switch, "whether these outputs may not change besides", False),
         ),
     ),
@@ -286,7 +296,12 @@ KINDS: Mapping[str, CheckKind] = {
         "lines that TYPE writes, in order and in time",
         _EACH,
         (
-            Key("lines", _typed_lines, "texts, or {text, after, before}, or {pattern, after, before}", REQUIRED),
+            Key(
+                "lines",
+                _typed_lines,
+                'texts, or {text, after, before}, or {pattern, after, before}; "model": those of its run',
+                REQUIRED,
+            ),
             Key("only", _switch, "whether no other line may be typed", False),
         ),
     ),
@@ -380,6 +395,8 @@ def _check_together(text: ExerciseText, entry: CellEntry, check: AnyCheck) -> No
     match check:
         case SpeedCheck() | AccelerationCheck() if ("around" in given) is not ("radius" in given):
             text.fault(entry, "around", "around and radius belong together")
+        case SpeedCheck() | AccelerationCheck() | CycleTimeCheck() if ("from" in given) is not ("to" in given):
+            text.fault(entry, "from", "from and to belong together")
         case CycleTimeCheck() if check.least > check.most:
             text.fault(entry, "least", f"it is more than most, {check.most:g} s")
         case WordsCheck() if not (check.use or check.avoid):

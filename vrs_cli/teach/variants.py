@@ -4,7 +4,8 @@ A variant moves groups of things, each group as one rigid body: shifted in the w
 through the first thing that the group names. Its times change by one amount, and so do its values. The amounts come
 from Python's `random.Random(seed)`: for each group, in the order of the file, six draws of `random()` give numbers
 from -1 to 1 for X, Y, Z, the turn, the time and the value. Shifts are rounded to 0.01 mm, turns to 0.01 deg, times and
-values to 0.001.
+values to 0.001. Where a group shuffles, its feeders bring their parts in an order that follows from one more draw for
+each part.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import LIMIT, Value
 from vrs_cli.values.scene import Beam, Feeder, Sensor, Zone
 
-GROUP_KEYS = ("move", "by", "turn", "later", "value")
+GROUP_KEYS = ("move", "by", "turn", "later", "value", "shuffle")
 MAX_SEEDS = 100
 MM_STEP, DEG_STEP, S_STEP, VALUE_STEP = 0.01, 0.01, 0.001, 0.001
 
@@ -55,6 +56,7 @@ class Group(Struct, frozen=True):
     later: float = 0.0
     value: float = 0.0
     whole: bool = False
+    shuffle: bool = False
 
 
 class Variant(Struct, frozen=True):
@@ -86,7 +88,21 @@ def moved(around: Situation, variant: Variant) -> Situation:
     for group in variant.groups:
         shares = [2.0 * draws.random() - 1.0 for _ in range(6)]
         around = _changed(around, group, shares)
+        if group.shuffle:
+            around = structs.replace(around, cell=_shuffled(around.cell, group, draws))
     return around
+
+
+def _shuffled(cell: Cell, group: Group, draws: Random) -> Cell:
+    """Return a cell of which the feeders of a group bring their parts in another order."""
+    signals = _signals(cell, frozenset(name.lower() for name in group.names))
+    feeders = tuple(
+        structs.replace(one, parts=tuple(sorted(one.parts, key=lambda _: draws.random())))
+        if abs(one.when) in signals
+        else one
+        for one in cell.scene.feeders
+    )
+    return structs.replace(cell, scene=structs.replace(cell.scene, feeders=feeders))
 
 
 def _changed(around: Situation, group: Group, shares: list[float]) -> Situation:
@@ -280,7 +296,7 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
         if name not in placed | timed | valued:
             what = f"{name[:40]!r} is nothing that can be moved"
             text.fault(entry, "move", f"{what}: a given location or real, a part, a fixture, a sensor or a signal")
-    changes = {key for key in ("by", "turn", "later", "value") if key in given}
+    changes = {key for key in ("by", "turn", "later", "value", "shuffle") if key in given}
     if not changes:
         text.fault(entry, "by", "nothing changes: write by = [50, 50, 0], turn = 20, later = 0.5 or value = 3")
     if (changes & {"by", "turn"} and not placed) or ("later" in changes and not timed):
@@ -289,6 +305,11 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
         group = structs.replace(group, by=text.place(entry, "by"))
     if "turn" in changes:
         group = structs.replace(group, turn=radians(text.number(entry, "turn", 0.0, 180.0, "deg")))
+    if "shuffle" in changes:
+        group = structs.replace(group, shuffle=text.switch(entry, "shuffle"))
+        signals = _signals(around.cell, frozenset(name.lower() for name in group.names))
+        if not any(abs(one.when) in signals for one in around.cell.scene.feeders):
+            text.fault(entry, "shuffle", "no feeder of the cell has one of these signals: name the signal in its when")
     if "later" in changes:
         group = structs.replace(group, later=text.number(entry, "later", 0.0, LATEST, "s"))
     if "value" in changes:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import degrees, inf
 
 from vrs_cli.engine.position import position_at
-from vrs_cli.kinematics.transform import Transform, added, angle_between, at_position, distance, position
+from vrs_cli.kinematics.transform import Transform, Vector, added, angle_between, at_position, distance, position
 from vrs_cli.teach.checks import CycleTimeCheck, HeldCheck, NoErrorCheck, PartAtCheck, ToolAtCheck
 from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.judging.basis import HALF, MORE, NEAR, JudgedRun
+from vrs_cli.teach.judging.ways import PASSED_MM, did_not_go, windows
 from vrs_cli.teach.verdict import Verdict, exceeds, falls_short, written
 from vrs_cli.values.results import RunOutcome
 from vrs_cli.world.course import PartState
@@ -99,15 +100,30 @@ def stopped_early(evidence: Evidence, step: float) -> str | None:
 
 
 def judge_cycle_time(check: CycleTimeCheck, run: JudgedRun) -> Verdict:
-    """Judge how long a run took, until the arm stood."""
+    """Judge how long a run took, until the arm stood, or the quickest way from one place to another."""
+    if check.begin is not None and check.end is not None:
+        return _time_between(check, run, run.basis.point(check.begin), run.basis.point(check.end))
     evidence, step = run.evidence, run.s
     if (wrong := stopped_early(evidence, step)) is not None:
         return Verdict(0.0, wrong, evidence.clock)
     seconds = max(evidence.clock, evidence.timeline.end) - evidence.started
-    took = f"the run took {written(seconds, step)} s"
+    return _time_verdict("the run", seconds, evidence.started, check, step)
+
+
+def _time_between(check: CycleTimeCheck, run: JudgedRun, a: Vector, b: Vector) -> Verdict:
+    """Judge the quickest of the ways from one place to another."""
+    found = windows(run, a, b, PASSED_MM)
+    if not found:
+        return did_not_go(run, a, b, PASSED_MM)
+    begin, end = min(found, key=lambda one: one[1] - one[0])
+    return _time_verdict(f"the way from {run.said(a)} to {run.said(b)}", end - begin, begin, check, run.s)
+
+
+def _time_verdict(what: str, seconds: float, started: float, check: CycleTimeCheck, step: float) -> Verdict:
+    took = f"{what} took {written(seconds, step)} s"
     text = f"{took}, {written(check.most, step)} s allowed"
     if falls_short(seconds, check.least, step):
         return Verdict(0.0, f"{took}, at least {written(check.least, step)} s is wanted")
     if not exceeds(seconds, check.most, step):
         return Verdict(1.0, text)
-    return Verdict(HALF if not exceeds(seconds, MORE * check.most, step) else 0.0, text, evidence.started + check.most)
+    return Verdict(HALF if not exceeds(seconds, MORE * check.most, step) else 0.0, text, started + check.most)

@@ -35,12 +35,25 @@ def output_changes(run: JudgedRun) -> list[OutputChange]:
     return sorted(found, key=lambda change: change.t)
 
 
+def came_on(signal: int, run: JudgedRun) -> float | None:
+    """Return when an input came on for the first time [s since the run began]; None where it did not."""
+    it = run.evidence
+    found = [t for t, value in it.timeline.changes(signal) if value > 0.0 and it.started <= t <= it.end]
+    t = it.started
+    while it.course is not None and (change := it.course.next_change(t, it.end)) is not None:
+        t, number, on = change
+        if number == signal and on:
+            found.append(t)
+            break
+    return min(found) - it.started if found else None
+
+
 def judge_signals(check: SignalsCheck, run: JudgedRun) -> Verdict:
     """Judge whether outputs changed in order and in time."""
     seen, total, used = output_changes(run), len(check.changes), set[int]()
     first, last = 0, 0.0
     for found, wanted in enumerate(check.changes):
-        place = next((k for k in range(first, len(seen)) if not _wrong(wanted, seen[k], run)), None)
+        place = next((k for k in range(first, len(seen)) if _wrong(wanted, seen[k], run) is None), None)
         if place is None:
             return Verdict(found / total, _missing(wanted, seen[first:], found, total, run), run.evidence.end)
         used.add(place)
@@ -59,10 +72,16 @@ def _wrong(wanted: SignalChange, seen: OutputChange, run: JudgedRun) -> str | No
     if seen.signal != wanted.signal:
         return ""
     when, step = written(seen.t, run.s), run.s
-    if falls_short(seen.t, wanted.after, step):
-        return f"at {when} s, it is wanted at {written(wanted.after, step)} s or later"
-    if exceeds(seen.t, wanted.before, step):
-        return f"at {when} s, it is wanted by {written(wanted.before, step)} s"
+    since, later = 0.0, ""
+    if wanted.since is not None:
+        came = came_on(wanted.since, run)
+        if came is None:
+            return f"at {when} s, and signal {wanted.since} never came on"
+        since, later = came, f" after signal {wanted.since} came on at {written(came, step)} s"
+    if falls_short(seen.t - since, wanted.after, step):
+        return f"at {when} s, it is wanted at {written(wanted.after, step)} s{later} or later"
+    if exceeds(seen.t - since, wanted.before, step):
+        return f"at {when} s, it is wanted by {written(wanted.before, step)} s{later}"
     if wanted.near is not None:
         it = run.evidence
         place = run.basis.point(wanted.near)

@@ -100,18 +100,27 @@ def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
     """Judge which lines were typed, in which order and when."""
     started, step, place = run.evidence.started, run.s, 0
     typed = tuple(line._replace(t=line.t - started) for line in run.evidence.typed)
-    used = set[int]()
-    for found, wanted in enumerate(check.lines):
+    used, lines = set[int](), _wanted_lines(check, run)
+    for found, wanted in enumerate(lines):
         place, early = _next_match(typed, place, wanted, step)
         if place < 0:
-            share = found / len(check.lines)
-            return Verdict(share, _missing(wanted, found, len(check.lines), early, step), run.evidence.end)
+            share = found / len(lines)
+            return Verdict(share, _missing(wanted, found, len(lines), early, step), run.evidence.end)
         used.add(place - 1)
     more = [line for number, line in enumerate(typed) if number not in used] if check.only else []
     if more:
         when = f"at {written(more[0].t, step)} s"
         return Verdict(HALF, f"{shown(more[0].text)} was typed {when}, which is not wanted", started + more[0].t)
-    return Verdict(1.0, f"{count(len(check.lines), 'wanted line')} typed{' in order' if len(check.lines) > 1 else ''}")
+    return Verdict(1.0, f"{count(len(lines), 'wanted line')} typed{' in order' if len(lines) > 1 else ''}")
+
+
+def _wanted_lines(check: TypedCheck, run: JudgedRun) -> list[TypedText]:
+    """Return the lines that are wanted. Raises ValueError where those of the model's run are, and are not known."""
+    if not check.needs_model:
+        return [one for one in check.lines if isinstance(one, TypedText)]
+    if run.basis.model is None:
+        raise ValueError("the model's run is not known")
+    return [TypedText(line.text) for line in run.basis.model.typed]
 
 
 def _next_match(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import acos, dist, hypot
+from math import acos, degrees, dist, hypot, radians
 
 from vrs_cli.engine.tool_path import distance_from_line
 from vrs_cli.kinematics.transform import (
@@ -27,14 +27,27 @@ from vrs_cli.teach.checks import (
     PlacesCheck,
     SpeedCheck,
 )
-from vrs_cli.teach.judging.basis import HALF, MORE, NEAR, JudgedRun
-from vrs_cli.teach.search import Extreme, Measure, below, clipped, farthest, greatest, least, nearest, within
-from vrs_cli.teach.tip import Piece, stops
+from vrs_cli.teach.judging.basis import HALF, MORE, NEAR, PRECISION, JudgedRun
+from vrs_cli.teach.places import Place
+from vrs_cli.teach.search import (
+    Extreme,
+    Measure,
+    below,
+    clipped,
+    farthest,
+    greatest,
+    least,
+    most_turned,
+    nearest,
+    within,
+)
+from vrs_cli.teach.tip import Piece, TurningPiece, stops, turning_pieces
 from vrs_cli.teach.verdict import Verdict, exceeds, largest, written
 from vrs_cli.values.numbers import count
 from vrs_cli.values.world import SpanKind
 
 Window = tuple[float, float]  # from when to when [s]
+PASSED_MM = 1.0  # so near to a place the tip has passed it, where a check does not say how near
 FLAT = 1e-6  # [m] three places this near to one line make no arc
 
 
@@ -83,7 +96,7 @@ def windows(run: JudgedRun, a: Vector, b: Vector, mm: float) -> list[Window]:
     return found
 
 
-def _did_not_go(run: JudgedRun, a: Vector, b: Vector, mm: float) -> Verdict:
+def did_not_go(run: JudgedRun, a: Vector, b: Vector, mm: float) -> Verdict:
     """Return the verdict where the tip never went from one place to another."""
     for what, place in (("beginning", a), ("end", b)):
         near = nearest(run.tip, place, run.precision)
@@ -101,18 +114,40 @@ def judge_path(check: PathCheck, run: JudgedRun) -> Verdict:
     a, b = run.basis.point(check.begin), run.basis.point(check.end)
     found = windows(run, a, b, check.mm)
     if not found:
-        return _did_not_go(run, a, b, check.mm)
+        return did_not_go(run, a, b, check.mm)
     if check.via is None:
         measure, search, way = (lambda p: distance_from_line(p, a, b)), greatest, "line"
     else:
         measure, search, way = arc_measure(a, run.basis.point(check.via), b), farthest, "arc"
     best = min((_worst(run, window, search, measure) for window in found), key=lambda one: one.value)
     far = 1000.0 * best.value
-    if not exceeds(far, check.mm, run.mm):
-        return Verdict(1.0, f"the tool stayed within {written(check.mm, run.mm)} mm of the {way}")
-    share = HALF if not exceeds(far, NEAR * check.mm, run.mm) else 0.0
-    allowed = f"{written(far, run.mm)} mm from the {way}, {written(check.mm, run.mm)} mm allowed"
-    return Verdict(share, f"the tool was {allowed}, at {written(best.t, run.s)} s at {run.said(best.place)}", best.t)
+    if exceeds(far, check.mm, run.mm):
+        share = HALF if not exceeds(far, NEAR * check.mm, run.mm) else 0.0
+        allowed = f"{written(far, run.mm)} mm from the {way}, {written(check.mm, run.mm)} mm allowed"
+        return Verdict(
+            share, f"the tool was {allowed}, at {written(best.t, run.s)} s at {run.said(best.place)}", best.t
+        )
+    text = f"the tool stayed within {written(check.mm, run.mm)} mm of the {way}"
+    return Verdict(1.0, text) if check.deg is None else _orientation(check.deg, text, check.begin, found, run)
+
+
+def _orientation(most: float, text: str, place: Place, found: list[Window], run: JudgedRun) -> Verdict:
+    """Judge how far the tool was turned from the orientation of a place, in the best of its passes."""
+    wanted, step, it = run.basis.place(place), run.basis.rounding.deg, run.evidence
+    off, t = min(
+        most_turned(
+            turning_pieces(it.arm, it.timeline, *window),
+            [TurningPiece(*window, lambda _: wanted, 0.0)],
+            radians(PRECISION * step),
+            enough=radians(largest(most, step)),
+        )
+        for window in found
+    )
+    if not exceeds(degrees(off), most, step):
+        return Verdict(1.0, f"{text}, and was turned by no more than {written(most, step)} deg")
+    share = HALF if not exceeds(degrees(off), NEAR * most, step) else 0.0
+    turned = f"it was turned by {written(degrees(off), step)} deg, {written(most, step)} deg allowed"
+    return Verdict(share, f"{text}; at {written(t, run.s)} s {turned}", t)
 
 
 def _worst(run: JudgedRun, window: Window, search: Callable[..., Extreme], measure: Measure) -> Extreme:
@@ -158,7 +193,7 @@ def judge_no_stop(check: NoStopCheck, run: JudgedRun) -> Verdict:
     a, b = run.basis.point(check.begin), run.basis.point(check.end)
     found = windows(run, a, b, check.mm)
     if not found:
-        return _did_not_go(run, a, b, check.mm)
+        return did_not_go(run, a, b, check.mm)
     timeline = run.evidence.timeline
     halts = [[one for one in stops(timeline, *w) if one[0] < w[1] and one[1] > w[0]] for w in found]
     fewest = min(halts, key=len)
@@ -209,10 +244,17 @@ def _judge_rate(
 ) -> Verdict:
     spans: list[Window] | None = None
     where = ""
+    if check.begin is not None and check.end is not None:
+        a, b = run.basis.point(check.begin), run.basis.point(check.end)
+        spans = windows(run, a, b, PASSED_MM)
+        where = f" between {run.said(a)} and {run.said(b)}"
+        if not spans:
+            return did_not_go(run, a, b, PASSED_MM)
     if check.around is not None:
         place = run.basis.point(check.around)
-        spans = within(run.tip, place, 1e-3 * check.radius, run.precision)
-        where = f" within {written(check.radius, run.mm)} mm of {run.said(place)}"
+        near = within(run.tip, place, 1e-3 * check.radius, run.precision)
+        spans = near if spans is None else _common(spans, near)
+        where += f" within {written(check.radius, run.mm)} mm of {run.said(place)}"
         if not spans:
             return Verdict(0.0, f"the tool was never{where}")
     if check.holding:
