@@ -318,3 +318,12 @@ def test_hints_and_hidden_checks() -> None:
     assert (passed.hint, failed.hint) == ("", "read the message")
     seen = failed.for_student(2)
     assert (seen.name, seen.reason, seen.hint, seen.at, seen.points) == ("Hidden check 2", "", "", None, 0.0)
+
+
+def test_another_signal_is_not_the_one_that_is_wanted() -> None:
+    check = 'kind = "signals"\nchanges = [2, -2]'
+    assert mark_of(check, run("SIGNAL 1\nSIGNAL 2\nDRIVE 1, 9\nBREAK\nSIGNAL -2")).passed
+    missing = mark_of(check, run("SIGNAL 2\nDRIVE 1, 9\nBREAK\nSIGNAL 3"))
+    assert (missing.points, missing.reason) == (0.5, "signal 2 did not go off after that (1 of 2 changes right)")
+    only = mark_of(f"{check}\nonly = true", run("SIGNAL 2\nDRIVE 1, 9\nBREAK\nSIGNAL -2\nDRIVE 1, 9\nBREAK\nSIGNAL 2"))
+    assert (only.points, only.passed) == (0.5, False)

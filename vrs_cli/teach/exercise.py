@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -179,7 +180,7 @@ class _ExerciseReader:
         title = reader.text(whole, "title") if "title" in table else self.folder.name
         self.wrong = [*reader.wrong, *self.wrong]
         solution = self._program("model.v2")
-        wrong = self._wrong_submissions(checks)
+        wrong = self._wrong_submissions(_names(table))
         if self.wrong or robot is None:
             raise FileDamaged("\n".join(self.wrong), "docs/exercises.md describes the files of an exercise")
         return Exercise(
@@ -295,24 +296,29 @@ class _ExerciseReader:
             self.wrong.append(error.detail)
             return ""
 
-    def _wrong_submissions(self, checks: tuple[AnyCheck, ...]) -> tuple[WrongSubmission, ...]:
-        found, known = [], {check.name.lower(): check.name for check in checks}
+    def _wrong_submissions(self, names: Iterable[str]) -> tuple[WrongSubmission, ...]:
+        """Read wrong/*.v2. `names`: of all checks."""
+        found, known = [], {name.lower(): name for name in names}
         for path in sorted((self.teacher / "wrong").glob("*.v2")):
             text = self._program(f"wrong/{path.name}")
-            fails = list[str]()
-            for number, line in enumerate(text.splitlines(), 1):
-                if line.strip() and not line.lstrip().startswith(";"):
-                    break
-                if (match := _FAILS.match(line)) is None:
-                    continue
-                name = known.get(match[1].lower())
-                if name is None:
-                    names = ", ".join(known.values())
-                    self.wrong.append(f"{path}:{number}: no check is called {match[1][:80]}; the checks are {names}")
-                else:
-                    fails.append(name)
-            if not fails:
+            heading = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
+            said = [(number, match[1]) for number, line in enumerate(heading, 1) if (match := _FAILS.match(line))]
+            for number, name in said:
+                if name.lower() not in known:
+                    there = ", ".join(known.values())
+                    self.wrong.append(f"{path}:{number}: no check is called {name[:80]}; the checks are {there}")
+            if not said:
                 hint = "write `; fails: NAME OF CHECK` above the first program"
                 self.wrong.append(f"{path}:1: it does not say which checks it fails; {hint}")
-            found.append(WrongSubmission(str(path), tuple(fails), text))
+            fails = (known[name.lower()] for _, name in said if name.lower() in known)
+            found.append(WrongSubmission(str(path), tuple(dict.fromkeys(fails)), text))
         return tuple(found)
+
+
+def _names(table: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the names of all checks of a file, those with mistakes too."""
+    rows = table.get("check", [])
+    for row in rows if isinstance(rows, list) else ():
+        name = row.get("name", row.get("kind")) if isinstance(row, dict) else None
+        if isinstance(name, str):
+            yield name

@@ -67,9 +67,24 @@ def least(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough
     return found._replace(value=-found.value)
 
 
-def farthest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Extreme:
-    """Return the greatest value of a measure that need not be convex, as `greatest` does."""
-    return _best(pieces, measure, lambda a, b: 0.5 * (a.m + b.m + dist(a.c, b.c)), precision, enough)
+def farthest(
+    pieces: Sequence[Piece],
+    measure: Measure,
+    precision: float,
+    *,
+    enough: float = -inf,
+    between: Callable[[Vector, Vector], float] = lambda _a, _b: inf,
+) -> Extreme:
+    """Return the greatest value of a measure that need not be convex, as `greatest` does. `between`: another bound of
+    the measure on the straight line between two places.
+    """
+    return _best(
+        pieces,
+        measure,
+        lambda a, b: min(0.5 * (a.m + b.m + dist(a.c, b.c)), between(a.c, b.c)),
+        precision,
+        enough,
+    )
 
 
 def _best(

@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterator, Sequence
 from math import comb, hypot
 from typing import NamedTuple
 
-from vrs_cli.engine.position import position_at
+from vrs_cli.engine.position import world_pose
+from vrs_cli.engine.problem import segment_joints
 from vrs_cli.engine.tool_path import tip_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import ArmTask, RobotModel, link_pose
-from vrs_cli.kinematics.transform import Transform, Vector, compose, length, position
+from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, length, position
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
@@ -58,12 +59,19 @@ def turning_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float) 
             rate = sum(most(derivative(turn.angle), segment.duration) for turn in path.turns)
             if arm.model.task is not ArmTask.POSE:  # the arm turns the tool as it can
                 rate = sum(arm.model.max_velocity)
-        found.append(TurningPiece(since, until, _pose_at(arm, timeline, since), rate))
+        found.append(TurningPiece(since, until, _pose_of(arm, segment, since - segment.start), rate))
     return found
 
 
-def _pose_at(arm: RobotArm, timeline: Timeline, since: float) -> Callable[[float], Transform]:
-    return lambda s: position_at(arm, timeline, since + s).T_world_tool
+def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float], Transform]:
+    """Return T_world_tool by the seconds since `first` in a segment; at rest where that is over."""
+    path, frames, lasting = segment.path, segment.motion.frames, segment.duration
+    if isinstance(path, JointPath):
+        return lambda s: world_pose(arm, frames, path.joints(min(first + s, lasting)))
+    if arm.model.task is ArmTask.POSE:
+        T_world_robot = inverse(frames.base)
+        return lambda s: compose(T_world_robot, path.pose(min(first + s, lasting)))
+    return lambda s: world_pose(arm, frames, segment_joints(arm, segment, min(first + s, lasting)))
 
 
 def tip_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float, order: int = 0) -> list[Piece]:

@@ -15,7 +15,8 @@ from vrs_cli.teach.search import Extreme, farthest, greatest, most_turned
 from vrs_cli.teach.tip import Piece, tip_pieces, turning_pieces
 from vrs_cli.teach.verdict import Verdict, exceeds, largest, written
 
-COARSE = 0.25  # of the rounding: the model's path as straight lines is so near to it
+COARSE = 0.25  # of the distance that is allowed: straight lines along a path are so near to it at first
+FINE = 0.5  # of the rounding: the same, where that does not decide
 
 
 def judge_like_model(check: LikeModelCheck, run: JudgedRun) -> Verdict:
@@ -81,15 +82,18 @@ def _difference(a: Piece, b: Piece, since: float) -> Callable[[float], Vector]:
 
 
 def _on_same_path(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Verdict:
-    """Compare both paths, whatever the times: each is to be near the other."""
+    """Compare both paths, whatever the times: each is to be near the other. Most runs are near enough already to coarse
+    lines along the paths.
+    """
     theirs = tip_pieces(model.arm, model.timeline, model.started, model.end)
-    enough = 1e-3 * largest(check.mm, run.mm)
-    left = _away(run.tip, theirs, run, enough)
-    missed = _away(theirs, run.tip, run, enough)
-    allowed = f"{written(check.mm, run.mm)} mm allowed"
-    worst = max(left.value, missed.value) * 1000.0
+    limit, share = 1e-3 * largest(check.mm, run.mm), 1.0
+    for error in (COARSE * limit, 1e-3 * FINE * run.mm):
+        left, missed = _away(run.tip, theirs, run, error, limit), _away(theirs, run.tip, run, error, limit)
+        if max(left.value, missed.value) + error + run.precision <= limit:
+            break
+    allowed, worst = f"{written(check.mm, run.mm)} mm allowed", 1000.0 * max(left.value, missed.value)
     if not exceeds(worst, check.mm, run.mm):
-        return Verdict(1.0, f"the tool kept to the model's path within {written(check.mm, run.mm)} mm")
+        return Verdict(share, f"the tool kept to the model's path within {written(check.mm, run.mm)} mm")
     share = HALF if not exceeds(worst, NEAR * check.mm, run.mm) else 0.0
     if exceeds(1000.0 * left.value, check.mm, run.mm):
         far = f"{written(1000.0 * left.value, run.mm)} mm from the model's path, {allowed}"
@@ -99,10 +103,12 @@ def _on_same_path(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Ver
     return Verdict(share, f"the model's path goes by {run.said(missed.place)}, the tool came no nearer than {far}")
 
 
-def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, enough: float) -> Extreme:
-    """Return how far a curve goes from the path of another at most."""
-    lines = [(a, b, dist(a, b)) for a, b in pairwise(path_points(path, 1e-3 * COARSE * run.mm))]
-    recent = lines[0]
+def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, error: float, limit: float) -> Extreme:
+    """Return how far a curve goes at most from lines along the path of another, which are as near to it as `error`
+    [m]; what is below `limit` less that error need not be exact.
+    """
+    lines = [(a, b, dist(a, b)) for a, b in pairwise(path_points(path, error))]
+    recent, known = lines[0], dict[Vector, tuple[Vector, Vector, float]]()
 
     def measure(p: Vector) -> float:
         nonlocal recent
@@ -111,9 +117,14 @@ def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, enough
             a, b, size = line
             if dist(p, a) - size < best and (far := distance_from_line(p, a, b)) < best:
                 best, recent = far, line
+        known[p] = recent
         return best
 
-    return farthest(pieces, measure, run.precision, enough=enough)
+    def between(p: Vector, q: Vector) -> float:
+        """The distance from one line is convex: on the way from p to q it is greatest at an end."""
+        return min(max(distance_from_line(end, *known[near][:2]) for end in (p, q)) for near in (p, q))
+
+    return farthest(pieces, measure, run.precision, enough=limit - error - run.precision, between=between)
 
 
 def path_points(pieces: Sequence[Piece], error: float) -> list[Vector]:

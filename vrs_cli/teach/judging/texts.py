@@ -155,7 +155,7 @@ def _missing(wanted: TypedText, found: int, total: int, other: TypedLine | None,
         return f"{shown(other.text)} was typed at {written(other.t, step)} s, it is wanted {' and '.join(bounds)}"
     what = f"a line that fits {shown(wanted.text)}" if wanted.pattern else shown(wanted.text)
     after = "" if not found else f" after the {count(found, 'line')} before it"
-    return f"{what} was not typed{after} ({found} of {total} wanted lines)"
+    return f"{what} was not typed{after} ({found} of {count(total, 'wanted line')})"
 
 
 def shown(text: str) -> str:

@@ -1,0 +1,305 @@
+"""What is wrong with an exercise that can be read: found by runs of its model, of wrong submissions and of mutants."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import combinations
+from math import dist
+from pathlib import Path
+
+from msgspec import Struct
+
+from vrs_cli.errors import MotionError, VrsError
+from vrs_cli.files.opening import text_at
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.model import levers
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    compose,
+    inverse,
+    position,
+)
+from vrs_cli.language.run.variables import Item, subscript
+from vrs_cli.teach.checks import AnyCheck
+from vrs_cli.teach.evidence import Evidence
+from vrs_cli.teach.exercise import Exercise
+from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.marking import Mark, mark
+from vrs_cli.teach.mutants import copied_numbers, mutants_of
+from vrs_cli.teach.places import FixedPlace, GivenPlace
+from vrs_cli.values.motion import Frames
+from vrs_cli.world.settings import WorldSettings
+from vrs_cli.world.solids import Solid, Support, separation
+
+Run = Callable[[Exercise, str], Evidence]  # runs a submission for a variant; raises VrsError where it cannot
+TOOL_REACH = 0.5  # [m] of a long tool, beyond the arm's
+OVERLAP = 1e-3  # [m] bodies that overlap by less touch
+
+
+class Finding(Struct, frozen=True):
+    """What is wrong: where (a file, with its line), what, and the remedy. `doubtful`: it may be meant so."""
+
+    where: str
+    what: str
+    remedy: str
+    doubtful: bool = False
+
+    @property
+    def text(self) -> str:
+        """Return the line for people."""
+        return f"{self.where}: {'warning: ' if self.doubtful else ''}{self.what} ({self.remedy})"
+
+
+def findings_of(exercise: Exercise, run: Run) -> Iterator[Finding]:
+    """Yield all that is wrong with an exercise, as it is found."""
+    yield from _Inspection(exercise, run).findings()
+
+
+class _Inspection:
+    """The checking of one exercise. Runs of the model are kept: other runs are compared with them."""
+
+    def __init__(self, exercise: Exercise, run: Run) -> None:
+        self.exercise, self._run = exercise, run
+        self.path = str(Path(exercise.folder, "teacher", "checks.toml"))
+        self._lines = _lines_of(self.path)
+        self.variants = [exercise.variant(seed) for seed in exercise.seeds]
+        self.models: dict[int | None, Evidence] = {}
+        self.failed = dict[str, str]()  # for each check that something wrong has failed: what
+        self.sound = True  # the model passes everything
+
+    def findings(self) -> Iterator[Finding]:
+        """Yield what is wrong."""
+        yield from self._texts()
+        yield from self._places()
+        for variant in self.variants:
+            yield from self._soundness(variant)
+        for variant in self.variants:
+            yield from self._model(variant)
+        if not self.sound:
+            return  # what the model does not pass, others need not either
+        yield from self._wrong_submissions()
+        yield from self._numbers_copied()
+        yield from self._mutants()
+
+    def _at(self, name: str) -> str:
+        """Return file and line of a check."""
+        return f"{self.path}:{self._lines.get(name.lower(), 1)}"
+
+    def _texts(self) -> Iterator[Finding]:
+        exercise = self.exercise
+        text = Path(exercise.folder, "exercise", "text.md")
+        if not text.is_file():
+            yield Finding(str(text), "there is no text for students", "write what they are to do")
+        for check in exercise.checks:
+            if check.points <= 0.0:
+                yield Finding(self._at(check.name), f"{check.name}: its weight is 0", "give it points, or remove it")
+        if not exercise.wrong:
+            where = str(Path(exercise.folder, "teacher", "wrong"))
+            yield Finding(where, "there are no wrong submissions", "add typical ones, such as wrong/no_tool.v2", True)
+        if not exercise.variants:
+            remedy = "[[variant]] moves parts and locations together, so that copied numbers fail"
+            yield Finding(self.path, "there are no variants", remedy, True)
+
+    # --- places and scenes ---
+
+    def _places(self) -> Iterator[Finding]:
+        """Find places of checks and given locations that no arm can reach."""
+        model = self.exercise.robot
+        centre, (reach, *_) = levers(model)
+        for variant in self.variants:
+            basis = Basis(variant.rounding, variant.locations)
+            for check in variant.checks:
+                for place in _places_of(check):
+                    point = basis.point(place)
+                    beyond = dist(point, centre) - reach - TOOL_REACH
+                    if beyond > 0.0:
+                        said = f"is {1000.0 * beyond:.0f} mm farther away than the arm and a long tool reach"
+                        yield Finding(
+                            self._at(check.name),
+                            f"{check.name}: {_called(place)} {said}{_of(variant)}",
+                            "give a place that can be reached",
+                        )
+
+    def _soundness(self, variant: Exercise) -> Iterator[Finding]:
+        """Find parts that no longer stand where a variant moves them, or that are in other things."""
+        arm, scene = arm_for(variant.robot), variant.cell.scene
+        if scene.empty:
+            return
+        now, base = WorldSettings(arm, variant.cell), WorldSettings(arm, self.exercise.cell)
+        for name in (part.name for part in scene.parts if part.name not in now.fed):
+            before, after = base.stood_on(name), now.stood_on(name)
+            if before != after:
+                what = f"{name} stands on {after or 'nothing'}{_of(variant)}, and on {before or 'nothing'} in the cell"
+                yield Finding(self.path, what, "move it less, or together with what it stands on")
+        bodies = [(one.name, one.T_world_part) for one in scene.parts if one.name not in now.fed]
+        fixed = [(one.name, one.T_world_fixture) for one in scene.fixtures]
+        pairs = (*combinations(bodies, 2), *((body, fixture) for body in bodies for fixture in fixed))
+        for (name, T), (other, U) in pairs:
+            if _overlap(now, name, T, other, U):
+                yield Finding(self.path, f"{name} is in {other}{_of(variant)}", "move them apart, or move them less")
+
+    # --- runs ---
+
+    def _marks(self, variant: Exercise, text: str) -> tuple[Mark, ...] | str:
+        """Return the marks of a submission, or why it was not executed."""
+        try:
+            evidence = self._run(variant, text)
+        except VrsError as error:
+            return str(error)
+        return mark(variant, evidence, self.models[variant.seed])
+
+    def _model(self, variant: Exercise) -> Iterator[Finding]:
+        """Run the model, which is to pass everything."""
+        path = str(Path(variant.folder, "teacher", "model.v2"))
+        try:
+            evidence = self.models[variant.seed] = self._run(variant, variant.solution)
+        except VrsError as error:
+            self.sound = False
+            yield Finding(path, f"the model is not executed{_of(variant)}: {error}", "correct it")
+            return
+        for one in mark(variant, evidence, evidence):
+            if not one.passed:
+                self.sound = False
+                remedy = "correct the check or the model" if variant.seed is None else "move what belongs together"
+                what = f"{one.name}: the model fails it{_of(variant)}: {one.reason}"
+                yield Finding(self._at(one.name), what, remedy)
+        yield from self._unreachable(variant, evidence)
+
+    def _unreachable(self, variant: Exercise, evidence: Evidence) -> Iterator[Finding]:
+        """Find given locations that the arm reaches in the exercise with a tool of the model, and not in a variant."""
+        if variant.seed is None:
+            return
+        frames = tuple(dict.fromkeys(segment.motion.frames for segment in evidence.timeline))
+        before, after = self.exercise.locations, variant.locations
+        for item, value in after.items():
+            other = before[item]
+            if not isinstance(value, Transform) or not isinstance(other, Transform) or value == other:
+                continue
+            if _reachable(evidence, other, frames) and not _reachable(evidence, value, frames):
+                yield Finding(
+                    self.path, f"{_named(item)} cannot be reached{_of(variant)}", "move it less", doubtful=True
+                )
+
+    def _wrong_submissions(self) -> Iterator[Finding]:
+        """Run the wrong submissions: each is to fail the checks that it names, in any variant, and no others."""
+        for wrong in self.exercise.wrong:
+            failed = dict[str, str]()
+            for variant in self.variants:
+                marks = self._marks(variant, wrong.text)
+                if isinstance(marks, str):
+                    failed |= {check.name: marks for check in self.exercise.checks}
+                    continue
+                failed |= {one.name: f"{one.reason}{_of(variant)}" for one in marks if not one.passed} | failed
+            self.failed = dict.fromkeys(failed, wrong.path) | self.failed
+            for name in wrong.fails:
+                if name not in failed:
+                    what = f"it passes {name!r}, which it says that it fails"
+                    yield Finding(f"{wrong.path}:1", what, "make the check stricter, or mend its comment")
+            for name, reason in failed.items():
+                if name not in wrong.fails:
+                    what = f"it fails {name!r} too: {reason}"
+                    yield Finding(f"{wrong.path}:1", what, f"write `; fails: {name}` above the first program")
+
+    def _numbers_copied(self) -> Iterator[Finding]:
+        """Check that copied numbers fail in each variant that moves locations."""
+        exercise = self.exercise
+        mutant = copied_numbers(exercise.solution, exercise.dialect, exercise.locations)
+        for variant in self.variants[1:]:
+            if mutant is None or variant.locations == exercise.locations:
+                continue
+            marks = self._marks(variant, mutant.text)
+            if not isinstance(marks, str) and all(one.passed for one in marks):
+                what = f"the model passes everything {mutant.what}{_of(variant)}"
+                yield Finding(self.path, what, "move parts together with their locations, or farther", doubtful=True)
+
+    def _mutants(self) -> Iterator[Finding]:
+        """Find checks that nothing fails: no wrong submission, and no mutant of the model."""
+        exercise = self.exercise
+        wanted = {check.name for check in exercise.checks if check.points} - self.failed.keys()
+        for mutant in mutants_of(exercise.solution, exercise.dialect, exercise.locations) if wanted else ():
+            marks = self._marks(exercise, mutant.text)
+            if not isinstance(marks, str):
+                wanted -= {one.name for one in marks if not one.passed}
+            if not wanted:
+                return
+        for check in exercise.checks:
+            if check.name in wanted:
+                remedy = "make it stricter, or add a wrong submission that fails it"
+                what = f"{check.name}: nothing fails it, no wrong submission and no mutant of the model"
+                yield Finding(self._at(check.name), what, remedy)
+
+
+def _lines_of(path: str) -> Mapping[str, int]:
+    """Return the line of each check in a file, by its name in lower case."""
+    text = text_at(path)
+    reader = ExerciseText(path, text)
+    entries = reader.entries("check", tomllib.loads(text).get("check", []), None)
+    return {str(one.given.get("name", one.given.get("kind"))).lower(): one.lines.start + 1 for one in entries}
+
+
+def _of(variant: Exercise) -> str:
+    return "" if variant.seed is None else f" in variant {variant.seed}"
+
+
+def _places_of(check: AnyCheck) -> Iterator[FixedPlace | GivenPlace]:
+    """Yield the places that a check names."""
+    for name in check.__struct_fields__:
+        value = getattr(check, name)
+        for one in value if isinstance(value, tuple) else (value,):
+            near = getattr(one, "near", one)
+            if isinstance(near, FixedPlace | GivenPlace):
+                yield near
+
+
+def _called(place: FixedPlace | GivenPlace) -> str:
+    if isinstance(place, GivenPlace):
+        return place.text
+    x, y, z = (1000.0 * one for one in position(place.T))
+    return f"[{x:.1f}, {y:.1f}, {z:.1f}]"
+
+
+def _named(item: Item) -> str:
+    name, index = item
+    return name if index is None else f"{name}[{subscript(index)}]"
+
+
+def _reachable(evidence: Evidence, T_world_tool: Transform, frames: Sequence[Frames]) -> bool:
+    """Return whether the arm reaches a place with any of these tools and bases."""
+    return any(_usable(evidence, compose(one.base, compose(T_world_tool, inverse(one.tool)))) for one in frames)
+
+
+def _usable(evidence: Evidence, T_robot_flange: Transform) -> bool:
+    try:
+        return any(solution.usable for solution in evidence.arm.inverse_all(T_robot_flange))
+    except (MotionError, NotImplementedError):
+        return False
+
+
+def _overlap(settings: WorldSettings, name: str, T: Transform, other: str, U: Transform) -> bool:
+    """Return whether a body is in another one, by more than OVERLAP."""
+    T_other_body = compose(inverse(U), T)
+    return any(
+        separation(thin, T_other_body, solid).distance <= 0.0
+        for thin in _thinner(settings.solids[name])
+        for solid in settings.solids[other]
+    )
+
+
+def _thinner(solids: Iterable[Solid]) -> Iterator[Solid]:
+    """Yield solids that are smaller by OVERLAP, about their middles."""
+    for solid in solids:
+        factor = max(0.0, 1.0 - OVERLAP / max(solid.depth, OVERLAP))
+        yield solid._replace(support=_shrunk(solid, factor), radius=factor * solid.radius)
+
+
+def _shrunk(solid: Solid, factor: float) -> Support:
+    mx, my, mz = solid.middle
+
+    def support(d: Vector) -> Vector:
+        x, y, z = solid.support(d)
+        return mx + factor * (x - mx), my + factor * (y - my), mz + factor * (z - mz)
+
+    return support
