@@ -142,3 +142,25 @@ def test_links_and_pipes_are_not_read(vrs: Vrs, tmp_path: Path) -> None:
         "pipe": "the file cannot be read: it is a link, a device or a pipe",
         "long": "the file cannot be read: it has more than 1000000 bytes",
     }
+
+
+def test_an_exercise_is_checked(vrs: Vrs, tmp_path: Path) -> None:
+    assert vrs("grade", "--check", PICK).out == "Pick and place: no mistakes in 5 checks\n"
+    shutil.copytree(PICK, tmp_path / "mine")
+    checks = tmp_path / "mine" / "teacher" / "checks.toml"
+    checks.write_text(
+        checks.read_text().replace('lines = ["done"]', 'lines = ["ready"]').replace("seed = [1, 2]", "seed = 1")
+    )
+    ended = vrs("grade", "--check", "mine")
+    assert ended.status == 1
+    first, *_, last = ended.out.splitlines()
+    assert f'{checks}:25: It says done: the model fails it: "ready" was not typed' in first
+    assert last == "2 mistakes and 0 warnings"
+    checks.write_text(checks.read_text().replace("mm = 2", "mm = 2\nfoo = 3").replace("[similar]", ""))
+    ended = vrs("grade", "--check", "mine")
+    assert (ended.status, ended.err) == (1, "")
+    assert "checks.toml:15: [[check]] 1: foo: there are kind, name" in ended.out
+    assert ended.out.endswith("1 mistake (docs/exercises.md describes the files of an exercise)\n")
+    ended = vrs("grade", "--check", "nowhere")
+    assert ended.status == 2
+    assert "there is no exercise nowhere" in ended.err

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, command, group, option, size
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.errors import FileError
+from vrs_cli.errors import FileDamaged, FileError
+from vrs_cli.render.control import for_stream
 from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
@@ -29,7 +30,11 @@ FOR_ONE = ("gradescope", "check50")  # of these a file is about one submission
 
 
 def grade(options: Namespace) -> int:
-    """Grade all; returns 1 where a submission could not be graded."""
+    """Grade all, or check an exercise; returns 1 where a submission could not be graded, or the exercise is wrong."""
+    if options.check is not None:
+        if options.exercise is not None:
+            raise CommandLineError("--check grades no submissions", f"vrs grade --check {options.check}")
+        return _checked(options)
     if options.exercise is None or not options.files:
         raise CommandLineError("an exercise and submissions are wanted", "vrs grade pick class")
     from vrs_cli.cli.submissions import find_submissions
@@ -41,6 +46,34 @@ def grade(options: Namespace) -> int:
     _check_outputs(options, len(submissions) > 1)
     gradings = _graded(options, exercise, submissions)
     return FAILED if any(one.lost for one in gradings) else OK
+
+
+def _checked(options: Namespace) -> int:
+    """Tell what is wrong with an exercise, as it is found."""
+    from contextlib import chdir
+    from tempfile import TemporaryDirectory
+
+    from vrs_cli.teach.exercise import read_exercise
+    from vrs_cli.teach.findings import findings_of
+    from vrs_cli.teach.shipped import find_exercise
+    from vrs_cli.teach.submission import Submission, SubmissionRuns
+
+    try:
+        exercise = read_exercise(find_exercise(options.check).resolve())
+    except FileDamaged as error:
+        print(error.detail)
+        print(f"{count(error.detail.count(chr(10)) + 1, 'mistake')} ({error.hint})")
+        return FAILED
+    mistakes = warnings = 0
+    with TemporaryDirectory(prefix="vrs-grade-", ignore_cleanup_errors=True) as folder, chdir(folder):
+        for found in findings_of(exercise, lambda it, text: SubmissionRuns(Submission("", "", text)).run(it)):
+            print(for_stream(found.text, sys.stdout), flush=True)
+            mistakes, warnings = mistakes + (not found.doubtful), warnings + found.doubtful
+    if not mistakes and not warnings:
+        print(f"{exercise.title}: no mistakes in {count(len(exercise.checks), 'check')}")
+    else:
+        print(f"{count(mistakes, 'mistake')} and {count(warnings, 'warning')}")
+    return FAILED if mistakes else OK
 
 
 def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
@@ -232,9 +265,13 @@ simulated time alone: they are the same on every machine. Exit status 1: somethi
   vrs grade pick class --html pages                   a page for each student, and one for the teacher
   vrs grade pick /autograder/submission --gradescope /autograder/results/results.json
   vrs grade pick class --dask tcp://scheduler:8786
+  vrs grade --check pick                              what is wrong with an exercise
 """,
     option("exercise", metavar="EXERCISE", nargs="?", help="a folder, or the name of one that comes with vrs"),
     option("files", metavar="FILES", nargs="*", help="submissions: files, folders, patterns"),
+    option(
+        "--check", metavar="FOLDER", help="tell what is wrong with an exercise: it runs the model, and mutants of it"
+    ),
     option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
     option("--dask", metavar="ADDRESS", help="grade on the workers of this Dask scheduler"),
     option("--quiet", action="store_true", help="print no table"),
