@@ -101,6 +101,7 @@ DEFERRED = (
         ("cli",), ("vrs_cli", "time", "collections"), "a command loads what it needs, and its help nothing of that"
     ),
     Deferred(("cli/serve.py",), ("asyncio", "ssl", "tempfile"), "as above"),
+    Deferred(("cli/grade.py",), ("tempfile",), "as above"),
     Deferred(("teach/reports/pages.py",), ("vrs_cli.view3d",), "viser is an extra, and few gradings make pages"),
     Deferred(("cli/fence.py", "kinematics/urdf/macros.py", "teach/pool.py"), ("resource",), "Windows has none"),
     Deferred(("cli/outside.py",), ("ipaddress",), "few runs have a network"),

@@ -7,7 +7,7 @@ import shutil
 import sys
 from argparse import Namespace
 from collections.abc import Generator, Iterable, Iterator, Sequence
-from contextlib import closing
+from contextlib import chdir, closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,7 +50,6 @@ def grade(options: Namespace) -> int:
 
 def _checked(options: Namespace) -> int:
     """Tell what is wrong with an exercise, as it is found."""
-    from contextlib import chdir
     from tempfile import TemporaryDirectory
 
     from vrs_cli.teach.exercise import read_exercise
