@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
 from math import dist
 from pathlib import Path
@@ -16,7 +16,6 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.transform import (
     Transform,
-    Vector,
     compose,
     inverse,
     position,
@@ -32,11 +31,11 @@ from vrs_cli.teach.mutants import copied_numbers, mutants_of
 from vrs_cli.teach.places import FixedPlace, GivenPlace
 from vrs_cli.values.motion import Frames
 from vrs_cli.world.settings import WorldSettings
-from vrs_cli.world.solids import Solid, Support, separation
+from vrs_cli.world.solids import overlap_by
 
 Run = Callable[[Exercise, str], Evidence]  # runs a submission for a variant; raises VrsError where it cannot
 TOOL_REACH = 0.5  # [m] of a long tool, beyond the arm's
-OVERLAP = 1e-3  # [m] bodies that overlap by less touch
+OVERLAP = 2e-3  # [m] bodies that overlap by less touch
 
 
 class Finding(Struct, frozen=True):
@@ -138,7 +137,7 @@ class _Inspection:
         fixed = [(one.name, one.T_world_fixture) for one in scene.fixtures]
         pairs = (*combinations(bodies, 2), *((body, fixture) for body in bodies for fixture in fixed))
         for (name, T), (other, U) in pairs:
-            if _overlap(now, name, T, other, U):
+            if overlap_by(now.solids[name], T, now.solids[other], U, OVERLAP):
                 yield Finding(self.path, f"{name} is in {other}{_of(variant)}", "move them apart, or move them less")
 
     # --- runs ---
@@ -276,30 +275,3 @@ def _usable(evidence: Evidence, T_robot_flange: Transform) -> bool:
         return any(solution.usable for solution in evidence.arm.inverse_all(T_robot_flange))
     except (MotionError, NotImplementedError):
         return False
-
-
-def _overlap(settings: WorldSettings, name: str, T: Transform, other: str, U: Transform) -> bool:
-    """Return whether a body is in another one, by more than OVERLAP."""
-    T_other_body = compose(inverse(U), T)
-    return any(
-        separation(thin, T_other_body, solid).distance <= 0.0
-        for thin in _thinner(settings.solids[name])
-        for solid in settings.solids[other]
-    )
-
-
-def _thinner(solids: Iterable[Solid]) -> Iterator[Solid]:
-    """Yield solids that are smaller by OVERLAP, about their middles."""
-    for solid in solids:
-        factor = max(0.0, 1.0 - OVERLAP / max(solid.depth, OVERLAP))
-        yield solid._replace(support=_shrunk(solid, factor), radius=factor * solid.radius)
-
-
-def _shrunk(solid: Solid, factor: float) -> Support:
-    mx, my, mz = solid.middle
-
-    def support(d: Vector) -> Vector:
-        x, y, z = solid.support(d)
-        return mx + factor * (x - mx), my + factor * (y - my), mz + factor * (z - mz)
-
-    return support

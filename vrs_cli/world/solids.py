@@ -283,15 +283,23 @@ def drop(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform) -> fl
     return min(_drop(one, T_world_a, other, T_world_b) for one in a for other in b)
 
 
+def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform, by: float) -> bool:
+    """Return whether body a is in body b by more than a length [m]: still so when a is smaller by that."""
+    T_b_a = compose(inverse(T_world_b), T_world_a)
+    smaller = [one._replace(support=_shrunk(one, by), radius=max(one.radius - by, 0.0)) for one in a]
+    return any(separation(one, T_b_a, other).distance <= 0.0 for one in smaller for other in b)
+
+
 def _drop(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    thinner = a._replace(support=_shrunk(a))  # a body beside another one does not stand on it
+    thinner = a._replace(support=_shrunk(a, EDGE))  # a body beside another one does not stand on it
     if _lowered(thinner, T_world_a, b, T_world_b) == inf:
         return inf
     return _lowered(a, T_world_a, b, T_world_b)
 
 
-def _shrunk(solid: Solid) -> Support:
-    factor = 1.0 - min(0.5, EDGE / solid.reach)
+def _shrunk(solid: Solid, by: float) -> Support:
+    """Return the support of a solid whose core is smaller, about its middle: its farthest points by a length [m]."""
+    factor = 1.0 - min(0.5, by / solid.reach)
     mx, my, mz = solid.middle
 
     def support(d: Vector) -> Vector:
