@@ -23,6 +23,16 @@ def test_a_refused_line_is_a_picture_and_so_is_why(app: App, ada: Sat) -> None:
     ada.until(lambda: labels(ada)["/why/reason"].startswith("#PPOINT(0, -80, 90, 0, 20, 0)"))
 
 
+def test_what_is_explained_is_a_picture(app: App, ada: Sat) -> None:
+    window(app)
+    ada.type("EXPLAIN DRIVE 1, 40")
+    ada.until(lambda: labels(ada).get("/why/reason", "").startswith("DRIVE 1, 40: 0.000 to"))
+    ada.sees("Binds: velocity of JT1")
+    ada.type("EXPLAIN MOVES TRANS(1500, 150, -100, 90, 90, 0)")
+    ada.until(lambda: labels(ada)["/why/reason"].startswith("TRANS(1500, 150, -100, 90, 90, 0):"))
+    assert any(one["name"] == "/why/refused" for one in ada.page.of("LineSegmentsMessage"))
+
+
 def test_what_moves_no_arm_has_no_picture(ada: Sat) -> None:
     ada.type("MOVES nowhere")
     ada.sees("Undefined value")

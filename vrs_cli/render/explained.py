@@ -311,7 +311,7 @@ def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) ->
     headings = (one.name if one.unit == SIGN else f"{one.name} {one.unit}".rstrip() for one in symbols)
     every = [solution.option.configuration for solution in solutions]
     shown = tuple((_which(ways, every), *cells) for cells, ways in rows.items())
-    return Grid((Column("Configuration", Ink.NAME), *number_columns(*headings)), shown, keys=1)
+    return Grid((Column("Configuration", Ink.NAME), *number_columns(*headings, width=8)), shown, keys=1)
 
 
 def _shown(symbol: Symbol, value: float | None) -> str:
