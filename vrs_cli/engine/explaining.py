@@ -259,12 +259,12 @@ def splice(book: Book) -> SpliceReport:
     """What the last change did to the segments. Raises UsageError where nothing has changed yet, or it is forgotten."""
     timeline, history = book.timeline, book.history
     last = book.deltas[-1] if len(book.deltas) else None
-    undone = [one.step for one in history.undone if one is not None]
-    if last is not None and last.cause is Cause.UNDO and undone:
-        return _spliced(timeline.apply(undone[-1].present(timeline.version)), timeline, last)
-    if not history.known:
+    undone = history.undone[-1] if history.undone else None
+    if last is not None and last.cause is Cause.UNDO and undone is not None:
+        return _spliced(timeline.apply(undone.step.present(timeline.version)), timeline, last)
+    step = next((one for one in reversed(history.done) if not one.recorded), None)
+    if step is None:
         raise UsageError("no command that is known has changed the timeline", "give a motion first")
-    step = history.known[-1]
     cause = Cause.COMMAND if last is None else last.cause
     return _spliced(timeline.apply(step.taking_back(timeline.version)), timeline, step.delta._replace(cause=cause))
 
