@@ -31,6 +31,10 @@ WRONG = (
     (["--robot", "a=puma560", "--robot", "b=cobra600", "--tip", "hand"], "choose of one robot"),
     (["--task", "pose"], "choose of one robot"),
     (["--robot", "a b=puma560"], "no name for a robot"),
+    (["--cell", "x=none.toml"], "there is no such robot"),
+    (["--cell", "puma560=none.toml"], "none.toml"),
+    (["--cell", "a.toml", "--cell", "b.toml"], "twice for all robots"),
+    (["--cell", "puma560=a.toml", "--cell", "puma560=b.toml"], "twice for robot puma560"),
     (["--robot", "a=puma561"], "no robot is called"),
     (["--robots-per-token", "1"], "without --tokens"),
     (["--tls-key", "key.pem"], "without --tls-cert"),
@@ -103,6 +107,18 @@ def test_a_cell_is_around_each_robot(tmp_path: Path) -> None:
     cell.write_text('[[part]]\nname = "box"\nshape = "box"\nsize = [40, 40, 60]\nat = [0, 550, -250]\n')
     with server("--cell", str(cell)) as (_process, line), vrs.connect(address(line)) as robot:
         assert list(robot.parts) == ["box"]
+
+
+def test_a_robot_that_is_named_has_a_cell_of_its_own(tmp_path: Path) -> None:
+    for name in ("box", "ring"):
+        text = f'[[part]]\nname = "{name}"\nshape = "box"\nsize = [40, 40, 60]\nat = [0, 550, -250]\n'
+        (tmp_path / f"{name}.toml").write_text(text)
+    robots = ("--robot", "a=puma560", "--robot", "b=puma560", "--robot", "c=puma560")
+    cells = ("--cell", str(tmp_path / "box.toml"), "--cell", f"b={tmp_path / 'ring.toml'}")
+    with server(*robots, *cells) as (_process, line):
+        for name, part in (("a", "box"), ("b", "ring"), ("c", "box")):
+            with vrs.connect(f"{address(line)}/robots/{name}") as robot:
+                assert list(robot.parts) == [part]
 
 
 def test_a_second_one_on_the_same_journal_is_refused(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from vrs_cli.errors import VrsError
 from vrs_cli.files.rebuild import apply, history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.mirror import ClockReading, Mirror
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Delay, Move, OperateHand, SetChannels, SetParameter, Stamp
@@ -82,15 +82,19 @@ class EventSession:
         self.mirrors = [self._mirror(-inf, inf), self._mirror(0.0, 3.0)]
         self.seq, self.deltas, self.most = 0, 0, 0
         self.stack = list[Image]()  # before each step that is done, on the present branch, where this is known
-        self.lost, self.clock = 0, 0.0
+        self.lost, self.forgot, self.clock = 0, 0, 0.0
 
     def _sleep(self, seconds: float) -> None:
         self.wall += seconds
 
     def _mirror(self, begin: float, window: float) -> Mirror:
         whole = Snapshot.of(self.engine.timeline, self.engine.settings)
-        part = same_snapshot(whole if begin == -inf else windowed(whole, begin), self.form)
+        part = same_snapshot(whole if begin == -inf else self.part(whole, begin), self.form)
         return Mirror(self.engine.arm, part, 0, lambda: self.engine.now, window)
+
+    def part(self, whole: Snapshot, begin: float) -> Snapshot:
+        """The window of a snapshot from a time on [s]."""
+        return windowed(whole, begin)
 
     # --- what is asked ---
 
@@ -210,6 +214,7 @@ class EventSession:
         assert image(self.mirrors[0].timeline) == image(timeline)
         window = self.mirrors[1].timeline
         begin = self.mirrors[1].begins
+        self.forgot += begin > 0.0
         assert tuple(window) == tuple(timeline)[-len(window) :]
         known = tuple(event for event in window.events if event.time >= begin)
         assert known == tuple(event for event in timeline.events if event.time >= begin)
@@ -222,6 +227,8 @@ class EventSession:
         return r.choice(near) if near and r.random() < 0.4 else r.uniform(-0.1, self.engine.timeline.last * 1.1 + 0.1)
 
     def hear(self, event: TimelineDelta | TimelineReplaced) -> None:
+        for mirror in self.mirrors:
+            mirror.clock = ClockReading(self.engine.now)
         if isinstance(event, TimelineReplaced):
             self.timeline, self.events = event.timeline, list(event.timeline.events)
             snapshot = Snapshot.of(event.timeline, event.settings)
@@ -238,7 +245,7 @@ class EventSession:
                 self.lost += 1
                 whole = Snapshot.of(self.timeline, self.engine.settings)
                 begin = self.random.uniform(0.0, self.timeline.end)
-                mirror.replace(same_snapshot(windowed(whole, begin), self.form), self.seq)
+                mirror.replace(same_snapshot(self.part(whole, begin), self.form), self.seq)
         if self.walks:  # what is before the clock stays
             t = self.random.uniform(0.0, self.clock)
             assert joints_at(self.engine.arm, self.timeline, t) == joints_at(self.engine.arm, before, t)

@@ -13,7 +13,7 @@ LENGTH = 30  # commands
 
 
 def main(count: int, first: int = 0) -> None:
-    begun, deltas, most = time.process_time(), 0, 0
+    begun, deltas, most, windows = time.process_time(), 0, 0, 0
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
             try:
@@ -21,12 +21,11 @@ def main(count: int, first: int = 0) -> None:
             except BaseException:
                 print(f"seed {seed}", flush=True)
                 raise
-            deltas, most = deltas + it.deltas, max(most, it.most)
+            deltas, most, windows = deltas + it.deltas, max(most, it.most), windows + it.forgot
             if not (seed + 1) % 1000:
                 print(f"{seed + 1} sessions, {deltas} deltas, {time.process_time() - begun:.0f} s", flush=True)
-    print(
-        f"{count} sessions, {deltas} deltas, at most {most} events at once, {time.process_time() - begun:.0f} s of CPU"
-    )
+    found = f"{deltas} deltas, {windows} looks at windows, at most {most} events at once"
+    print(f"{count} sessions, {found}, {time.process_time() - begun:.0f} s of CPU")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,10 @@ from __future__ import annotations
 from functools import cache
 from math import inf, pi
 
+from msgspec.structs import replace
+
 from tests.laws.event_sessions import EventSession
+from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.kinematics.transform import Transform, from_oat
 from vrs_cli.language.run.signals import Cell
@@ -96,6 +99,7 @@ when = 3
 set = 1004
 after = 0.2
 """
+COMPUTED = (1001, 1002, 1003, 1004, 1010)
 PLACES = [
     *((0.0, 550.0, -220.0), (0.0, 550.0, -260.0), (-150.0, 500.0, -255.0), (150.0, 600.0, -258.0)),
     *((250.0, 450.0, -210.0), (250.0, 450.0, -170.0), (20.0, 560.0, -180.0), (120.0, 500.0, -200.0)),
@@ -115,7 +119,7 @@ def everything(course: WorldCourse) -> dict[str, object]:
     changes, t = [], -inf
     while change := course.next_change(t, end):
         t = change[0]
-        changes.append(tuple(course.signal(number, t) for number in sorted({1001, 1002, 1003, 1004, 1010})))
+        changes.append(tuple(course.signal(number, t) for number in COMPUTED))
         changes.append(change)
     found["changes"], found["notes"], found["moves"] = changes, course.notes, course.moves(-inf, end)
     found["states"] = [course.state(name, end) for name in course.parts()]
@@ -130,7 +134,17 @@ class WorldSession(EventSession):
         super().__init__(seed, walks=walks)
         self.world = World(self.engine.arm, cell())
         self.mirrored = [World(self.engine.arm, cell()) for _ in self.mirrors]
-        self.courses, self.grips, self.crossings = 0, 0, 0
+        for mirror, world in zip(self.mirrors, self.mirrored, strict=True):
+            mirror.world = world
+        self.courses, self.grips, self.crossings, self.windows = 0, 0, 0, 0
+
+    def part(self, whole: Snapshot, begin: float) -> Snapshot:
+        """The window of a snapshot with the state of the world when it begins, as a server makes it."""
+        part = super().part(whole, begin)
+        if not part.first:
+            return part
+        course = World(self.engine.arm, cell()).course(whole.timeline())
+        return replace(part, world=course.state_at(part.known_from))
 
     # --- what is asked ---
 
@@ -215,6 +229,27 @@ class WorldSession(EventSession):
         self.crossings += len(wanted["changes"])  # type: ignore[arg-type]
         if r.random() < 0.3:
             same(everything(self.mirrored[0].course(self.mirrors[0].timeline)), wanted)
+        if r.random() < 0.5:
+            self.check_window(course)
+
+    def check_window(self, whole: WorldCourse) -> None:
+        """A mirror of the end of the timeline sees the same from there on."""
+        part = self.mirrored[1].course(self.mirrors[1].timeline)
+        begins, end = part.begins, whole.timeline.last + 1.0
+        self.windows += begins > whole.begins
+        for name in whole.parts():
+            spans = part.spans(name, end)
+            assert spans == whole.spans(name, end)[-len(spans) :], name
+            assert len(spans) == 1 or spans[1].begin >= begins
+            t = self.random.uniform(begins, end)
+            assert part.state(name, t) == whole.state(name, t)
+            assert part.T_tool_part(t) == whole.T_tool_part(t)
+        for t in [begins, *(self.random.uniform(begins, end) for _ in range(8))]:
+            assert part.held(t) == whole.held(t)
+            assert [part.signal(number, t) for number in COMPUTED] == [whole.signal(number, t) for number in COMPUTED]
+            assert part.next_change(t, end) == whole.next_change(t, end)
+            assert part.standing(t) == whole.standing(t)
+        assert list(part.notes) == [note for note in whole.notes if note[0] >= begins]
 
     def new_course(self, timeline: Timeline) -> WorldCourse:
         """A course that goes on from no other; one in four knows no search of before, either."""

@@ -167,7 +167,14 @@ def serve_parser(prog: str) -> Parser:
             help="a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated",
         ),
         *CHOICES,
-        option("--cell", metavar="CELL.toml", help="what is around each robot: parts, fixtures and sensors"),
+        option(
+            "--cell",
+            metavar="[NAME=]CELL.toml",
+            type=_cell,
+            action="append",
+            default=[],
+            help="what is around each robot, or the one that is named: parts, fixtures and sensors; may be repeated",
+        ),
         group(
             "a class",
             option("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes"),
@@ -243,6 +250,14 @@ def _robot(text: str) -> tuple[str, str]:
     return name, robot
 
 
+def _cell(text: str) -> tuple[str, str]:
+    """`cell1=pick.toml`; without a name, which is empty then, it is for all robots."""
+    from vrs_cli.net.tokens import good_name
+
+    name, equals, file = text.partition("=")
+    return (name, file) if equals and good_name(name) and file else ("", text)
+
+
 # --- what is wrong with a command line ---
 
 
@@ -251,6 +266,14 @@ def _check(options: Namespace) -> None:
     names = [name for name, _ in options.robot]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
+    shown = [name for name, _ in options.cell]
+    if (double := next((name for name in shown if shown.count(name) > 1), None)) is not None:
+        whose = f"robot {double}" if double else "all robots"
+        raise CommandLineError(f"--cell is there twice for {whose}", "give each robot one: --cell NAME=CELL.toml")
+    served = names or ([] if options.robots_per_token else [USUAL_ROBOT])
+    if unknown := next((name for name in shown if name and name not in served), None):
+        there = ", ".join(served) or "none"
+        raise CommandLineError(f"--cell {unknown}=: there is no such robot", f"named robots: {there}")
     if len(options.robot) != 1 and (options.base or options.tip or options.task):
         what = "--base, --tip and --task choose of one robot that is named"
         raise CommandLineError(what, "give one --robot, or urdf_base, urdf_tip and task in a TOML file of each")
@@ -318,6 +341,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     for model in robots.values():
         tell_notes(tell, model, fitted=options.task is None)
     journal = None if options.journal is None else _made(Path(options.journal), "--journal")
+    cells = {name: read_cell(file) for name, file in options.cell}
     usual = Plan(
         load_robot(options.own_robot),
         Path(),
@@ -326,12 +350,13 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
         when_gone=WhenGone(options.when_driver_goes),
         allowance=_allowance(options),
         idle=inf if options.idle is None else options.idle,
-        cell=None if options.cell is None else read_cell(options.cell),
+        cell=cells.pop("", None),
         styled=styled_lines,
     )
     places, own = RobotFolders(journal, folder), options.robots_per_token
     idle = OWN_IDLE if options.idle is None else options.idle
-    return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants, own_idle=idle)
+    wake, grants = server.wake, server.grants
+    return Hub(robots, places, usual, audit, wake, tell, own=own, grants=grants, own_idle=idle, cells=cells)
 
 
 def _made(folder: Path, option: str) -> Path:

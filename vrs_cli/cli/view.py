@@ -308,7 +308,6 @@ def _afar(options: argparse.Namespace) -> Hold:
     from vrs_cli.net.socket_port import SocketPort
 
     hello = hello_of(token_of(options.token_file), name=options.name or "browser", attended=True)
-    window = options.window if options.cell is None else inf  # where parts are follows from all that was done
 
     def hold(told: Told) -> SocketPort:
         robot = SocketPort.connect(options.url, hello, ca=options.ca, told=told, window=window)
@@ -316,9 +315,15 @@ def _afar(options: argparse.Namespace) -> Hold:
         return robot
 
     try:
-        SocketPort.connect(options.url, hello, ca=options.ca, window=0.0).close()
+        found = SocketPort.connect(options.url, hello, ca=options.ca, window=0.0)
     except UsageError as error:
         raise CommandLineError(error.detail, error.hint) from None
+    found.close()
+    window = options.window
+    if options.cell is not None and found.far.world is not None:
+        teller(options.prog)("--cell is left out: the server tells what is around the robot")
+    elif options.cell is not None:
+        window = inf  # where parts are follows from all that was done
     return hold
 
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.engine.settings import Settings
+from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.events import Event
+from vrs_cli.values.world import WorldState
 
 
 class Snapshot(Struct, frozen=True):
@@ -18,7 +21,8 @@ class Snapshot(Struct, frozen=True):
     (counted from 0) on. Before them the robot stands still. `settings`: those in force then.
 
     `events`: those of the window, from the one that has the number `first_event` on; `values`: of those before it the
-    last of each channel, so that what all channels are is known from the begin of the window on.
+    last of each channel, so that what all channels are is known from the begin of the window on. `world`: the state of
+    the world at `known_from`, if there is a cell.
     """
 
     version: int
@@ -28,6 +32,7 @@ class Snapshot(Struct, frozen=True):
     events: tuple[Event, ...] = ()
     values: tuple[Event, ...] = ()
     first_event: int = 0
+    world: WorldState | None = None
 
     @classmethod
     def of(cls, timeline: Timeline, settings: Settings) -> Snapshot:
@@ -43,7 +48,13 @@ class Snapshot(Struct, frozen=True):
         return cls(timeline.version, segments, settings, first, tuple(timeline.event_slice(known, last)), values, known)
 
     def timeline(self) -> Timeline:
-        return Timeline(self.segments, self.version, (*self.values, *self.events))
+        return Timeline(self.segments, self.version, (*self.values, *self.events), self.world)
+
+    @property
+    def known_from(self) -> float:
+        """Return the time from which on both segments and events are known [s]."""
+        last = self.values[-1].time + TICK if self.values else -inf
+        return max(self.segments[0].start, last)
 
     def with_later_events(self, count: int) -> Snapshot:
         """Return the snapshot without the first `count` events, but for the values of the channels after them."""
@@ -87,6 +98,10 @@ def fitted(
     keep, count, edit = delta.keep - first, len(timeline), delta.events
     if keep < 1 or (edit is not None and edit.keep < known.first):
         return None
+    if timeline.world is not None:  # an event may be new just before those that are known
+        first_change = min([delta.cut, *(() if edit is None else [event.time for event in edit.events[:1]])])
+        if first_change < timeline.world.time:
+            return None
     segments, drop = delta.segments, min(delta.drop, count - keep)
     if keep > count:
         keep, drop, segments = count, 0, ()

@@ -23,7 +23,7 @@ from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
-from vrs_cli.net.stream import DeflatedPlace, Listening, MessageForm, Packet, Stream, packet_of
+from vrs_cli.net.stream import DeflatedPlace, Listening, MessageForm, Packet, StateOfWorld, Stream, packet_of
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.results import Position
 
@@ -170,8 +170,14 @@ STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # wi
 class Broadcast:
     """Sends what happens at one robot to its listeners. `stream`: its changes."""
 
-    def __init__(self, watched: Watched, begin: TimelineReplaced, wall: Callable[[], float]) -> None:
-        self.stream = Stream(begin, watched.arm)
+    def __init__(
+        self,
+        watched: Watched,
+        begin: TimelineReplaced,
+        wall: Callable[[], float],
+        state: StateOfWorld | None = None,
+    ) -> None:
+        self.stream = Stream(begin, watched.arm, state)
         self._watched, self._wall = watched, wall
         self._everybody = Round()
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order in which they were looked at last

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from enum import Enum
 from math import inf
+from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
@@ -30,10 +31,14 @@ from vrs_cli.net.timesync import Estimate, TimeSync
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Define, Go
 from vrs_cli.values.hand import DragState as PulledState
+from vrs_cli.wire.cells import cell_of
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
 from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_of
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
 PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
@@ -43,6 +48,7 @@ QUIET = 4.0  # [s] without a word of the robot, which answers a ping every two s
 NEAR = 0.05  # [s] D_f + D_b of who sees what becomes of a wish about as soon as it does
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between them and after them
 
+SAME_VRS = "install the same vrs on both"
 Outlet = Callable[[ServerMessage], None]
 
 
@@ -59,7 +65,8 @@ class FarEnd:
     """`mirror` and `preview` (of the commands on their way) are there once the timeline is followed and the first
     snapshot has come. `ahead`: a viewer is shown the robot so much after the clock that is heard [s]. `flags`: the
     times of which something wrong was shown. `refusal`: why the robot cannot be held. `news`: outlets for all
-    messages that belong to no request. `window`: so many seconds of the past are kept.
+    messages that belong to no request. `window`: so many seconds of the past are kept. `world`: of the cell around the
+    robot, None where there is none.
     """
 
     def __init__(self, hello: messages.Hello, wall: Callable[[], float]) -> None:
@@ -78,6 +85,8 @@ class FarEnd:
         self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
+        self.world: World | None = None
+        self._cell: dict[str, Any] | None = None  # as the robot tells it
         self._wishes, self._pulled = Wishes(), PulledState()  # for a tool that is dragged
         self._outlets: dict[int, Outlet] = {}
         # commands that are done, whose change is waited for until then [s]
@@ -265,7 +274,21 @@ class FarEnd:
                 self._arm = arm_for(from_dict(welcome.model))
             except FileDamaged as damaged:
                 self.refusal = damaged
+        if self._arm is not None and welcome.cell != self._cell:
+            self._stand_in(welcome.cell, self._arm)
         self._set_clock(welcome.clock)
+
+    def _stand_in(self, told: dict[str, Any] | None, arm: RobotArm) -> None:
+        """Take the cell that the robot tells."""
+        from vrs_cli.world.world import World
+
+        self._cell = told
+        try:
+            self.world = None if told is None else World(arm, cell_of(told))
+        except (RecordError, ValueError, LookupError, ArithmeticError) as wrong:
+            self.world, self.refusal = None, FileDamaged(f"the robot tells a cell that cannot be: {wrong}", SAME_VRS)
+        if self.mirror is not None:
+            self.mirror.world = self.world
 
     # --- the timeline and the clock ---
 
@@ -284,7 +307,7 @@ class FarEnd:
                     self.mirror.steer(target, change.number)
                     self._flag(target.executed)
         except RecordError as wrong:
-            self.refusal = FileDamaged(f"the robot tells what cannot be: {wrong}", "install the same vrs on both")
+            self.refusal = FileDamaged(f"the robot tells what cannot be: {wrong}", SAME_VRS)
             return
         self._find_again(full=isinstance(change, messages.Steered))
         self._release(lambda done, _until: self._is_seen(done, change))
@@ -292,7 +315,7 @@ class FarEnd:
     def _replace(self, snapshot: Snapshot, number: int, arm: RobotArm) -> None:
         """Take another timeline, perhaps the first."""
         if self.mirror is None:
-            self.mirror = Mirror(arm, snapshot, number, self._wall, self.window)
+            self.mirror = Mirror(arm, snapshot, number, self._wall, self.window, self.world)
             self.preview = Preview(self.mirror, 0.0)
             self._set_clock(self._clock)
             return

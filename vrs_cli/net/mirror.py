@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import islice, zip_longest
 from math import inf
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,6 +25,9 @@ from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 WINDOW = 600.0  # [s] of the past that are kept, unless somebody wants more or less
 SLACK = 0.25  # of the window may be there beside it: what has become too old goes together, at the cost of what stays
@@ -68,13 +72,14 @@ class _Held(Struct, frozen=True):
     def of(cls, snapshot: Snapshot, seq: int) -> _Held:
         return cls(snapshot.timeline(), snapshot.first, snapshot.settings, seq, snapshot.known_events)
 
-    def since(self, t: float) -> _Held:
+    def since(self, t: float, world: World | None) -> _Held:
         """Return the state without the segments that ended before t [s], and the events before the others."""
         timeline, known = self.timeline, self.known
         gone = timeline.index_at(t)
         events = max(timeline.events_by(timeline[gone].start, before=True), known.values)
         values, later = last_values(timeline, events), timeline.event_slice(events, timeline.event_count)
-        kept = Timeline(islice(timeline, gone, None), timeline.version, (*values, *later))
+        state = None if world is None else world.course(timeline).state_at(timeline[gone].start)
+        kept = Timeline(islice(timeline, gone, None), timeline.version, (*values, *later), state)
         known = KnownEvents(known.first + events - known.values, len(values))
         return replace(self, timeline=kept, first=self.first + gone, known=known)
 
@@ -88,7 +93,8 @@ class _Held(Struct, frozen=True):
         missed = () if new <= len(older.events) else [one for one in ours[: known.values] if one.time > since]
         events = (*values, *missed, *ours[known.values :])
         begins = KnownEvents(known.first, len(events) - len(ours) + known.values) if missed else older.known_events
-        return replace(self, timeline=Timeline(segments, timeline.version, events), first=older.first, known=begins)
+        longer = Timeline(segments, timeline.version, events, older.world)
+        return replace(self, timeline=longer, first=older.first, known=begins)
 
 
 class Mirror:
@@ -96,13 +102,19 @@ class Mirror:
 
     `window`: so many seconds before the robot's clock are kept. `begins`: the timeline is known from this time on;
     before it the robot was elsewhere than the mirror says. `events` tells of every change of the known timeline, as the
-    robot does.
+    robot does. `world`: of the cell around the robot, None where there is none.
     """
 
     def __init__(
-        self, arm: RobotArm, snapshot: Snapshot, seq: int, wall: Callable[[], float], window: float = inf
+        self,
+        arm: RobotArm,
+        snapshot: Snapshot,
+        seq: int,
+        wall: Callable[[], float],
+        window: float = inf,
+        world: World | None = None,
     ) -> None:
-        self.arm, self.window, self._wall = arm, window, wall
+        self.arm, self.window, self.world, self._wall = arm, window, world, wall
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
         self._held = _Held.of(snapshot, seq)
@@ -193,7 +205,7 @@ class Mirror:
         """Drop what is older than the window, if that is enough to be worth the copy."""
         begin = self.now - self.window
         old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)
-        return held.since(begin) if old else held
+        return held.since(begin, self.world) if old else held
 
 
 def parting(before: Timeline, after: Timeline) -> float:

@@ -13,6 +13,7 @@ from math import inf
 from pathlib import Path
 from secrets import token_hex, token_urlsafe
 from threading import Lock
+from types import MappingProxyType
 from typing import Any
 
 from msgspec import Struct
@@ -30,6 +31,7 @@ from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
+from vrs_cli.language.run.signals import Cell
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client_session import ClientSession, ClientSocket
@@ -46,6 +48,7 @@ from vrs_cli.version import __version__
 TOGETHER = 0.005  # [s] of CPU time for which things that are said are given on at once
 MOST_AWAY = 200  # users whose connection is cut, and who may come again
 PULLED_EVERY = 0.1  # [s] between two messages of how far a dragged tool is from its target
+NO_CELLS: Mapping[str, Cell] = MappingProxyType({})
 ALIVE = 3.0  # [s] after which a silent driver is asked whether it is there
 
 
@@ -142,6 +145,7 @@ class Room(ServedRobot):
             {**told, "shapes": self.shapes.tables},
             server=__version__,
             one_user=self.plan.one_user,
+            cell=self.cell,
         )
 
     def clock(self) -> messages.Clock:
@@ -396,7 +400,8 @@ class RobotFolders(Struct, frozen=True):
 class Hub:
     """All robots of a server, and who may hold which. `robots`: the shared ones, by name. `own`: how many robots each
     token has for itself; they are made when they are used, and paused when nobody has held or watched them for
-    `own_idle` [s]. A teacher may hold those of all `grants`.
+    `own_idle` [s]. A teacher may hold those of all `grants`. `cells`: what is around some shared robots, by name, in
+    place of the usual cell.
 
     Any thread may call `open`, which takes its time; the thread of the connections calls all else.
     """
@@ -412,10 +417,11 @@ class Hub:
         own: int = 0,
         grants: Callable[[], Iterable[Grant]] = tuple,
         own_idle: float = inf,
+        cells: Mapping[str, Cell] = NO_CELLS,
     ) -> None:
         self.rooms: dict[str, Room] = {}
         self._robots, self._places, self._usual = robots, places, usual
-        self._own, self._grants, self._own_idle = own, grants, own_idle
+        self._own, self._grants, self._own_idle, self._cells = own, grants, own_idle, cells
         self._audit, self._wake, self._tell = audit, wake, tell
         self._opening = Lock()
 
@@ -447,6 +453,7 @@ class Hub:
             if room is None:
                 model = self._robots.get(name, self._usual.model)
                 usual = self._usual if name in self._robots else replace(self._usual, idle=self._own_idle)
+                usual = replace(usual, cell=self._cells.get(name, usual.cell))
                 plan = self._places.plan(name, model, usual)
                 room = Room(name, plan, lambda: self._wake(name), self._audit, self._tell, self.names)
                 self.rooms = {**self.rooms, name: room}

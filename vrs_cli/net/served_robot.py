@@ -47,6 +47,7 @@ from vrs_cli.net.tokens import Grant
 from vrs_cli.net.told_replies import prefixes_of
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.replies import Reply, StyledLine
+from vrs_cli.wire.cells import cell_record
 
 MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large
 LATELY = 1.0  # [s] in which a user counts as one who asks
@@ -190,15 +191,16 @@ class ServedRobot:
         self._memory: MemoryFile | None = None
         self.durable_log = self._durable_log()
         engine = self.session.engine
-        if plan.cell is not None:
-            self.session.driver.surround(plan.cell)
+        self.cell = self._told_cell()
         if plan.causality:
             engine.perform(SetParameter("CAUSALITY", plan.causality))
         self._self = UserSession(self.session, UserState())
         self._events = engine.events.subscribe(woken=self.stirred)
         first = self._events.take(0.0)
         assert isinstance(first, TimelineReplaced)
-        self.broadcast = Broadcast(self._self, first, wall)
+        world = self.session.driver.world
+        state = None if world is None else lambda timeline, t: world.course(timeline).state_at(t)
+        self.broadcast = Broadcast(self._self, first, wall, state)
         self._measured = wall() - 2 * MEASURED
         self._grown: LimitReached | None = None  # why the robot may not grow any more
 
@@ -212,6 +214,17 @@ class ServedRobot:
         )
         session.driving, session.lease = self.driving, self.binding(self.driving.lease)
         return session
+
+    def _told_cell(self) -> dict[str, Any] | None:
+        """Put the robot into its cell; return what clients are told of it."""
+        cell = self.plan.cell
+        if cell is None:
+            return None
+        self.session.driver.surround(cell)
+        told = cell_record(cell)
+        if told is None:
+            self._tell(f"{self.name}: its cell is too large for clients, which show no parts (at most 1 MB of JSON)")
+        return told
 
     def _durable_log(self) -> DurableLog:
         """Open the journal and the memory file, and continue from what they have."""

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter
+from collections.abc import Callable
 from functools import cache, lru_cache, partial
 from itertools import count
 from typing import NamedTuple
 
-from msgspec import Struct, field
+from msgspec import Struct, field, structs
 
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.settings import Settings
@@ -26,6 +27,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.messages import ServerMessage
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.world import WorldState
 from vrs_cli.wire.codec import Encoding, encode
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
@@ -38,6 +40,8 @@ _TAIL = 4  # bytes at the end of what is flushed that a frame does not carry (RF
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
 SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
 MAX_PARTS = 8  # that are remembered until the next change
+
+StateOfWorld = Callable[[Timeline, float], WorldState]
 
 
 class MessageForm(NamedTuple):
@@ -112,11 +116,13 @@ class _Change(Struct):
 
 
 class Stream:
-    """The changes of one robot. `number`: of the last change; `timeline` and `settings`: after it."""
+    """The changes of one robot. `number`: of the last change; `timeline` and `settings`: after it. `state` tells what
+    the world of a timeline is just before a time [s]; None where there is no cell.
+    """
 
-    def __init__(self, begin: TimelineReplaced, arm: RobotArm) -> None:
+    def __init__(self, begin: TimelineReplaced, arm: RobotArm, state: StateOfWorld | None = None) -> None:
         self.number = 0
-        self._arm = arm
+        self._arm, self._state = arm, state
         self.timeline: Timeline = begin.timeline
         self.settings: Settings = begin.settings
         self._replaced = 0  # the number of the last change that replaced the timeline
@@ -240,12 +246,16 @@ class Stream:
             packet = packet_of(messages.Replaced(record, number=self.number), form)
             segments, events = len(snapshot.segments), len(snapshot.events)
             if len(packet.data) <= SNAPSHOT_BYTES or max(segments, events) <= 1:
-                return record, packet
+                break
             if segments > 1:
                 first += segments // 2
                 snapshot = Snapshot.part(self.timeline, self.settings, first, after)
             else:
                 snapshot = snapshot.with_later_events(events // 2)
+        if self._state is not None and snapshot.first:
+            record = structs.replace(record, world=self._state(self.timeline, snapshot.known_from))
+            packet = packet_of(messages.Replaced(record, number=self.number), form)
+        return record, packet
 
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:

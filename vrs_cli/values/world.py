@@ -23,10 +23,19 @@ class SpanKind(Enum):
     FALLS = "falls"
 
 
-class PartSpan(NamedTuple):
-    """The state of a part from `begin` to `end` [s]. `T`: T_world_part; of a part that is held, T_flange_part; of one
-    that falls, where it begins to. `on`: what it stands on, or falls onto.
+class PartBegin(NamedTuple):
+    """What a part does from `begin` on [s]. `T`: T_world_part; of a part that is held, T_flange_part; of one that
+    falls, where it begins to. `on`: what it stands on, or falls onto.
     """
+
+    begin: float
+    kind: SpanKind
+    T: Transform
+    on: tuple[str, ...] = ()
+
+
+class PartSpan(NamedTuple):
+    """The same, up to `end` [s]."""
 
     begin: float
     kind: SpanKind
@@ -118,7 +127,7 @@ class WorldState(Struct, frozen=True):
 
     time: float
     hand: float
-    parts: Mapping[str, PartSpan]
+    parts: Mapping[str, PartBegin]
     held: str | None = None
     width: float = 0.0
     stack: tuple[str, ...] = ()

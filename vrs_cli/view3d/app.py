@@ -234,7 +234,8 @@ class App:
         try:
             if window.robot is not None:  # what it says may be seen
                 window.robot.listen(lambda _message: window.wake())
-            if self._cell is not None:
+            window.world = None if window.robot is None else window.robot.far.world
+            if window.world is None and self._cell is not None:
                 window.world = World(window.watched.arm, self._cell)
             furnish(window, self._title or window.watched.arm.model.title)
         except BaseException:

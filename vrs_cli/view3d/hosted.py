@@ -6,7 +6,6 @@ import asyncio
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -29,8 +28,8 @@ OPENING = 10.0  # [s] until it listens
 class Hosted:
     """Serves one robot on a free port of this machine. `url` and `tokens`, by who they are for, are what it takes to
     hold it; who does is one user, and does not have to let himself drive. `folder`: its files; `rate`: seconds of its
-    time in one second, None for virtual time; `cell`: what is around it, for which all of its past is kept. `session`
-    is changed in the robot's thread alone: `session.actor.call`.
+    time in one second, None for virtual time; `cell`: what is around it. `session` is changed in the robot's thread
+    alone: `session.actor.call`.
     """
 
     def __init__(
@@ -42,7 +41,7 @@ class Hosted:
         cell: Cell | None = None,
         tell: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        self._left, self._window = ExitStack(), WINDOW if cell is None else inf
+        self._left = ExitStack()
         try:
             here = Path(self._left.enter_context(TemporaryDirectory(prefix="vrs-")))
             self.tokens = add_tokens(here / "tokens.toml", (BROWSER, SHELL))
@@ -74,7 +73,7 @@ class Hosted:
     def hold(self, told: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
         """Take hold of it. Raises RequestRefused."""
         hello = hello_of(self.tokens[who], attended=who == BROWSER)
-        return SocketPort.connect(self.url, hello, told=told, window=self._window)
+        return SocketPort.connect(self.url, hello, told=told, window=WINDOW)
 
     def client(self, *, attended: bool) -> Client:
         """A client for a shell, which is to be opened."""

@@ -9,6 +9,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.values.tagged import RobotAct, Spoken
+from vrs_cli.values.world import WorldState
 from vrs_cli.wire.records import (
     Count,
     EventRecord,
@@ -30,6 +31,7 @@ class SnapshotRecord(Struct, frozen=True):
     events: tuple[EventRecord, ...] | UnsetType = UNSET  # so that a snapshot without events has the bytes it had
     values: tuple[EventRecord, ...] | UnsetType = UNSET
     first_event: Count | UnsetType = UNSET
+    world: WorldState | UnsetType = UNSET
 
 
 def snapshot_record(snapshot: Snapshot) -> SnapshotRecord:
@@ -42,6 +44,7 @@ def snapshot_record(snapshot: Snapshot) -> SnapshotRecord:
         event_records(snapshot.events) or UNSET,
         event_records(snapshot.values) or UNSET,
         snapshot.first_event or UNSET,
+        snapshot.world or UNSET,
     )
 
 
@@ -50,7 +53,8 @@ def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
     segments = segments_of(record.segments, Motions(), None, form)
     events, values = (() if one is UNSET else events_of(one) for one in (record.events, record.values))
     first_event = 0 if record.first_event is UNSET else record.first_event
-    return Snapshot(record.version, segments, record.settings, record.first, events, values, first_event)
+    world = None if record.world is UNSET else record.world
+    return Snapshot(record.version, segments, record.settings, record.first, events, values, first_event, world)
 
 
 class BranchShown(Spoken, frozen=True):

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping
-from itertools import pairwise
 from math import inf
 from threading import RLock
 
@@ -43,10 +42,10 @@ class WorldCourse:
         self._simulation = Simulation(settings, timeline, settings.at_start.copy())
         self._history = self._simulation.history
         self._standing: tuple[int, dict[str, Transform]] = (0, {})
-        if timeline.world is None:
-            self._simulation.begin()
-        else:
+        if timeline.world is not None and settings.fits(timeline.world):
             self._simulation.resume(timeline.world)
+        else:
+            self._simulation.begin()
         self.begins = self._history.now
 
     def edited(self, timeline: Timeline, since: float) -> WorldCourse:
@@ -72,7 +71,9 @@ class WorldCourse:
         found = self._history.rows(("spans", name))
         if not found:
             raise KeyError(name)
-        return (*(span._replace(end=after.begin) for span, after in pairwise(found)), found[-1])
+        ends = [*(after.begin for after in found[1:]), inf]
+        spans = zip(found, ends, strict=True)
+        return tuple(PartSpan(one.begin, one.kind, one.T, end, one.on) for one, end in spans)
 
     def pose(self, name: str, t: float) -> Transform:
         """T_world_part at t [s]. Raises KeyError."""

@@ -9,6 +9,7 @@ from vrs_cli.kinematics.transform import translation
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.values import INPUTS, INTERNAL
 from vrs_cli.values.scene import BoxShape, ScenePart
+from vrs_cli.values.world import BodyCrosses, PartComes, PartLands, PartsGo, WorldState
 from vrs_cli.world.history import WorldHistory
 from vrs_cli.world.sensing import Region, SeenBody, Sensing
 from vrs_cli.world.solids import Solids, solids_of
@@ -50,6 +51,22 @@ class WorldSettings:
         self.sensed = frozenset(abs(sensor.signal) for sensor in scene.sensors) | {abs(scene.gripper.signal)} - {0}
         followed = {abs(rule.sets or 0) for rules in self.rules.values() for _, rule in rules}
         self.computed = frozenset(self.sensed | followed)
+
+    def fits(self, state: WorldState) -> bool:
+        """Return whether a state is one of this world, and not of another cell."""
+        named = {one.what.part if isinstance(one.what, PartLands) else "" for one in state.due} | {state.held or ""}
+        bodies = named | {*state.stack, *state.inside}
+        regions = [region for several in state.inside.values() for region in several]
+        regions += [one.what.region for one in state.due if isinstance(one.what, BodyCrosses)]
+        feeders = [*state.fed, *(one.what.feeder for one in state.due if isinstance(one.what, PartComes))]
+        sinks = [one.what.sink for one in state.due if isinstance(one.what, PartsGo)]
+        return (
+            state.parts.keys() == self.parts.keys()
+            and bodies <= {*self.parts, FINGERS}
+            and all(0 <= region < len(self.sensing.regions) for region in regions)
+            and all(0 <= feeder < len(self.scene.feeders) for feeder in feeders)
+            and all(0 <= sink < len(self.sinks) for sink in sinks)
+        )
 
     def stood_on(self, name: str) -> str:
         """Return what a part stands on at the start; "" if nothing is just below it."""

@@ -19,10 +19,10 @@ from vrs_cli.values.world import (
     BodyCrosses,
     FingersArrive,
     Happening,
+    PartBegin,
     PartComes,
     PartLands,
     PartsGo,
-    PartSpan,
     SignalSwitches,
     SpanKind,
     WorldState,
@@ -103,7 +103,7 @@ class Simulation:
             history.set(key, value)
         for name, part in settings.parts.items():
             kind = SpanKind.ABSENT if name in settings.fed else SpanKind.RESTS
-            history.add(("spans", name), PartSpan(start, kind, part.T_world_part))
+            history.add(("spans", name), PartBegin(start, kind, part.T_world_part))
             if kind is SpanKind.RESTS:
                 self._stand(name, part.T_world_part)
         for region, sensor in enumerate(settings.scene.sensors):
@@ -154,9 +154,9 @@ class Simulation:
 
     # --- where things are ---
 
-    def span(self, name: str, t: float) -> PartSpan:
+    def span(self, name: str, t: float) -> PartBegin:
         """What a part does at a time [s], or the first that is known of it. Raises KeyError."""
-        spans: Sequence[PartSpan] = self.history.rows(("spans", name))
+        spans: Sequence[PartBegin] = self.history.rows(("spans", name))
         if not spans:
             raise KeyError(name)
         return spans[max(bisect_right(spans, t, key=lambda span: span.begin) - 1, 0)]
@@ -276,7 +276,7 @@ class Simulation:
 
     def _span_begins(self, name: str, kind: SpanKind, T: Transform, on: tuple[str, ...] = ()) -> None:
         t = self.history.now
-        self.history.add(("spans", name), PartSpan(t, kind, T, on=on))
+        self.history.add(("spans", name), PartBegin(t, kind, T, on))
         self.history.add(MOVES, (t, name))
 
     def _let_go(self, name: str, T: Transform) -> None:

@@ -46,6 +46,8 @@ class World:
         """Continue from the course that is the same for the longest time."""
         best, since = None, timeline.start
         for course in reversed(self._courses):
+            if course.timeline.world is not timeline.world:
+                continue
             same = course.timeline.same_until(timeline)
             if same > since:
                 best, since = course, same
