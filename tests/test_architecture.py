@@ -111,6 +111,11 @@ DEFERRED = (
         ("vrs_cli", "prompt_toolkit.utils", "rich"),
         "the first prompt stands before what the first line needs is loaded",
     ),
+    Deferred(
+        ("teach/classroom.py",),
+        ("vrs_cli.net", "vrs_cli.repl.connection", "vrs_cli.view3d.hosted"),
+        "few lessons have a robot that is served",
+    ),
     Deferred(("repl/config.py",), ("tomllib",), "most shells have no such file"),
     Deferred(("repl/echo.py",), ("termios",), "Windows has none"),
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),

@@ -7,6 +7,7 @@
     ```val2 FILE.v2     a file that the examples after it read; without a name a piece of a program, which is checked
     ```toml FILE.toml   the same for a robot
     ```xml FILE.urdf    the same for a robot of URDF
+    ```markdown FILE.md the same for the text of a lesson
     ```python FILE.py   the same for Python, which `$ python3 FILE.py` runs
     ```pycon            what is typed after Python's `>>> ` and `... `, and its answers; one session a page
     ```sh               commands that .ci/run takes from the page
@@ -220,7 +221,8 @@ class Reader:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             input=given,
-            env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"},
+            env=os.environ
+            | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8", "XDG_STATE_HOME": f"{Path.cwd()}-state"},
             text=True,
             encoding="utf-8",
             check=False,
@@ -289,7 +291,7 @@ class Reader:
         except tomllib.TOMLDecodeError as error:
             yield f"{block.where}: {error}\n"
 
-    def described_robot(self, block: Block) -> Iterator[str]:
+    def text_file(self, block: Block) -> Iterator[str]:
         Path(block.argument).write_text(block.text, encoding="utf-8")
         return iter(())
 
@@ -338,7 +340,8 @@ LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
     "vrs": Reader.session,
     "val2": Reader.program_file,
     "toml": Reader.robot_file,
-    "xml": Reader.described_robot,
+    "xml": Reader.text_file,
+    "markdown": Reader.text_file,
     "python": Reader.python_file,
     "pycon": Reader.python_session,
     "sh": Reader.nothing_to_run,

@@ -297,6 +297,11 @@ def test_a_contact_of_a_motion_that_was_cut_short_does_not_count() -> None:
     assert mark_of('kind = "contact"', ran).passed
 
 
+def test_another_output_does_not_count_for_the_one_that_is_wanted() -> None:
+    failed = mark_of('kind = "signals"\nchanges = [1]', run("SIGNAL 3 AT 0.5"))
+    assert (failed.points, failed.reason) == (0.0, "signal 1 did not come on (0 of 1 change right)")
+
+
 def test_a_check_earns_nothing_while_another_that_it_needs_earns_nothing() -> None:
     there = '[[check]]\nkind = "tool_at"\nname = "there"\nat = [0, 500, 0]\nmm = 1'
     text = f'kind = "speed"\nmm_s = 3000\nneeds = ["there"]\n{there}'

@@ -32,6 +32,7 @@ class Subcommand(NamedTuple):
 
 SUBCOMMANDS: Mapping[str, Subcommand] = {
     "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
+    "learn": Subcommand("learn", "[LESSON]", "lessons at the prompt: VAL-II and the robot, step by step"),
     "config": Subcommand("settings", "", "the settings of the shell, and the file that has them"),
     "connect": Subcommand("remote", "URL", "the shell at a robot that is served"),
     "run": Subcommand("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),

@@ -240,7 +240,7 @@ def show(options: argparse.Namespace) -> int:
             hold, first, cell = _program(options, stack)
         else:
             hold = _afar(options)
-        _open(options, stack, _door(options), hold, cell, first)
+        open_page(options, stack, door_of(options), hold, cell, first)
         asyncio.run(signal_comes())
     return 0
 
@@ -255,7 +255,7 @@ def nothing(_window: RobotWindow) -> None:
     """Do nothing."""
 
 
-def _door(options: argparse.Namespace) -> Door:
+def door_of(options: argparse.Namespace) -> Door:
     """The page has an address, and a browser is on its way to it: what answers it is loaded meanwhile."""
     from vrs_cli.repl.history import state_folder
     from vrs_cli.view3d.door import kept_secret, opened
@@ -273,7 +273,7 @@ def _door(options: argparse.Namespace) -> Door:
     return door
 
 
-def _open(
+def open_page(
     options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold, cell: Cell | None, first: First = nothing
 ) -> None:
     """The page is there, until the stack is left."""
@@ -364,9 +364,9 @@ def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First
 def _with_shell(options: argparse.Namespace, stack: ExitStack, cell: Cell | None) -> int:
     """A new robot, and the shell at it; on a pipe, the page stays when the lines are done."""
     model = chosen_robot(options)
-    door = _door(options)
+    door = door_of(options)
     hosted = _hosted(options, stack, model, cell)
-    _open(options, stack, door, hosted.hold, cell)
+    open_page(options, stack, door, hosted.hold, cell)
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.shell import at, on_terminal

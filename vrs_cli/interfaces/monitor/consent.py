@@ -47,7 +47,7 @@ def leave(station: Station) -> Dialogue[None]:
         rows = [("program", unstored.programs())]
         for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):
             rows.append((what, sorted(map(name_of, unstored.items(*kinds)))))
-        named = "; ".join(listed(what, names) for what, names in rows if names)
+        named = "; ".join(listed(what, names) for what, names in rows if names and unstored.asked_about)
         told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
         told += [f"Not stored: {named}. STORE file stores all"] if named else []
         leaves = "Leave without storing (Y/N)?" if named else "Leave (Y/N)?"

@@ -26,8 +26,11 @@ class Unstored:
     """Compares the memory with what files have of it. Variables that programs change do not count, unless a user has
     changed them before: the programs can compute them again.
 
-    Variables are compared when they have changed, and only after `watch`.
+    Variables are compared when they have changed, and only after `watch`. `asked_about`: a user who leaves is asked
+    about what no file has.
     """
+
+    asked_about = True
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment

@@ -1,0 +1,226 @@
+"""`vrs learn`: lessons at the prompt."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import CommandLineError, command, group, option, teller
+from vrs_cli.cli.serve import port
+from vrs_cli.cli.view import door_of, open_page
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.extras import how_to_install
+from vrs_cli.repl.shell import at, on_terminal
+
+if TYPE_CHECKING:
+    from vrs_cli.teach.learn import LearnerRecord
+    from vrs_cli.teach.lessons import Lesson
+
+OK, FAILED = 0, 1
+PROGRESS = "learn.json"
+
+learn_parser = command(
+    "Lessons at the prompt: a step at a time, checked by what you did. It goes on where you were.",
+    """\
+  vrs learn                 begin, or go on
+  vrs learn 4               lesson 4
+  vrs learn palletising     the lesson of that name
+  vrs learn --view          with the robot in a browser beside the prompt
+  vrs learn my_lessons      lessons of your own: a folder of them, or one lesson
+  vrs learn --check FOLDER  what is wrong with a lesson, or with all in a folder
+
+At the prompt HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes
+one step back, LESSONS lists all, LESSON N goes to one; all of VAL-II works as ever.
+
+Without a terminal the lines of standard input are the learner's, and the exit status
+is 0 where the lesson is finished, 1 where it is not:
+
+  vrs learn 1 < lines.txt
+""",
+    option("lesson", metavar="LESSON|FOLDER", nargs="?", help="a number, a name, or a folder of lessons"),
+    option("--list", action="store_true", help="the lessons, and where you are in each"),
+    option("--reset", action="store_true", help="forget where you are: in one lesson, or in all"),
+    option("--check", metavar="FOLDER", help="try a lesson: each step with nothing done, wrong lines, its model lines"),
+    group(
+        "the browser",
+        option("--view", action="store_true", help="show the robot in a browser"),
+        option("--no-open", action="store_true", help="print the address alone"),
+        option("--port", type=port, default=0, help="default: any that is free"),
+    ),
+)
+
+
+def learn(options: Namespace) -> int:
+    """Lead through lessons until the learner leaves; returns the exit status. Raises VrsError."""
+    if options.check is not None:
+        return _check(Path(options.check))
+    course = _Course(options.lesson, _progress_file())
+    if options.reset:
+        course.reset()
+        return OK
+    if options.list:
+        course.list()
+        return OK
+    if options.view and find_spec("viser") is None:
+        raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
+    return course.run(options)
+
+
+def _progress_file() -> Path | None:
+    """The file that keeps where the user is; None where there is no home."""
+    from vrs_cli.repl.history import state_folder
+
+    try:
+        return state_folder(os.environ) / PROGRESS
+    except RuntimeError:
+        return None
+
+
+class _Course:
+    """The lessons that the command line means: those of vrs, or those of a folder."""
+
+    def __init__(self, word: str | None, progress_file: Path | None) -> None:
+        from vrs_cli.teach.lessons import chosen_folder, lesson_folders, lessons_folder
+
+        self._file = progress_file
+        folder = None if word is None or not Path(word).is_dir() else Path(word)
+        if folder is not None and (folder / "lesson.md").exists():
+            self.folders: tuple[Path, ...] = (folder,)
+        else:
+            self.folders = lesson_folders(folder or lessons_folder())
+        if not self.folders:
+            raise NonexistentFile(f"{folder} has no lessons", "a lesson is a folder, as 01_first: docs/learn.md")
+        self._asked = None if word is None or folder is not None else chosen_folder(word, self.folders)
+
+    def reset(self) -> None:
+        """Forget where the user is."""
+        from vrs_cli.teach.learn import LearnerRecord, LessonStanding
+        from vrs_cli.teach.lessons import progress_key
+
+        if self._file is None or not self._file.exists():
+            print("There is nothing to forget")
+        elif self._asked is None:
+            self._file.unlink()
+            print("All lessons begin anew")
+        else:
+            LearnerRecord(self._file).keep(progress_key(self._asked), LessonStanding())
+            print(f"{self._asked.name} begins anew")
+
+    def list(self) -> None:
+        """Print the lessons, and where the user is in each."""
+        progress = self._progress()
+        for number, lesson in enumerate(map(_read, self.folders), 1):
+            standing = progress.of(lesson.key)
+            print(f"{number:3}  {lesson.title:36} {standing.told():>8}  {lesson.summary}")
+
+    def run(self, options: Namespace) -> int:
+        """Lead through lessons until the learner leaves; returns the exit status."""
+        progress = self._progress()
+        folder, first, status = self._asked or self._next(progress), True, OK
+        if folder is None:
+            print("All lessons are done. vrs learn 1 begins the first again, vrs learn --list shows them")
+            return OK
+        while folder is not None:
+            status, folder = self._lesson(options, _read(folder), progress, first=first)
+            first = False
+        return status
+
+    def _next(self, progress: LearnerRecord) -> Path | None:
+        """Return the lesson that the user has not finished, from the latest one on; None where all are done."""
+        from vrs_cli.teach.lessons import progress_key
+
+        keys = [progress_key(folder) for folder in self.folders]
+        start = keys.index(progress.latest) if progress.latest in keys else 0
+        order = [*zip(keys, self.folders, strict=True)]
+        return next((one for key, one in order[start:] + order[:start] if not progress.of(key).finished), None)
+
+    def _progress(self) -> LearnerRecord:
+        """Read where the user is. A file that is no such record is told, and kept as it is."""
+        from vrs_cli.teach.learn import LearnerRecord
+
+        try:
+            return LearnerRecord(self._file)
+        except FileError as error:
+            teller("vrs learn")(f"{error}; until then nothing is kept")
+            return LearnerRecord(None)
+
+    def _lesson(
+        self, options: Namespace, lesson: Lesson, progress: LearnerRecord, *, first: bool
+    ) -> tuple[int, Path | None]:
+        """Lead through one lesson; return the exit status, and the lesson to which the learner goes on."""
+        from vrs_cli.teach.classroom import Classroom, LessonPlace
+        from vrs_cli.teach.learn import Learner
+
+        tell, attended = teller(options.prog), on_terminal()
+        standing = progress.of(lesson.key)
+        with ExitStack() as stack:
+            classroom = Classroom(lesson, stack, tell, served=options.view, attended=attended)
+            begin = 0 if standing.finished else standing.passed
+            course = {folder: _title(folder) for folder in self.folders}
+            learner = Learner(lesson, classroom.look, _shown(attended), progress, course, begin)
+            if options.view and classroom.hosted is not None:
+                options.host, options.url, options.rate = "127.0.0.1", None, 1.0
+                door = door_of(options)
+                options.port, options.no_open = int(door.listening.getsockname()[1]), True  # the page goes on
+                open_page(options, stack, door, classroom.hosted.hold, lesson.cell if lesson.cell_file else None)
+            at(LessonPlace(classroom, learner, first=first))
+        if learner.standing.finished or learner.wanted is not None:
+            return OK, learner.wanted
+        if not attended:
+            passed, of = learner.standing.passed, learner.standing.of
+            tell(f"{lesson.title}: {passed} of {of} steps are passed; the next is {lesson.steps[passed].name}")
+        return OK if attended else FAILED, None
+
+
+def _title(folder: Path) -> str:
+    from vrs_cli.teach.lessons import sections
+
+    try:
+        return sections((folder / "lesson.md").read_text(encoding="utf-8"))[0]
+    except (OSError, UnicodeError):
+        return folder.name
+
+
+def _read(folder: Path) -> Lesson:
+    from vrs_cli.teach.lessons import read_lesson
+
+    return read_lesson(folder)
+
+
+def _shown(attended: bool) -> Callable[[str], None]:
+    """Return what shows the Markdown of a lesson: in colours on a terminal, as it is in a pipe."""
+    if not attended:
+        return lambda text: print(f"{text}\n", flush=True)
+    from vrs_cli.render.lesson_text import draw_lesson_text
+
+    return draw_lesson_text
+
+
+def _check(folder: Path) -> int:
+    """Tell what is wrong with a lesson, or with all lessons in a folder; returns the exit status."""
+    from vrs_cli.teach.lessons import lesson_folders
+    from vrs_cli.teach.rehearsal import faults
+
+    if not folder.is_dir():
+        raise NonexistentFile(str(folder), "name the folder of a lesson, or of several")
+    several: Sequence[Path] = () if (folder / "checks.toml").exists() else lesson_folders(folder)
+    found = 0
+    for one in several or (folder,):
+        try:
+            lesson = _read(one)
+            wrong = list(faults(lesson))
+        except FileDamaged as error:
+            wrong, lesson = error.detail.splitlines(), None
+        for line in wrong:
+            print(line)
+        found += len(wrong)
+        if not wrong and lesson is not None:
+            print(f"{one.name}: {len(lesson.steps)} steps, each passed by its model lines, and not before")
+    sys.stdout.flush()
+    return FAILED if found else OK

@@ -1,0 +1,124 @@
+"""The robot of a lesson: one of this process, one served to a browser beside the prompt, or one behind a delay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, TypeVar
+from urllib.parse import urlsplit
+
+from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.interfaces.port.local import LocalPort
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.net.delay_line import DelayWays
+from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.repl.place import BANNER, Local, Place
+from vrs_cli.teach.learn import Learner
+from vrs_cli.teach.lessons import Lesson
+
+if TYPE_CHECKING:
+    from vrs_cli.view3d.hosted import Hosted
+
+T = TypeVar("T")
+LOOPBACK = "127.0.0.1"
+CLOSING = 5.0  # [s] that the end of a line takes at most
+
+
+class Classroom:
+    """The robot of one lesson, until the stack is left. `served`: it is served, so that windows can show it.
+    `attended`: a person is there. `rate`: seconds of a robot in real time in one second.
+    """
+
+    def __init__(
+        self,
+        lesson: Lesson,
+        stack: ExitStack,
+        tell: Callable[[str], None],
+        *,
+        served: bool = False,
+        attended: bool = False,
+        rate: float = 1.0,
+    ) -> None:
+        self.lesson = lesson
+        self.hosted: Hosted | None = None
+        self._session: Session | None = None
+        self.place: Place
+        if lesson.delays is None and not served:
+            self.place = Local(lesson.robot, cell=lesson.cell_file, dialect=lesson.dialect)
+            return
+        self.hosted, self.place = _served(lesson, stack, tell, attended=attended, rate=rate)
+
+    def look(self, ask: Callable[[Session], T]) -> T:
+        """Ask the robot for something, between two things that it does."""
+        if self.hosted is not None:
+            session = self.hosted.session
+            return session.actor.call(lambda: ask(session)).result()
+        assert self._session is not None, "the front end is made first"
+        return ask(self._session)
+
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        """Make the front end of a shell at the robot. Raises VrsError."""
+        front_end = self.place.front_end(terminal)
+        if isinstance(front_end.port, LocalPort):
+            self._session = front_end.port.session
+        self.look(self._give)
+        return front_end
+
+    def _give(self, session: Session) -> None:
+        session.dialect = self.lesson.dialect
+        session.unstored.asked_about = False
+        if self.lesson.given:
+            session.load_text(self.lesson.given)
+
+
+def _served(
+    lesson: Lesson, stack: ExitStack, tell: Callable[[str], None], *, attended: bool, rate: float
+) -> tuple[Hosted, Place]:
+    """Serve the robot of a lesson in a folder of its own, behind a line with the delays that the lesson wants."""
+    from vrs_cli.net.client import Client, hello_of
+    from vrs_cli.net.socket_port import SocketPort
+    from vrs_cli.repl.connection import Remote
+    from vrs_cli.view3d.hosted import SHELL, Hosted
+
+    folder = Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-")))
+    realtime = None if lesson.delays is None else rate
+    cell = None if lesson.cell_file is None else lesson.cell
+    hosted = Hosted(lesson.robot, rate=realtime, folder=folder, cell=cell, tell=tell)
+    stack.callback(hosted.close)
+    url = hosted.url if lesson.delays is None else _delayed(hosted.url, DelayWays(*lesson.delays), stack)
+    port = SocketPort(Client(url, hello_of(hosted.tokens[SHELL], attended=attended), told=tell))
+    stack.callback(port.close)
+    return hosted, Remote(port, tell)
+
+
+def _delayed(url: str, ways: DelayWays, stack: ExitStack) -> str:
+    """Put a line with delays before an address; return the address of its other end."""
+    from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
+    from vrs_cli.net.socket_port import Loop
+
+    parts = urlsplit(url)
+    loop = Loop()
+    stack.callback(loop.close)
+    proxy = DelayProxy(Endpoint(parts.hostname or LOOPBACK, parts.port or 0), ways, lambda _text: None)
+    at = loop.wait(proxy.listen(Endpoint(LOOPBACK, 0)), CLOSING)
+    stack.callback(lambda: loop.wait(proxy.close(), CLOSING))
+    return f"ws://{at}{parts.path}"
+
+
+class LessonPlace:
+    """Where the shell of a lesson has its robot: a learner takes part. `first`: it is the first of the process."""
+
+    waits = True
+
+    def __init__(self, classroom: Classroom, learner: Learner, *, first: bool = True) -> None:
+        self._classroom, self._learner = classroom, learner
+        self.lives, self.remote = classroom.place.lives, classroom.place.remote
+        self.banner = BANNER if first else ""
+
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        """Make the front end of the shell. Raises VrsError."""
+        front_end = self._classroom.front_end(terminal)
+        self._learner.attach(front_end)
+        return front_end

@@ -1,0 +1,358 @@
+"""A learner at the prompt: after each line the checks of the present step are asked; HINT and other words help.
+
+Nothing here knows whether the robot is in this process, served, or behind a delay: `AskRobot` asks it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from itertools import dropwhile, islice
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from msgspec import Struct, structs
+
+from vrs_cli.errors import FileDamaged, FileError, VrsError
+from vrs_cli.files.atomic import write_atomically
+from vrs_cli.files.opening import text_at
+from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import Notes
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.teach.evidence import Evidence, evidence_of
+from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.lessons import Lesson, LessonStep, chosen_folder, progress_key
+from vrs_cli.teach.marking import Mark, mark_checks
+from vrs_cli.teach.state_checks import VariableCheck
+from vrs_cli.values.replies import Farewell
+
+T = TypeVar("T")
+MAX_PROGRESS_CHARS = 1_000_000
+WORDS = (
+    "HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes one step back, LESSONS lists all. EXIT "
+    "leaves: `vrs learn` goes on there."
+)
+
+
+class AskRobot(Protocol):
+    """Asks the robot of a lesson for something, between two things that it does."""
+
+    def __call__(self, ask: Callable[[Session], T]) -> T: ...
+
+
+# --- where learners are -----------------------------------------------------------------------------------------------
+
+
+class LessonStanding(Struct, frozen=True):
+    """Where a learner is in a lesson: so many steps are passed."""
+
+    passed: int = 0
+    of: int = 0
+
+    @property
+    def finished(self) -> bool:
+        return bool(self.of) and self.passed >= self.of
+
+    def told(self) -> str:
+        """Return it in a word or three; "" where nothing is passed."""
+        return "done" if self.finished else f"{self.passed} of {self.of}" if self.passed else ""
+
+
+class LearnerRecord:
+    """Keeps the progress of a user in a file: JSON, {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
+
+    Several shells may write it: each changes its own lesson only. Without a file nothing is kept. Raises FileDamaged
+    for a file that is no such record, FileError.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._path, self._kept = path, dict[str, LessonStanding]()
+        self.latest = ""
+        self._read()
+
+    def _read(self) -> None:
+        if self._path is None or not self._path.exists():
+            return
+        hint = "vrs learn --reset begins a new one"
+        try:
+            found = json.loads(text_at(str(self._path), MAX_PROGRESS_CHARS))
+        except (ValueError, RecursionError):
+            raise FileDamaged(f"{self._path} is no record of lessons", hint) from None
+        lessons = found.get("lessons") if isinstance(found, dict) else None
+        if not isinstance(lessons, dict) or not all(map(_is_standing, lessons.values())):
+            raise FileDamaged(f"{self._path} is no record of lessons", hint)
+        self._kept = {name: LessonStanding(one["passed"], one["of"]) for name, one in lessons.items()}
+        latest = found.get("latest")
+        self.latest = latest if isinstance(latest, str) else ""
+
+    def of(self, lesson: str) -> LessonStanding:
+        """Return where the learner is in a lesson."""
+        return self._kept.get(lesson, LessonStanding())
+
+    def keep(self, lesson: str, standing: LessonStanding) -> None:
+        """Keep where the learner is. Raises FileError."""
+        if self._path is None:
+            return
+        try:
+            self._read()
+        except FileDamaged:
+            return  # it has become another file meanwhile
+        self.latest, self._kept[lesson] = lesson, standing
+        lessons = {name: {"passed": one.passed, "of": one.of} for name, one in self._kept.items()}
+        text = json.dumps({"latest": lesson, "lessons": lessons}, indent=1) + "\n"
+        try:
+            self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            write_atomically(self._path, text)
+        except OSError as error:
+            raise FileError(f"{self._path} cannot be written: {(error.strerror or str(error)).lower()}") from None
+
+
+def _is_standing(found: Any) -> bool:
+    return isinstance(found, dict) and all(
+        type(found.get(key)) is int and 0 <= found[key] <= 10_000 for key in ("passed", "of")
+    )
+
+
+# --- the learner ------------------------------------------------------------------------------------------------------
+
+
+class Learner:
+    """Leads a user through a lesson. `show` shows Markdown. `course`: the folders of all lessons, and their titles.
+
+    `wanted`: the folder of the lesson to which the user wants to go; the shell is left then.
+    """
+
+    def __init__(
+        self,
+        lesson: Lesson,
+        look: AskRobot,
+        show: Callable[[str], None],
+        progress: LearnerRecord,
+        course: Mapping[Path, str],
+        at: int = 0,
+    ) -> None:
+        self.lesson = lesson
+        self.wanted: Path | None = None
+        self._look, self._show, self._progress, self._course = look, show, progress, course
+        self._at, self._hints = min(at, len(lesson.steps)), 0
+        self._started, self._told = 0.0, ""
+        self._busy = False  # lines of the lesson itself are carried out
+        self._front_end: FrontEnd
+        self._words: Mapping[str, Callable[[], None]] = {
+            "HINT": self._hint,
+            "AGAIN": self._task,
+            "SKIP": self._skip,
+            "BACK": self._back,
+            "LESSONS": self._list,
+        }
+
+    @property
+    def standing(self) -> LessonStanding:
+        """Return where the learner is."""
+        return LessonStanding(self._at, len(self.lesson.steps))
+
+    def attach(self, front_end: FrontEnd) -> None:
+        """Take part in a shell: hear each line when it is done, and carry out the words of the lesson."""
+        self._front_end, opening = front_end, front_end.opening
+
+        def begin() -> None:
+            opening()
+            self._begin()
+
+        front_end.own_lines.insert(0, self.take)
+        front_end.opening, front_end.taken = begin, self.look
+
+    # --- words of the lesson ------------------------------------------------------------------------------------------
+
+    def take(self, text: str) -> bool:
+        """Carry out a line that is a word of the lesson; whether it is one."""
+        words = text.partition(";")[0].split()
+        match [words[0].upper() if words else "", *words[1:]]:
+            case ["LESSON", *rest]:
+                self._go(" ".join(rest))
+            case [word] if word in self._words:
+                self._words[word]()
+            case _:
+                return False
+        return True
+
+    def _hint(self) -> None:
+        """Give the next hint: a nudge, the idea, the line."""
+        step = self._step
+        if step is None:
+            self._show("Nothing is left to do here.")
+            return
+        lines = f"{'This line passes' if len(step.model) == 1 else 'These lines pass'} the step:\n\n{_code(step.model)}"
+        missing = _missing(self._marks(step))
+        self._show(f"{(step.nudge, step.idea, lines)[min(self._hints, 2)]}\n\nSo far: {missing}.")
+        self._hints += 1
+
+    def _skip(self) -> None:
+        """Carry out the model lines of the step, and go on."""
+        step = self._step
+        if step is None:
+            self._show("Nothing is left to skip.")
+            return
+        if self._typing:
+            return
+        self._show(f"Done for you:\n\n{_code(step.model)}")
+        self._carry_out(step.model)
+        self._advance(skipped=not all(one.passed for one in self._marks(step)))
+
+    def _back(self) -> None:
+        if self._typing:
+            return
+        self._at = max(self._at - 1, 0)
+        self._present()
+
+    def _list(self) -> None:
+        rows = [self._row(number, folder) for number, folder in enumerate(self._course, 1)]
+        self._show("\n".join(rows) + "\n\nLESSON and a number goes there.")
+
+    def _row(self, number: int, folder: Path) -> str:
+        key = progress_key(folder)
+        standing = self.standing if key == self.lesson.key else self._progress.of(key)
+        here = " (you are here)" if key == self.lesson.key else ""
+        return f"    {number:2}  {self._course[folder]:40} {standing.told()}{here}".rstrip()
+
+    def _go(self, word: str) -> None:
+        """Leave this shell for another lesson; without a word, for the next one."""
+        if self._typing:
+            return
+        try:
+            self.wanted = chosen_folder(word, tuple(self._course)) if word else self._next_lesson
+        except VrsError as error:
+            self._show(f"{error}.")
+            return
+        if self.wanted is None:
+            self._show("This is the last lesson. LESSONS lists all; LESSON and a number goes there.")
+        else:
+            self._front_end.terminal.show(Farewell())
+
+    @property
+    def _typing(self) -> bool:
+        """Return whether a program is typed, and tell that it has to be ended first."""
+        if self._front_end.status().in_program:
+            self._show("A program is being typed: end it first, with .END (or E in EDIT).")
+            return True
+        return False
+
+    # --- steps --------------------------------------------------------------------------------------------------------
+
+    @property
+    def _step(self) -> LessonStep | None:
+        """Return the present step; None where all are passed."""
+        return self.lesson.steps[self._at] if self._at < len(self.lesson.steps) else None
+
+    def _begin(self) -> None:
+        """Show the beginning, and bring the robot to where the steps that were passed before leave it."""
+        lesson = self.lesson
+        number = f"Lesson {lesson.number}: " if lesson.number else ""
+        self._show(f"# {number}{lesson.title}\n\n{lesson.intro}\n\n{WORDS}")
+        if self._at:
+            self._quietly([line for step in lesson.steps[: self._at] for line in step.model])
+            self._show(f"You go on at step {self._at + 1}. What the steps before it ask for is done.")
+        self._keep()
+        self._present()
+
+    def _present(self) -> None:
+        """Show the present step, which begins now."""
+        self._hints, self._started = 0, self._look(lambda session: session.engine.now)
+        self._task()
+        self._told = "" if self._step is None else _missing(self._marks(self._step))
+
+    def _task(self) -> None:
+        step, of = self._step, len(self.lesson.steps)
+        if step is None:
+            self._show(f"That was the lesson. {self._after()}")
+        else:
+            self._show(f"## Step {self._at + 1} of {of}: {step.name}\n\n{step.task}")
+
+    @property
+    def _next_lesson(self) -> Path | None:
+        """Return the lesson after this one; None after the last."""
+        rest = dropwhile(lambda folder: progress_key(folder) != self.lesson.key, self._course)
+        return next(islice(rest, 1, None), None)
+
+    def _after(self) -> str:
+        folder = self._next_lesson
+        if folder is None:
+            return "LESSONS lists all lessons, EXIT leaves."
+        return f"LESSON goes on with the next one, {self._course[folder]}; EXIT leaves."
+
+    def look(self) -> None:
+        """Ask the checks of the present step, now that a line is done; go on while they pass."""
+        try:
+            while not (self._busy or self._front_end.status().in_program) and (step := self._step):
+                marks = self._marks(step)
+                if not all(one.passed for one in marks):
+                    self._tell(step, marks)
+                    break
+                self._advance()
+        except Exception as error:
+            self._front_end.terminal.show(internal_error(error))
+
+    def _marks(self, step: LessonStep) -> tuple[Mark, ...]:
+        """Return the marks of a step, now."""
+        evidence = self._look(evidence_of)
+        self._started = min(self._started, evidence.clock)  # UNDO takes the clock back
+        return marks_of(self.lesson, step, evidence, self._started)
+
+    def _tell(self, step: LessonStep, marks: tuple[Mark, ...]) -> None:
+        """Tell what is missing, once: where a part of the step is done, or an answer is given that is not right."""
+        values = {one.name: one.of.items[0] for one in step.checks if isinstance(one, VariableCheck)}
+        given = self._look(lambda session: session.environment.values())
+        answered = any(values.get(one.name) in given for one in marks if not one.passed)
+        missing, before = _missing(marks), self._told
+        if missing != before and (answered or any(one.passed for one in marks)):
+            self._told = missing
+            self._show(f"Not yet: {missing}.")
+
+    def _advance(self, *, skipped: bool = False) -> None:
+        step = self.lesson.steps[self._at]
+        if not skipped:
+            self._show(f"**Done.** {step.passed}")
+        self._at += 1
+        self._keep()
+        self._present()
+
+    def _keep(self) -> None:
+        """Keep where the learner is; a disk that cannot be written loses that and nothing else, and is told once."""
+        try:
+            self._progress.keep(self.lesson.key, self.standing)
+        except FileError as error:
+            self._progress = LearnerRecord(None)
+            self._show(f"Your progress is not kept: {error.detail}.")
+
+    # --- lines of the lesson ------------------------------------------------------------------------------------------
+
+    def _carry_out(self, lines: tuple[str, ...] | list[str]) -> None:
+        self._busy = True
+        try:
+            for line in lines:
+                self._front_end.take(line)
+        finally:
+            self._busy = False
+
+    def _quietly(self, lines: list[str]) -> None:
+        """Carry out lines of which nothing is shown."""
+        terminal, self._front_end.terminal = self._front_end.terminal, Notes()
+        try:
+            self._carry_out(lines)
+        finally:
+            self._front_end.terminal = terminal
+
+
+def marks_of(lesson: Lesson, step: LessonStep, evidence: Evidence, started: float) -> tuple[Mark, ...]:
+    """Return the marks of a step. `started`: the robot's clock when the step began [s]."""
+    return mark_checks(step.checks, structs.replace(evidence, started=started), Basis(locations=lesson.locations))
+
+
+def _missing(marks: tuple[Mark, ...]) -> str:
+    """Return what the checks that fail say."""
+    return "; ".join(one.reason for one in marks if not one.passed)
+
+
+def _code(lines: tuple[str, ...]) -> str:
+    return "\n".join(f"    {line}" for line in lines)

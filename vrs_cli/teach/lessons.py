@@ -1,0 +1,344 @@
+"""A lesson: its steps, each with a task, checks, hints and the lines that pass it.
+
+NN_name/lesson.md     # the title, what comes first, and ## the task of each step
+        checks.toml   summary, robot, dialect, [delay], [[step]], [[step.check]]
+        cell.toml     the cell around the robot (optional)
+        given.v2      locations and programs that are given (optional)
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct, structs
+
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError, did_you_mean
+from vrs_cli.files.cell_file import read_cell
+from vrs_cli.files.cell_text import CellEntry
+from vrs_cli.files.opening import text_at
+from vrs_cli.interfaces.station.loaded_file import LoadedFile
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.run.signals import NO_CELL, Cell
+from vrs_cli.language.run.variables import Item
+from vrs_cli.language.text.parser import parse_file
+from vrs_cli.net.delay_line import Delays, parse_delays
+from vrs_cli.teach.checks import AnyCheck
+from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.kinds import read_check
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.numbers import Value
+
+MAX_CHARS = 200_000
+KEYS = ("summary", "robot", "dialect", "delay", "step")
+STEP_KEYS = ("name", "nudge", "idea", "model", "wrong", "passed", "check")
+_NUMBER = re.compile(r"(\d+)[_-]")
+_TITLE = re.compile(r"# +(.+?)\s*$")
+_TASK = re.compile(r"## +(.+?)\s*$")
+
+
+class LessonStep(Struct, frozen=True):
+    """A step. `task`: what the learner reads, Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass
+    it. `wrong`: lines that do not. `passed`: what is said when it is passed. `line`: where it begins in checks.toml.
+    """
+
+    name: str
+    task: str
+    nudge: str
+    idea: str
+    model: tuple[str, ...]
+    wrong: tuple[tuple[str, ...], ...]
+    passed: str
+    checks: tuple[AnyCheck, ...]
+    line: int
+
+
+class Lesson(Struct, frozen=True):
+    """A lesson. `name`: that of its folder; `number`: where it stands in a course, 0 for one that stands in none.
+    `delays`: of commands and of answers, for a robot in real time at the other end of a line; None: one of a shell.
+    """
+
+    name: str
+    number: int
+    folder: str
+    title: str
+    summary: str
+    intro: str
+    robot: RobotModel
+    dialect: Dialect
+    cell: Cell
+    cell_file: str | None
+    given: str
+    locations: Mapping[Item, Value]
+    delays: tuple[Delays, Delays] | None
+    steps: tuple[LessonStep, ...]
+
+    @property
+    def checks_file(self) -> str:
+        return str(Path(self.folder) / "checks.toml")
+
+    @property
+    def key(self) -> str:
+        """Return the key of the learner's progress."""
+        return progress_key(Path(self.folder))
+
+
+def lessons_folder() -> Path:
+    """Return the folder of the lessons of vrs: that of a checkout, else the one that travels in the package."""
+    package = Path(__file__).resolve().parents[1]
+    checkout = package.parent / "programs" / "lessons"
+    return checkout if checkout.is_dir() else package / "programs" / "lessons"
+
+
+def lesson_folders(folder: Path) -> tuple[Path, ...]:
+    """Return the folders of the lessons of a course, in their order."""
+    found = [one for one in folder.iterdir() if _NUMBER.match(one.name) and one.is_dir()]
+    return tuple(sorted(found, key=lambda one: number_of(one.name)))
+
+
+def number_of(name: str) -> int:
+    """Return the number at the beginning of a folder's name; 0 where there is none."""
+    found = _NUMBER.match(name)
+    return 0 if found is None else int(found[1])
+
+
+def progress_key(folder: Path) -> str:
+    """Return the key of a lesson in the record of a user: the name of one of vrs, the path of a teacher's own."""
+    found = folder.resolve()
+    return found.name if found.parent == lessons_folder().resolve() else str(found)
+
+
+def chosen_folder(word: str, folders: tuple[Path, ...]) -> Path:
+    """Return the lesson that a word means: its number, its name, or a part of the name. Raises NonexistentFile."""
+    if word.isdigit():
+        found = tuple(one for one in folders if number_of(one.name) == int(word))
+    else:
+        names = {one.name.lower(): one for one in folders}
+        key = word.lower().replace(" ", "_").replace("-", "_")
+        found = tuple([names[key]] if key in names else [one for name, one in names.items() if key in name])
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise NonexistentFile(f"{word} may be {' or '.join(one.name for one in found)}", "say more of the name")
+    titles = [re.sub(_NUMBER, "", one.name) for one in folders]
+    known = f"there are 1 to {len(folders)}: vrs learn --list" if folders else "the course has none"
+    raise NonexistentFile(f"there is no lesson {word}", did_you_mean(word.lower(), titles, known))
+
+
+def read_lesson(folder: str | Path) -> Lesson:
+    """Read a lesson. Raises NonexistentFile, and FileDamaged, which tells all mistakes at once, each with its file, its
+    line and what would be right.
+    """
+    return _LessonReader(Path(folder)).read()
+
+
+def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
+    """Return the title of a lesson.md, what comes before the first step, and each step's line and task by its name."""
+    title, parts, name = "", list[str](), ""
+    found = dict[str, tuple[int, list[str]]]()
+    fenced = False
+    for number, line in enumerate(text.splitlines(), 1):
+        fenced ^= line.startswith("```")
+        if not fenced and (head := _TASK.match(line)):
+            name = head[1]
+            found[name] = number, []
+        elif not fenced and not title and not found and (head := _TITLE.match(line)):
+            title = head[1]
+        else:
+            (found[name][1] if found else parts).append(line)
+    tasks = {name: (number, "\n".join(lines).strip()) for name, (number, lines) in found.items()}
+    return title, "\n".join(parts).strip(), tasks
+
+
+def _numbered(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
+    """Yield checks with names of their own: the second `joints` is called `joints 2`."""
+    names = list[str]()
+    for check in checks:
+        names.append(check.name)
+        count = names.count(check.name)
+        yield check if count == 1 else structs.replace(check, name=f"{check.name} {count}")
+
+
+class _LessonReader:
+    """Reads the files of a lesson and collects the mistakes in them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.wrong = folder, list[str]()
+        self.text_file = folder / "lesson.md"
+
+    def read(self) -> Lesson:
+        """Read all files. Raises as `read_lesson`."""
+        path = self.folder / "checks.toml"
+        if not path.is_file() or not self.text_file.is_file():
+            missing = self.text_file if path.is_file() else path
+            hint = "a lesson is a folder with lesson.md and checks.toml: docs/learn.md describes them"
+            raise NonexistentFile(f"{self.folder} is no lesson: it has no {missing.name}", hint)
+        text = text_at(str(path), MAX_CHARS)
+        try:
+            table = tomllib.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise FileDamaged(f"{path}: {str(error)[:500]}", "checks.toml is a TOML file") from None
+        reader = ExerciseText(str(path), text)
+        whole = reader.whole._replace(given=table)
+        reader.check_keys(whole, KEYS)
+        robot, dialect, cell = self._robot(reader, table), self._dialect(reader, table), self._cell()
+        given, locations = self._given(robot, dialect)
+        reader.locations = frozenset(locations)
+        parts = tuple(one.name for one in cell.scene.parts)
+        reader.parts = parts
+        reader.bodies = (*parts, *(one.name for one in cell.scene.fixtures))
+        title, intro, tasks = sections(text_at(str(self.text_file), MAX_CHARS))
+        if not title:
+            self.wrong.append(f"{self.text_file}:1: the lesson has no title: begin with a line `# Title`")
+        summary = reader.text(whole, "summary") if "summary" in table else title
+        delays = self._delays(reader, table)
+        steps = tuple(self._steps(reader, table, tasks))
+        self.wrong = [*reader.wrong, *self.wrong]
+        if self.wrong or robot is None:
+            raise FileDamaged("\n".join(self.wrong), "docs/learn.md describes the files of a lesson")
+        folder = self.folder.resolve()
+        cell_file = self.folder / "cell.toml"
+        return Lesson(
+            folder.name,
+            number_of(folder.name),
+            str(self.folder),
+            title,
+            summary,
+            intro,
+            robot,
+            dialect,
+            cell,
+            str(cell_file) if cell_file.exists() else None,
+            given,
+            locations,
+            delays,
+            steps,
+        )
+
+    # --- checks.toml ---
+
+    def _robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
+        """Load the robot, a built-in one or a file beside lesson.md; None where there is none."""
+        given = table.get("robot", "puma560")
+        if not isinstance(given, str):
+            reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
+            return None
+        beside = self.folder / given
+        try:
+            return load_robot(beside if beside.suffix in (".toml", ".urdf") and beside.is_file() else given)
+        except VrsError as error:
+            reader.fault(reader.whole, "robot", str(error))
+            return None
+
+    def _dialect(self, reader: ExerciseText, table: Mapping[str, Any]) -> Dialect:
+        if "dialect" not in table:
+            return Dialect.VPLUS
+        word = reader.one_of(reader.whole._replace(given=table), "dialect", (one.value for one in Dialect))
+        return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
+
+    def _delays(self, reader: ExerciseText, table: Mapping[str, Any]) -> tuple[Delays, Delays] | None:
+        if "delay" not in table:
+            return None
+        given = table["delay"]
+        if not isinstance(given, dict):
+            reader.fault(reader.whole, "delay", 'write [delay], and below it forward = "300ms" and backward = "300ms"')
+            return None
+        entry, found = reader.entry("delay", given, ("forward", "backward")), list[Delays]()
+        for key in ("forward", "backward"):
+            try:
+                found.append(parse_delays(reader.text(entry, key) or "0"))
+            except VrsError as error:
+                reader.fault(entry, key, f"{error.detail} ({error.hint})" if error.hint else error.detail)
+        return (found[0], found[1]) if len(found) == 2 else None
+
+    def _steps(
+        self, reader: ExerciseText, table: Mapping[str, Any], tasks: Mapping[str, tuple[int, str]]
+    ) -> Iterator[LessonStep]:
+        """Read each [[step]], whose task stands in lesson.md below a heading of its name."""
+        given = table.get("step", [])
+        if not given:
+            reader.fault(reader.whole, "step", "there is none: write [[step]], and below it name = ...")
+        steps = list(reader.entries("step", given, STEP_KEYS))
+        checks = self._checks(reader, steps)
+        names = list[str]()
+        for entry, own in zip(steps, checks, strict=True):
+            name = reader.text(entry, "name").strip()
+            if name in names:
+                reader.fault(entry, "name", f"{name} is the name of another step: give each a name of its own")
+            names.append(name)
+            if name and name not in tasks:
+                near = did_you_mean(name, tasks, f"write a heading `## {name}` there, and the task below it")
+                reader.fault(entry, "name", f"{self.text_file.name} has no step {name}; {near}")
+            elif name and not tasks[name][1]:
+                self.wrong.append(f"{self.text_file}:{tasks[name][0]}: there is no task below ## {name}")
+            model = reader.texts(entry, "model")
+            yield LessonStep(
+                name,
+                tasks.get(name, (0, ""))[1],
+                reader.text(entry, "nudge"),
+                reader.text(entry, "idea"),
+                model,
+                self._wrong_lines(reader, entry),
+                reader.text(entry, "passed"),
+                own,
+                entry.lines.start + 1,
+            )
+        for name, (number, _) in tasks.items():
+            if given and name not in names:
+                what = f"there is no step {name} in checks.toml: write [[step]], and below it name = "
+                self.wrong.append(f'{self.text_file}:{number}: {what}"{name}"')
+
+    def _checks(self, reader: ExerciseText, steps: list[CellEntry]) -> list[tuple[AnyCheck, ...]]:
+        """Read the checks of each step."""
+        tables = [entry.given.get("check", []) for entry in steps]
+        sound = [isinstance(own, list) and own and all(isinstance(one, dict) for one in own) for own in tables]
+        known = [one for own, right in zip(tables, sound, strict=True) if right for one in own]
+        entries = reader.entries(r"step\.check", known, None)
+        found = list[tuple[AnyCheck, ...]]()
+        for entry, own, right in zip(steps, tables, sound, strict=True):
+            if not right:
+                what = "there is none: write [[step.check]] below the step, and below it kind = ..."
+                reader.fault(entry, "check", what)
+            named = (check._replace(name=f"{entry.name}check: ") for check in islice(entries, len(own) if right else 0))
+            read = (read_check(reader, check) for check in named)
+            found.append(tuple(_numbered(check for check in read if check is not None)))
+        return found
+
+    def _wrong_lines(self, reader: ExerciseText, entry: CellEntry) -> tuple[tuple[str, ...], ...]:
+        if "wrong" not in entry.given:
+            return ()
+        found = reader.list_of(entry, "wrong", 'lists of lines that do not pass, such as [["DRIVE 1, 5"], ["READY"]]')
+        if not all(isinstance(one, list) and one and all(isinstance(line, str) for line in one) for one in found):
+            reader.fault(entry, "wrong", 'each is a list of lines, such as [["DRIVE 1, 5"], ["READY", "UNDO"]]')
+            return ()
+        return tuple(tuple(lines) for lines in found)
+
+    # --- the other files ---
+
+    def _cell(self) -> Cell:
+        path = self.folder / "cell.toml"
+        try:
+            return read_cell(str(path)) if path.exists() else NO_CELL
+        except FileError as error:
+            self.wrong.append(error.detail)
+            return NO_CELL
+
+    def _given(self, robot: RobotModel | None, dialect: Dialect) -> tuple[str, Mapping[Item, Value]]:
+        """Read given.v2: its text, and its locations."""
+        path = self.folder / "given.v2"
+        if robot is None or not path.exists():
+            return "", {}
+        text = text_at(str(path), MAX_CHARS)
+        file, unreadable = parse_file(text, dialect)
+        loaded = LoadedFile.of(file, text, Memory(units=robot.units), vplus=True)
+        for one in (*unreadable, *loaded.diagnostics):
+            if one.severity is Severity.ERROR:
+                self.wrong.append(f"{path}:{one.span.line}: {one.message}")
+        return text, loaded.variables.values()
