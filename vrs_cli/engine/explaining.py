@@ -233,7 +233,7 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> InverseR
     solutions = []
     for option in reach.options:
         way, steps = option.configuration, Steps()
-        arm.branch_joints(T_robot_flange, way, arm.middle, steps)
+        arm.branch_joints(T_robot_flange, way, option.joints or arm.middle, steps)  # a joint that is free is as there
         near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
         time = None if near is None else arm.shortest_time(here, near)
         solutions.append(SolutionSteps(option, steps, time))

@@ -113,9 +113,10 @@ def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
     )
     headings = number_columns("t_s", "t_f", "lasts", "tip mm/s", "turn deg/s", width=8)
     yield Grid((Column("Phase"), *headings, Column("Fastest joint", right=True)), rows, keys=1)
-    yield _loads(plan.loads, units)
-    for text in _bindings(plan, units):
-        yield from told(text, Ink.NOTE, page)
+    if plan.space != "rest":
+        yield _loads(plan.loads, units)
+        for text in _bindings(plan, units):
+            yield from told(text, Ink.NOTE, page)
     yield line(
         f"The way of the tool tip is {1e3 * plan.length:.1f} mm; it ends {str(plan.configuration) or 'at'}:".strip()
     )

@@ -137,7 +137,7 @@ _SPHERICAL = Family(
             ("m", "t", "q2"),
         ),
         Stage(
-            "Joints 4, 5 and 6, by the axes n, s, a of the flange seen in frame 3; singular where sin theta5 is 0",
+            "Joints 4, 5 and 6, by the axes n, s, a of the flange in frame 3; where sin theta5 is 0, theta4 is free",
             (
                 "theta4 = atan2(WRIST ay, WRIST ax)",
                 "theta5 = atan2(WRIST sqrt(ax^2 + ay^2), az)",

@@ -17,8 +17,12 @@ from tests.examples import some
 from tests.interfaces.terminals import RecordingTerminal
 from tests.kinematics.test_steps import flange
 from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.rights import needed
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.text.ast import ProgramHeader
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.replies import Message
 from vrs_cli.values.results import (
@@ -205,6 +209,24 @@ def test_what_moves_nothing_is_said() -> None:
     assert "moves nothing" in explained(of, "BREAK", Message).text
 
 
+def test_who_looks_may_ask_and_beside_a_program_too() -> None:
+    line = parse_prompt("EXPLAIN MOVE part")
+    assert line is not None
+    assert not isinstance(line, ProgramHeader)
+    assert needed(line) == ("EXPLAIN", Role.OBSERVER)
+    wall = ManualWall()
+    of = session(*PLACES, clock=wall.clock())
+    of.load_text(".PROGRAM slow\nDRIVE 1, 30, 5\nBREAK\n.END\n")
+    of.begin("slow")
+    of.settle()
+    before = of.engine.timeline
+    assert of.running
+    report = explained(of, "DRIVE 2, 10", MotionReport)
+    assert report.plan is not None
+    assert report.plan.begin == of.engine.end
+    assert of.engine.timeline is before
+
+
 # --- locations -------------------------------------------------------------------------------------------------------
 
 
@@ -273,6 +295,18 @@ def test_the_configuration_that_move_takes() -> None:
     assert chosen.time == pytest.approx(
         max(abs(b - a) / v for a, b, v in zip(report.here, q, of.engine.model.max_velocity, strict=True))
     )
+
+
+def test_the_steps_lead_to_the_joints_that_are_shown_in_a_singular_pose_too() -> None:
+    """READY has a straight wrist: joint 4 is free there."""
+    of = session()
+    report = explained(of, "IK HERE", InverseReport)
+    for one in report.solutions:
+        assert one.option.joints is not None
+        told = [one.steps[f"q{i}"] for i in range(1, 7)]
+        assert np.cos(told) == pytest.approx(np.cos(one.option.joints), abs=1e-9)
+        assert np.sin(told) == pytest.approx(np.sin(one.option.joints), abs=1e-9)
+    assert report.solutions[0].steps["s5"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_place_out_of_reach_shows_how_far_it_came() -> None:
