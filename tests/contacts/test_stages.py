@@ -71,6 +71,7 @@ def test_gripping_standing_and_leaving_are_no_contacts() -> None:
     [
         ({"take": -190.0}, "MOVES take", {"hand", "table"}),
         ({"open_hand": "CLOSEI", "take": -150.0}, "MOVES take", {"hand", "cube"}),
+        ({"open_hand": "CLOSEI"}, "MOVES take", {"hand", "cube"}),
         ({"x": 80.0, "y": 700.0}, "MOVES put", {"cube", "other"}),
         ({"put": -185.0}, "MOVES put", {"cube", "table"}),
     ],

@@ -129,10 +129,11 @@ class Checker:
 
     def touching(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> set[int]:
         """Return the owners that touch at looks every `LOOK` seconds between two times [s], whatever they touched
-        before. The hand may touch a part where it could take it when its motion begins or ends.
+        before. The hand may touch a part that it holds, or could take, when its motion begins or ends.
         """
         ends = start_before(timeline, begin), finish_after(timeline, begin)
-        taken = frozenset(name for t in ends if course is not None and (name := course.graspable(t)) is not None)
+        near = [] if course is None else [name for t in ends for name in (course.held(t), course.graspable(t))]
+        taken = frozenset(name for name in near if name is not None)
         found = set[int]()
         for stage in stages(timeline, course, begin, end):
             search = _Search(self, timeline, stage._replace(gripped=stage.gripped | taken), set())

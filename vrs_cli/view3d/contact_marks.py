@@ -37,7 +37,7 @@ class ContactMarks:
         if self._off:
             return
         self._forget(shown.timeline)
-        stretch = floor(shown.t / LASTING)
+        stretch = floor(min(shown.t, shown.timeline.last) / LASTING)  # nothing changes after that
         red = self._known.get(stretch)
         if red is None:
             red = self._known[stretch] = self._touching(shown.timeline, LASTING * stretch)
