@@ -102,6 +102,12 @@ def test_what_is_not_executed_earns_nothing(grader: Grader, text: str, said: str
     assert {(one.points, one.reason) for _, one in found.marks} == {(0.0, "not executed")}
 
 
+def test_the_mistake_in_a_program_that_is_called_is_told(grader: Grader) -> None:
+    found = graded(grader, ".PROGRAM pick()\n CALL visit\n.END\n.PROGRAM visit()\n ELSE\n.END\n")
+    mistake = "line 5: *Control structure error* ELSE without IF"
+    assert found.stopped == f"line 2: *Program not executable* visit (mend its errors first): {mistake}"
+
+
 def test_prompts_have_no_answers(grader: Grader) -> None:
     found = graded(grader, '.PROGRAM p()\n  WHILE TRUE DO\n    PROMPT "more? ", $x\n  END\n.END\n')
     assert found.stopped.startswith("line 3: *Unexpected end of file* PROMPT has nothing to read")

@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from tests.teach.runs import PICK, evidence
+from vrs_cli.errors import FileDamaged
 from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.marking import mark
+from vrs_cli.teach.shipped import shipped
 
 
 @pytest.fixture(scope="module")
@@ -27,3 +29,11 @@ def test_a_wrong_submission_fails_what_it_says(pick: Exercise) -> None:
     (failed,) = (one for one in marks if not one.passed)
     assert failed.reason == "the box ended 3.0 mm from the place, 2.0 mm allowed; at [303.0, 450.0, -200.0]"
     assert (failed.points, failed.of) == (2.0, 4.0)
+
+
+def test_one_line_tells_that_contacts_cannot_be_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.teach.kinds.find_spec", lambda _name: None)
+    with pytest.raises(FileDamaged) as raised:
+        read_exercise(shipped("exercises") / "pick")
+    assert raised.value.detail.count("\n") == 0
+    assert "checks of contacts need mujoco-core (" in raised.value.detail

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from msgspec import Struct, structs
 
-from vrs_cli.errors import FileDamaged, LimitReached
+from vrs_cli.errors import FileDamaged, LimitReached, ProgramNotExecutable
 from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.marking import POINT_STEP, Mark, mark
@@ -117,7 +117,8 @@ class Grader:
         fault = evidence.fault
         if fault is None:
             return VariantMarks(variant.seed, marks), evidence
-        stopped = f"{f'line {fault.line}: ' if fault.line else ''}{fault.message}"[:MAX_REASON_CHARS]
+        why = f"{fault.message}: {runs.mistake}" if fault.code == ProgramNotExecutable.code else fault.message
+        stopped = f"{f'line {fault.line}: ' if fault.line else ''}{why}"[:MAX_REASON_CHARS]
         return VariantMarks(variant.seed, marks, stopped, fault.code == LimitReached.code), evidence
 
 

@@ -362,6 +362,9 @@ def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[AnyCheck,
             if name.lower() not in checks or name.lower() == key:
                 others = ", ".join(other.name for other in checks.values() if other is not check)
                 text.fault(entries[key], "needs", f"{name[:80]!r} is the name of no other check; there are {others}")
+    contacts = [entries[key] for key, check in checks.items() if isinstance(check, ContactCheck | ClearanceCheck)]
+    if contacts and find_spec("mujoco") is None:
+        text.fault(contacts[0], "kind", f"checks of contacts need mujoco-core ({how_to_install('mujoco-core')})")
     if not given:
         text.fault(text.whole, "check", "there is none: write [[check]], and below it kind = ...")
     return tuple(checks.values())
@@ -403,5 +406,3 @@ def _check_together(text: ExerciseText, entry: CellEntry, check: AnyCheck) -> No
             text.fault(entry, "use", "nothing is looked for: it needs use or avoid")
         case LikeModelCheck() if check.deg is not None and not check.times:
             text.fault(entry, "deg", "it compares orientations at the same times: write times = true")
-        case ContactCheck() | ClearanceCheck() if find_spec("mujoco") is None:
-            text.fault(entry, "kind", f"contacts need mujoco-core ({how_to_install('mujoco-core')})")

@@ -61,6 +61,11 @@ class SubmissionRuns:
                 raise NotExecuted(self._mistake(self._loaded) or f"{error.title} {error.detail}") from None
             return evidence_of(station, result, given=exercise.given_programs)
 
+    @property
+    def mistake(self) -> str:
+        """Return the first mistake in the file that was loaded, with its line; "" where there is none."""
+        return "" if self._loaded is None else self._mistake(self._loaded)
+
     def _program(self, exercise: Exercise, station: Station, loaded: LoadedFile) -> str:
         """The program that is executed. Raises NotExecuted."""
         names = [one.program.name for one in loaded.programs]

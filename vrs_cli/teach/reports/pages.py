@@ -36,6 +36,7 @@ STYLE = (
     "border-bottom:1px solid #ddd}.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}"
     ".lost{color:#b00000}.hint{color:#555}iframe{width:100%;height:32rem;border:1px solid #ddd}"
     "svg{max-width:100%;height:auto}td{overflow-wrap:anywhere}@media print{iframe{display:none}}"
+    "th.n{white-space:normal;min-width:5em}td:last-child{min-width:12em}"
 )
 
 
