@@ -164,3 +164,19 @@ def test_an_exercise_is_checked(vrs: Vrs, tmp_path: Path) -> None:
     ended = vrs("grade", "--check", "nowhere")
     assert ended.status == 2
     assert "there is no exercise nowhere" in ended.err
+
+
+def test_an_exercise_is_proposed_from_a_solution(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "turn.v2").write_text(".PROGRAM turn()\n  DRIVE 1, 30, 100\n.END\n")
+    ended = vrs("grade", "--new", "mine", "turn.v2")
+    assert (ended.status, ended.err) == (0, "")
+    assert ended.out.endswith("mine is written: complete exercise/text.md; then vrs grade --check mine\n")
+    checked = vrs("grade", "--check", "mine")
+    assert checked.status == 0
+    assert checked.out.endswith("0 mistakes and 1 warning\n")
+    again = vrs("grade", "--new", "mine", "turn.v2")
+    what = "*File already exists* mine is there already (give another name: nothing is overwritten)"
+    assert again == (2, "", f"vrs grade: {what}\n")
+    refused = vrs("grade", "--new", "other")
+    assert refused == (2, "", "vrs grade: --new wants a name and one solution (vrs grade --new pick solution.v2)\n")
+    assert vrs("grade", PICK, "turn.v2", "--cell", "c.toml").status == 2

@@ -35,6 +35,10 @@ def grade(options: Namespace) -> int:
         if options.exercise is not None:
             raise CommandLineError("--check grades no submissions", f"vrs grade --check {options.check}")
         return _checked(options)
+    if options.new is not None:
+        return _proposed(options)
+    if options.cell is not None:
+        raise CommandLineError("--cell is for --new: submissions run in the cell of the exercise")
     if options.exercise is None or not options.files:
         raise CommandLineError("an exercise and submissions are wanted", "vrs grade pick class")
     from vrs_cli.cli.submissions import find_submissions
@@ -73,6 +77,18 @@ def _checked(options: Namespace) -> int:
     else:
         print(f"{count(mistakes, 'mistake')} and {count(warnings, 'warning')}")
     return FAILED if mistakes else OK
+
+
+def _proposed(options: Namespace) -> int:
+    """Propose an exercise from a solution, and tell what was proposed."""
+    if options.exercise is None or options.files:
+        raise CommandLineError("--new wants a name and one solution", "vrs grade --new pick solution.v2")
+    from vrs_cli.teach.propose import propose
+
+    folder, told = propose(options.new, options.exercise, options.cell)
+    for line in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
+        print(for_stream(line, sys.stdout))
+    return OK
 
 
 def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
@@ -265,11 +281,22 @@ simulated time alone: they are the same on every machine. Exit status 1: somethi
   vrs grade pick /autograder/submission --gradescope /autograder/results/results.json
   vrs grade pick class --dask tcp://scheduler:8786
   vrs grade --check pick                              what is wrong with an exercise
+  vrs grade --new mine solution.v2                    propose an exercise from a solution
 """,
     option("exercise", metavar="EXERCISE", nargs="?", help="a folder, or the name of one that comes with vrs"),
     option("files", metavar="FILES", nargs="*", help="submissions: files, folders, patterns"),
     option(
         "--check", metavar="FOLDER", help="tell what is wrong with an exercise: it runs the model, and mutants of it"
+    ),
+    option(
+        "--new",
+        metavar="NAME",
+        help="propose the exercise NAME, a new folder, from a solution: its checks are what the solution does",
+    ),
+    option(
+        "--cell",
+        metavar="CELL.toml",
+        help="with --new: what is around the robot (default: as of vrs run)",
     ),
     option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
     option("--dask", metavar="ADDRESS", help="grade on the workers of this Dask scheduler"),
