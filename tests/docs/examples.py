@@ -276,7 +276,7 @@ class Reader:
     def program_file(self, block: Block) -> Iterator[str]:
         """A file; without a name a piece of a program, which must be without errors."""
         if block.argument:
-            Path(block.argument).write_text(block.text, encoding="utf-8")
+            _write(block)
             return
         text = block.text if block.text.lstrip().startswith(".PROGRAM") else f".PROGRAM piece\n{block.text}.END\n"
         for found in Session(PlainTerminal(self.printed, iter(()))).load_text(text):
@@ -285,20 +285,20 @@ class Reader:
 
     def robot_file(self, block: Block) -> Iterator[str]:
         if block.argument:
-            Path(block.argument).write_text(block.text, encoding="utf-8")
+            _write(block)
         try:
             tomllib.loads(block.text)
         except tomllib.TOMLDecodeError as error:
             yield f"{block.where}: {error}\n"
 
     def text_file(self, block: Block) -> Iterator[str]:
-        Path(block.argument).write_text(block.text, encoding="utf-8")
+        _write(block)
         return iter(())
 
     def python_file(self, block: Block) -> Iterator[str]:
         if not block.argument:
             raise PageFault(f"{block.where}: Python without a name, which nothing runs")
-        Path(block.argument).write_text(block.text, encoding="utf-8")
+        _write(block)
         yield from ()
 
     # --- Python ---
@@ -347,6 +347,13 @@ LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
     "sh": Reader.nothing_to_run,
     "text": Reader.nothing_to_run,
 }
+
+
+def _write(block: Block) -> None:
+    """Write the file that a block is, and the folders that its name has."""
+    path = Path(block.argument)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(block.text, encoding="utf-8")
 
 
 def _file(text: str = "") -> io.TextIOWrapper:
