@@ -14,8 +14,8 @@ from vrs_cli.teach.kinds import COMMON_KEYS, KINDS
 PAGE = Path(__file__).parent / "kinds.md"
 HEAD = """# Every kind of check
 
-The kinds of `[[check]]` in an [exercise](exercises.md) or a lesson, from the table that reads them. Keys without a default must be
-there. Each kind has an anchor: `kinds.md#part_at`. Made by `python -m docs.make_kinds`.
+The kinds of `[[check]]` in an [exercise](exercises.md) or a lesson, from the table that reads them. Keys without a
+default must be there. Each kind has an anchor: `kinds.md#part_at`. Made by `python -m docs.make_kinds`.
 
 All kinds have these keys:
 """

@@ -332,3 +332,10 @@ def test_another_signal_is_not_the_one_that_is_wanted() -> None:
     assert (missing.points, missing.reason) == (0.5, "signal 2 did not go off after that (1 of 2 changes right)")
     only = mark_of(f"{check}\nonly = true", run("SIGNAL 2\nDRIVE 1, 9\nBREAK\nSIGNAL -2\nDRIVE 1, 9\nBREAK\nSIGNAL 2"))
     assert (only.points, only.passed) == (0.5, False)
+
+
+def test_the_words_of_a_program_count_where_the_run_stops_in_another_one() -> None:
+    ran = run("SIGNAL 1\nCALL other\n.END\n.PROGRAM other\nMOVE TRANS(9999)\n.END\n.PROGRAM idle\nREADY")
+    assert ran.fault is not None
+    assert ran.fault.program == "other"
+    assert mark_of('kind = "words"\nuse = ["SIGNAL", "MOVE"]\navoid = ["READY"]', ran).passed

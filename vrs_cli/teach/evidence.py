@@ -74,7 +74,7 @@ def evidence_of(
     """
     engine, driver = station.engine, station.driver
     known = {key: one.program for key, one in station.environment.programs.items()}
-    if result is not None and (main := known.get(key_of(result.program))) is not None:
+    if result is not None and (main := known.get(key_of(station.last_program or ""))) is not None:
         known = {program.key: program for program in may_be_called([main], known)}
     return Evidence(
         arm=engine.arm,
