@@ -15,6 +15,7 @@ WORDS = [
     ("EXEC pick", "EXEC", Ink.COMMAND),
     ("EXEC pick", "pick", Ink.NAME),
     ("DO MOVE part", "MOVE", Ink.INSTRUCTION),
+    ("EXPLAIN MOVE part", "MOVE", Ink.INSTRUCTION),
     ("WHILE x > 2 DO", "WHILE", Ink.CONTROL),
     ("WHILE x > 2 DO", "DO", Ink.CONTROL),
     ("x = SIN(30) ; half", "SIN", Ink.FUNCTION),

@@ -48,16 +48,20 @@ def pieces_html(pieces: Iterable[Piece]) -> str:
 
 
 def _table(grid: Grid) -> str:
-    sides = ["right" if column.right else "left" for column in grid.columns]
+    """A table whose cells stay on one line, except where a column may fold."""
+    styles = [
+        f"text-align:{'right' if column.right else 'left'}" + ";white-space:nowrap" * (not column.fold)
+        for column in grid.columns
+    ]
     heads = [column.heading for column in grid.columns]
-    head = f"<thead><tr>{_cells('th', heads, sides)}</tr></thead>" if any(heads) else ""
-    rows = "".join(f"<tr>{_cells('td', row, sides)}</tr>" for row in grid.rows)
+    head = f"<thead><tr>{_cells('th', heads, styles)}</tr></thead>" if any(heads) else ""
+    rows = "".join(f"<tr>{_cells('td', row, styles)}</tr>" for row in grid.rows)
     return f"<table>{head}<tbody>{rows}</tbody></table>"
 
 
-def _cells(tag: str, texts: Iterable[str], sides: Iterable[str]) -> str:
-    pairs = zip(texts, sides, strict=True)
-    return "".join(f'<{tag} style="text-align:{side}">{escape(text)}</{tag}>' for text, side in pairs)
+def _cells(tag: str, texts: Iterable[str], styles: Iterable[str]) -> str:
+    pairs = zip(texts, styles, strict=True)
+    return "".join(f'<{tag} style="{style}">{escape(text)}</{tag}>' for text, style in pairs)
 
 
 # --- plots as SVG ---------------------------------------------------------------------------------------------------

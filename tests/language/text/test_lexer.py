@@ -60,6 +60,10 @@ def test_types(text: str, wanted: list[str]) -> None:
     [
         ("DO MOVE a", ["DO_COMMAND", "WORD", "NAME"]),
         ("DO x = 1", ["DO_COMMAND", "NAME", "EQUAL", "NUMBER"]),
+        ("EXPLAIN MOVE a", ["EXPLAIN_COMMAND", "WORD", "NAME"]),
+        ("EXPLAIN a:b", ["EXPLAIN_COMMAND", "NAME", "INFIX", "NAME"]),
+        ("EXPLAIN OAT a", ["EXPLAIN_COMMAND", "TOPIC", "NAME"]),
+        ("EXPLAIN OAT:a", ["EXPLAIN_COMMAND", "NAME", "INFIX", "NAME"]),
         ("LOAD C:\\cells\\pick.v2 ;x", ["WORD", "RAW", "COMMENT"]),
         ('STORE "a b.v2" = pick,place', ["WORD", "RAW", "EQUAL", "RAW", "COMMA", "RAW"]),
         ("WHERE FROM 1 TO to STEP .5", ["WORD", "LEAD", "NUMBER", "LEAD", "NAME", "LEAD", "NUMBER"]),
