@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import sys
 
 import pytest
 from hypothesis import settings
@@ -19,6 +20,7 @@ BROWSER = "running_browser"  # the fixture
 settings.load_profile("fast")
 gc.disable()  # until all tests are collected: they stay
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile all of the product anew
+sys.dont_write_bytecode = False  # pytest would rewrite the assertions of all tests anew in each run: 5 s of each worker
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background of a script
     signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that a test starts hear Ctrl-C
 

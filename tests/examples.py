@@ -5,6 +5,7 @@ Hypothesis finds the same examples every time, and takes the time it needs.
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 USUAL = 100  # to which the numbers in the tests are in proportion
@@ -15,6 +16,16 @@ for _name, _count in PROFILES.items():
     settings.register_profile(
         _name, max_examples=_count, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck)
     )
+
+
+def in_full() -> bool:
+    """Return whether this is the long run."""
+    return settings().max_examples == PROFILES["long"]
+
+
+def only_in_full() -> pytest.MarkDecorator:
+    """Mark a test that the fast run leaves out, as others hold nearly all of its law: `@only_in_full()`."""
+    return pytest.mark.skipif(not in_full(), reason="only with --hypothesis-profile=long")
 
 
 def some(many: int) -> int:

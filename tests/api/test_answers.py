@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
+from tests.examples import only_in_full
 from tests.view3d.browser import Browser, needs_browser
 from vrs_cli.view3d import needs
 from vrs_cli.view3d.figure import link_node
@@ -53,6 +54,7 @@ def test_without_viser_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPatch)
 
 
 @needs_browser
+@only_in_full()  # a page plays in tests/view3d/test_page.py, and its whole text is in the frame
 def test_a_notebook_plays_it_below_the_cell(tmp_path: Path, browser: Browser) -> None:
     formatters = pytest.importorskip("IPython.core.formatters")
     output, _ = formatters.DisplayFormatter().format(moved().view(height=240))  # what a kernel gives a notebook

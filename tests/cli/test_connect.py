@@ -16,6 +16,7 @@ from typing import NamedTuple
 import pytest
 
 from tests.docs.examples import COPIED, PEOPLE, ROOT, blocks, typed_in
+from tests.examples import in_full
 from vrs_cli.cli.main import run
 from vrs_cli.cli.remote import once
 from vrs_cli.repl import plain
@@ -53,7 +54,8 @@ def sittings(page: Path) -> Iterator[Sitting]:
     return (Sitting(page.name, number, files, tuple(lines)) for number, lines in enumerate(told))
 
 
-SITTINGS = [one for page in PAGES for one in sittings(page)]
+EVERY = 1 if in_full() else 4  # tests/docs/test_examples.py has them all, over a line in this process
+SITTINGS = [one for page in PAGES for one in sittings(page)][::EVERY]
 
 
 @contextmanager

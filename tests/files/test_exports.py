@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
+from tests.examples import some
 from tests.files.joint_trajectory import Point, sampled, time_of
 from tests.files.trajectories import initial, planned, puma
 from tests.interfaces.terminals import RecordingTerminal
@@ -222,7 +223,7 @@ def test_a_controller_interpolates_our_motions(profile: str, lines: bool, rate: 
     """Joint motions but for the nanoseconds of ROS: 4 rad/s of the fastest joint in half of one are 1e-7 deg. A quintic
     that begins out of a motion of another profile has a jump of acceleration at its beginning, and points inside.
     """
-    for seed in range(3):
+    for seed in range(some(13)):
         engine = moved(profile, seed, lines=lines).engine
         timeline = engine.timeline
         points = ros(engine.arm, timeline, rate)

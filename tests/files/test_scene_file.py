@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from math import radians
 from pathlib import Path
+from typing import Any
 
 import pytest
-import trimesh
 
 from vrs_cli.errors import FileDamaged, NonexistentFile
 from vrs_cli.files import cell_file, mesh_file, scene_file
@@ -177,6 +178,12 @@ def test_a_scene_that_is_wrong_says_where(text: str, told: str) -> None:
 # --- meshes ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def trimesh() -> Any:
+    """The module, which takes a second to load: not where these tests are only collected."""
+    return import_module("trimesh")
+
+
 def mesh_cell(folder: Path, name: str, more: str = "") -> Path:
     path = folder / "cell.toml"
     path.write_text(f'[[part]]\nname = "a"\nshape = "mesh"\nfile = "{name}"\nat = [0, 0, 0]\n{more}', encoding="utf-8")
@@ -184,7 +191,7 @@ def mesh_cell(folder: Path, name: str, more: str = "") -> Path:
 
 
 @pytest.mark.parametrize("name", ["a.stl", "a.obj", "a.glb"])
-def test_a_convex_mesh_is_read_in_its_units(tmp_path: Path, name: str) -> None:
+def test_a_convex_mesh_is_read_in_its_units(tmp_path: Path, name: str, trimesh: Any) -> None:
     metres = 1.0 if name.endswith("glb") else 1000.0
     trimesh.creation.box((0.02 * metres, 0.04 * metres, 0.06 * metres)).export(tmp_path / name)
     shape = read_cell(str(mesh_cell(tmp_path, name))).scene.parts[0].shape
@@ -195,7 +202,7 @@ def test_a_convex_mesh_is_read_in_its_units(tmp_path: Path, name: str) -> None:
     ]
 
 
-def test_a_concave_mesh_is_refused_and_its_pieces_are_read(tmp_path: Path) -> None:
+def test_a_concave_mesh_is_refused_and_its_pieces_are_read(tmp_path: Path, trimesh: Any) -> None:
     base, wall = trimesh.creation.box((40, 40, 10)), trimesh.creation.box((10, 40, 40))
     wall.apply_translation((15, 0, 25))
     trimesh.util.concatenate([base, wall]).export(tmp_path / "angle.stl")
@@ -207,7 +214,9 @@ def test_a_concave_mesh_is_refused_and_its_pieces_are_read(tmp_path: Path) -> No
     assert [len(piece) for piece in shape.pieces] == [8, 8]
 
 
-def test_meshes_that_are_flat_fine_or_too_many_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_meshes_that_are_flat_fine_or_too_many_are_refused(
+    tmp_path: Path, trimesh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     flat = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     flat.export(tmp_path / "flat.stl")
     with pytest.raises(FileDamaged, match=r"flat.stl is flat; give a solid"):
@@ -218,7 +227,7 @@ def test_meshes_that_are_flat_fine_or_too_many_are_refused(tmp_path: Path, monke
         read_cell(str(mesh_cell(tmp_path, "ball.stl")))
 
 
-def test_a_small_file_that_claims_a_huge_mesh_is_refused(tmp_path: Path) -> None:
+def test_a_small_file_that_claims_a_huge_mesh_is_refused(tmp_path: Path, trimesh: Any) -> None:
     content = bytearray(trimesh.creation.box().export(file_type="glb"))
     at = content.index(b'"count":') + 8
     content[at : at + 2] = b"9e"  # the length of the JSON part stays
@@ -227,7 +236,9 @@ def test_a_small_file_that_claims_a_huge_mesh_is_refused(tmp_path: Path) -> None
         read_cell(str(mesh_cell(tmp_path, "bomb.glb")))
 
 
-def test_without_trimesh_one_line_says_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_trimesh_one_line_says_how_to_install_it(
+    tmp_path: Path, trimesh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     trimesh.creation.box().export(tmp_path / "a.stl")
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.raises(
@@ -237,7 +248,9 @@ def test_without_trimesh_one_line_says_how_to_install_it(tmp_path: Path, monkeyp
     assert "\n" not in refused.value.detail
 
 
-def test_large_meshes_and_many_meshes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_large_meshes_and_many_meshes_are_refused(
+    tmp_path: Path, trimesh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name in "abc":
         trimesh.creation.box((10, 10, 10)).export(tmp_path / f"{name}.stl")
     parts = "".join(

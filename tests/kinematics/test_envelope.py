@@ -7,13 +7,14 @@ from math import cos, hypot, radians, sin
 import numpy as np
 import pytest
 
+from tests.examples import some
 from vrs_cli.kinematics.envelope import outermost
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import Vector
 
 NOWHERE = (0.0, 0.0, 0.0)
-POSES = 3000
+POSES = some(4000)
 
 
 def directions() -> np.ndarray:

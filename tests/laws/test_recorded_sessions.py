@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from tests.examples import in_full
 from tests.laws.recorded import RECORDED, SESSIONS, lines
 from tests.recording import check_recorded
 
 ROUNDING = 3e-6  # [s, rad, m]
 
 
-@pytest.mark.parametrize(("robot", "seed"), SESSIONS)
+@pytest.mark.parametrize(("robot", "seed"), SESSIONS if in_full() else SESSIONS[::2])
 def test_a_session_goes_as_it_was_recorded(robot: str, seed: int) -> None:
     check_recorded(RECORDED, f"{robot} {seed}", lines(robot, seed), ROUNDING)

@@ -14,8 +14,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 
 
-COMMANDS = some(400)
-FEW = some(96)
+COMMANDS = some(270)
+FEW = some(64)
 
 
 @pytest.mark.parametrize("seed", range(some(4) // 2))

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.examples import some
 from tests.files.trajectories import planned
 from tests.sample_values import values
 from vrs_cli.engine.settings import Settings
@@ -23,12 +24,15 @@ from vrs_cli.wire.snapshots import SnapshotRecord
 
 FROM_CLIENT: Reader[FromClient] = Reader(FromClient)
 FROM_SERVER: Reader[FromServer] = Reader(FromServer)
+OF_EACH = some(60)  # messages of a kind
 ALL = [(kind, FROM_CLIENT) for kind in get_args(FromClient)] + [(kind, FROM_SERVER) for kind in get_args(FromServer)]
 
 
 @pytest.mark.parametrize(("kind", "reader"), ALL, ids=lambda kind: getattr(kind, "__name__", ""))
 def test_what_is_read_is_what_was_sent(kind: type, reader: Reader[Any]) -> None:
-    @settings(max_examples=15, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
+    @settings(
+        max_examples=OF_EACH, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck)
+    )
     @given(values(kind))
     def law(message: Any) -> None:
         for encoding in Encoding:
@@ -43,7 +47,9 @@ def test_what_is_read_is_what_was_sent(kind: type, reader: Reader[Any]) -> None:
 
 @pytest.mark.parametrize("kind", get_args(Reply) + get_args(Question), ids=lambda kind: kind.__name__)
 def test_every_reply_and_question_comes_as_it_was(kind: type) -> None:
-    @settings(max_examples=15, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
+    @settings(
+        max_examples=OF_EACH, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck)
+    )
     @given(values(kind))
     def law(value: Any) -> None:
         message = Told(value) if isinstance(value, Reply) else Asked(1, value)

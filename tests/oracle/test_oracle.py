@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.examples import some
 from tests.oracle import laws
 from tests.oracle.recording import Edit, Piece, edits
 from tests.oracle.robot import Array, load, names, numbers, trans
@@ -18,7 +19,7 @@ from tests.oracle.trial import Trial
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 
-PROGRAMS, MOST = 20, 5
+PROGRAMS, MOST = some(80), 5
 
 
 @pytest.mark.parametrize("seed", range(1, PROGRAMS + 1))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 from msgspec.structs import replace
 
@@ -18,6 +20,7 @@ OF_THE_ARM = [part for part in DrawnPart if part not in BODIES.values()]
 SIZES = ((30, 10), (80, 16), (80, 24), (120, 40), (160, 50), (400, 100))
 
 
+@cache
 def moving(robot: str = "puma560") -> ArmPicture:
     return shown(session("OPENI", "DRIVE 2, 50 AT 0.2", "DRIVE 1, 60 AT 1.4", robot=robot), "SHOW AT 1.6")
 

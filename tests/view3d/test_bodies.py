@@ -108,9 +108,12 @@ def outlines(mesh: Mesh) -> dict[tuple[float, ...], list[NDArray[np.float64]]]:
     return found
 
 
-def inside(point: NDArray[np.float64], triangle: NDArray[np.float64]) -> bool:
-    normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
-    return all(np.cross(triangle[(i + 1) % 3] - triangle[i], point - triangle[i]) @ normal > 0.0 for i in range(3))
+def middle_inside(triangles: NDArray[np.float64], others: NDArray[np.float64]) -> bool:
+    """Whether the middle of a triangle is in one of others, (n, 3, 3) and (m, 3, 3)."""
+    corners, middles = others[None], triangles.mean(axis=1)[:, None, None]
+    edges = np.roll(corners, -1, axis=2) - corners
+    normals = np.cross(edges[:, :, 0], edges[:, :, 1])[:, :, None]
+    return bool(((np.cross(edges, middles - corners) * normals).sum(axis=3) > 0.0).all(axis=2).any())
 
 
 @pytest.mark.parametrize("name", robot_names())
@@ -124,10 +127,9 @@ def test_no_two_colours_in_one_plane(name: str) -> None:
     for (colour, one), (other_colour, other) in combinations(planes, 2):
         if colour != other_colour:
             for plane in one.keys() & other.keys():
-                for a in one[plane]:
-                    for b in other[plane]:
-                        assert not inside(a.mean(axis=0), b), f"{colour} and {other_colour} at {a.mean(axis=0)}"
-                        assert not inside(b.mean(axis=0), a), f"{colour} and {other_colour} at {b.mean(axis=0)}"
+                a, b = np.array(one[plane]), np.array(other[plane])
+                assert not middle_inside(a, b), f"{colour} and {other_colour} at {a.mean(axis=(0, 1))}"
+                assert not middle_inside(b, a), f"{colour} and {other_colour} at {b.mean(axis=(0, 1))}"
 
 
 @pytest.mark.parametrize("name", robot_names())

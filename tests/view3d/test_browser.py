@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.examples import only_in_full
 from tests.view3d.browser import Browser, alone, changed, chromium, coloured, needs_browser
 
 pytestmark = needs_browser
@@ -13,6 +14,7 @@ pytestmark = needs_browser
 RED = (220, 40, 40)
 
 
+@only_in_full()  # tests/view3d/test_page.py compares all that is read of a page with what there has to be
 def test_a_scene_is_read_and_seen(browser: Browser) -> None:
     viser = pytest.importorskip("viser")
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)

@@ -16,6 +16,7 @@ import viser
 from msgspec.structs import replace
 
 import vrs_cli as vrs
+from tests.examples import only_in_full
 from tests.live import until
 from tests.net.serving import serving
 from tests.net.test_delayed_robot import behind
@@ -207,6 +208,7 @@ def test_over_a_line_both_robots_are_shown_and_the_user_chooses(tmp_path: Path) 
 
 
 @needs_browser
+@only_in_full()  # what is told to a page is looked at above, and what a page does with it in test_view.py
 def test_in_a_browser(tmp_path: Path, browser: Browser) -> None:
     """Somebody else commands, 0.6 s away each way: the prediction goes first, and what was wrong is red."""
     with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app):

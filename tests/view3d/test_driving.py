@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tests.examples import only_in_full
 from tests.live import PATIENCE
 from tests.net.cable import cable
 from tests.net.serving import serving
@@ -95,9 +96,10 @@ def test_stop_is_there_and_says_whether_it_stops(browser: Browser, tmp_path: Pat
     with serving(tmp_path, realtime=1.0) as it, cable(it.address) as to_it:
         app = App(lambda told: SocketPort.connect(to_it.url, hello_of(attended=True), told=told))
         try:
-            for size in ((1400, 800), (390, 844)):
+            browser.size(820, 400)
+            browser.open(app.address)
+            for size in ((820, 400), (390, 844)):
                 browser.size(*size)
-                browser.open(app.address)
                 browser.until(lambda: browser.run(ON_TOP) is True, what=f"STOP is seen at {size}")
                 browser.driver.find_element("id", "vrs-stop").click()
                 browser.until_page("document.getElementById('vrs-stop').innerText === 'STOPPED'")
@@ -119,6 +121,7 @@ def test_stop_is_there_and_says_whether_it_stops(browser: Browser, tmp_path: Pat
             app.close()
 
 
+@only_in_full()  # tests/view3d/test_panel.py has it without a browser
 def test_two_browsers_and_one_lease(browser: Browser, shared: App) -> None:
     ada = User(browser, shared.address)
     first = browser.driver.current_window_handle

@@ -43,9 +43,10 @@ def matrix(T: Transform) -> np.ndarray:
     return np.array([[T.nx, T.sx, T.ax, T.px], [T.ny, T.sy, T.ay, T.py], [T.nz, T.sz, T.az, T.pz], [0, 0, 0, 1]])
 
 
-def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
+def test_the_page_shows_what_g_says_and_another_window_has_a_time_of_its_own(
     app: App, browser: Browser, recorded: RecordedRobot
 ) -> None:
+    """In one test, as a page takes seconds to load."""
     arm, timeline = recorded
     browser.size(320, 240)
     browser.open(app.address, "/robot", "/tool", "/path")
@@ -61,15 +62,12 @@ def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
             np.testing.assert_allclose(browser.pose(link_node("/robot", number)), matrix(T), atol=1e-6)
     assert not browser.errors()
 
-
-def test_keys_play_and_two_windows_have_a_time_of_their_own(app: App, browser: Browser) -> None:
-    browser.size(320, 240)
-    browser.open(app.address, "/tool")
     first = browser.driver.current_window_handle
     browser.another()
     browser.size(320, 240)
     browser.open(app.address, "/tool")
     browser.until(lambda: len(app.windows) == 2)
+    window.change(Playback.toggle)
     browser.until_page("document.body.textContent.includes('playing, 1 x')")  # what is told of time comes last
     browser.driver.find_element("tag name", "body").send_keys(" ")
     browser.until(lambda: [window.playback.playing for window in app.windows].count(False) == 1)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import pairwise, product
 from math import degrees, radians
 
 import pytest
 
 from tests.engine.wall import ManualWall
+from tests.examples import in_full
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
 from vrs_cli.errors import (
@@ -254,6 +255,9 @@ def live(terminal: RecordingTerminal, wall: ManualWall) -> Session:
     return session
 
 
+HELD = tuple(product((Axis(Frame.JOINT, 0), AXES["Z"], AXES["TRX"]), Profile.__members__))[:: 1 if in_full() else 4]
+
+
 def hold(session: Session, wall: ManualWall, axis: Axis, amount: float, presses: int) -> None:
     """A key that repeats 30 times a second."""
     jogger = Jogger(session, speed=50.0)
@@ -263,8 +267,7 @@ def hold(session: Session, wall: ManualWall, axis: Axis, amount: float, presses:
         wall.seconds += 1 / 30
 
 
-@pytest.mark.parametrize("profile", list(Profile.__members__))
-@pytest.mark.parametrize("axis", [Axis(Frame.JOINT, 0), AXES["Z"], AXES["TRX"]], ids=lambda axis: axis.name)
+@pytest.mark.parametrize(("axis", "profile"), HELD, ids=lambda one: one if isinstance(one, str) else one.name)
 def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWall, axis: Axis, profile: str) -> None:
     live.perform(f"PARAMETER PROFILE = {profile}")
     begun, before = live.engine.now, live.engine.position()

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.engine.wall import ManualWall
+from tests.examples import in_full
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import peers_of, robot_for
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
@@ -79,7 +80,7 @@ def test_a_program_that_is_late_is_interrupted_now(terminal: RecordingTerminal) 
 # --- the same timeline -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", sorted(PROGRAMS.glob("*.v2")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(PROGRAMS.glob("*.v2"))[:: 1 if in_full() else 2], ids=lambda path: path.stem)
 def test_a_program_gives_the_timeline_of_batch_to_the_bit(path: Path, tmp_path: Path) -> None:
     text, timelines = path.read_text(encoding="utf-8"), []
     for clock in (None, ManualWall(each_look=lambda: 1e-3).clock(), ManualWall(each_look=lambda: 0.7).clock(30.0)):

@@ -8,6 +8,7 @@ from random import Random
 import numpy as np
 import pytest
 
+from tests.examples import some
 from tests.kinematics.short_arms import random_arm
 from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.forms import arm_for
@@ -29,7 +30,7 @@ from vrs_cli.kinematics.transform import (
 TIPS = {"flange": IDENTITY, "tool": translation(0.03, -0.01, 0.08)}
 ARMS = {"so100": load_robot("so100"), "four": random_arm(3, 4), "five": random_arm(3, 5), "another": random_arm(5, 5)}
 ANY_AXES = {"any four": random_arm(4, 4), "any five": random_arm(6, 5)}  # not parallel: their starts are sampled
-POSES = 8
+POSES = some(36)
 MOST_ROWS = 800  # of all steps of one pose: about 20 ms
 EXACT = 1e-4  # [rad] a turn that is none, also where the bars are nearly stretched
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.examples import some
 from tests.fuzz.lines import line as random_line
 from vrs_cli.language.text import lalr
 from vrs_cli.language.text.builder import Builder, ValBuilder
@@ -121,9 +122,9 @@ def lines() -> Iterator[str]:
     files = sorted((*ROOT.glob("programs/*.v2"), *ROOT.glob("tests/programs/**/*.v2*")))
     found = {line for file in files for line in file.read_text(encoding="utf-8").splitlines()}
     random = Random(20)
-    found |= {random_line(random) for _ in range(1000)}
+    found |= {random_line(random) for _ in range(some(2000))}
     yield from sorted(found)
-    for line in random.sample(sorted(found), 1000):
+    for line in random.sample(sorted(found), min(len(found), some(2000))):
         words = line.split()
         if words:
             words.pop(random.randrange(len(words)))
