@@ -13,6 +13,7 @@ from tests.contacts.cases import Case, cases, looked_at_all
 from vrs_cli.contacts.checker import SLOTS, Checker, touching_at_rest
 from vrs_cli.contacts.stages import HeldPart, Stage
 from vrs_cli.engine.engine import Engine
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, translation
 from vrs_cli.values.commands import Move
@@ -106,19 +107,16 @@ def test_held_part_touches_where_the_hand_does_not() -> None:
 
 
 def test_more_parts_than_slots_are_compared() -> None:
-    parts = tuple(
-        ScenePart(
-            f"p{k}", SphereShape(0.01), translation(0.02 * (k % 10) - 0.1, 0.3 + 0.02 * (k // 10), 0.6), GREY, 1.0
-        )
-        for k in range(SLOTS + 8)
-    )
+    """All are in the room of the arm; the last of them alone is in its way."""
     goal = (0.0, -0.3, 0.9, 0.0, 0.0, 0.0)
-    here = driven(CellScene(parts), goal).found()
-    alone = [driven(CellScene((part,)), goal).found() for part in parts]
-    times = [one.t for one in alone if one is not None]
-    assert (here is None) == (not times)
-    if here is not None:
-        assert abs(here.t - min(times)) <= EXACT
+    places = [translation(0.02 * (k % 10) - 0.1, 0.3 + 0.02 * (k // 10), 0.6) for k in range(SLOTS + 8)]
+    places.append(arm_for(load_robot("puma560")).forward(goal))
+    parts = tuple(ScenePart(f"p{k}", SphereShape(0.01), T, GREY, 1.0) for k, T in enumerate(places))
+    here, alone = driven(CellScene(parts), goal).found(), driven(CellScene(parts[-1:]), goal).found()
+    assert here is not None
+    assert alone is not None
+    assert parts[-1].name in {here.first, here.second}
+    assert abs(here.t - alone.t) <= EXACT
 
 
 def test_named_poses_touch_nothing() -> None:
