@@ -14,6 +14,7 @@ from tests.view3d.browser import Browser, needs_browser
 from vrs_cli.view3d import needs
 from vrs_cli.view3d.figure import link_node
 
+CELL = Path(__file__).parents[2] / "programs" / "pick_and_place.toml"
 MOST = 2_000_000  # [bytes] that a short lesson's scene adds to a notebook
 
 
@@ -45,6 +46,13 @@ def test_another_timeline_of_the_robot_is_shown_as_well() -> None:
     robot.do("DRIVE 2, 20, 50")
     assert repr(robot.view(before)) == f"<Scene of puma560: 0.000 to {before.end:.3f} s; .open() shows it in a browser>"
     assert robot.view(before).html == moved().view().html != robot.view().html
+
+
+def test_the_cell_of_the_robot_is_around_it() -> None:
+    stands, bare = vrs.Robot(cell=CELL), vrs.Robot()
+    for robot in (stands, bare):
+        robot.do("DRIVE 1, 10")
+    assert len(bare.view().html) < len(stands.view().html) == len(bare.view(cell=CELL).html)
 
 
 def test_without_viser_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:

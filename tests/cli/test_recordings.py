@@ -21,6 +21,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.files.atomic import hold
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.world.world import World
 
 pytestmark = pytest.mark.usefixtures("saved")
 
@@ -264,6 +265,7 @@ def test_readers_need_no_lock(vrs: Vrs, saved: Path) -> None:
             assert vrs(*words).status == 0
 
 
+PROGRAMS = Path(__file__).parents[2] / "programs"
 PICTURE = b"\x89PNG of the arm"
 
 
@@ -271,8 +273,10 @@ def test_a_report_has_figures_curves_commands_and_the_arm(vrs: Vrs, monkeypatch:
     pytest.importorskip("matplotlib")
     pytest.importorskip("viser")
     asked: list[float] = []
+    worlds: list[World | None] = []
 
-    def drawn(stream: BinaryIO, _arm: object, _timeline: object, t: float) -> None:
+    def drawn(stream: BinaryIO, _arm: object, _timeline: object, t: float, world: World | None) -> None:
+        worlds.append(world)
         asked.append(t)
         stream.write(PICTURE)
 
@@ -281,6 +285,10 @@ def test_a_report_has_figures_curves_commands_and_the_arm(vrs: Vrs, monkeypatch:
     assert vrs("replay", "t.vrst", "--report", "a.html", "--report-at", 0.5) == (0, "", "")
     assert vrs("replay", "t.vrst", "--report", "b.html").status == 0
     assert asked == [0.5, read_trajectory(Path("t.vrst")).timeline.end]
+    assert vrs("run", PROGRAMS / "pick_and_place.v2", "--report", "c.html", "--quiet").status == 0
+    assert worlds[:2] == [None, None]
+    assert worlds[2] is not None
+    assert set(worlds[2].settings.parts) == {"box"}
     page = Path("a.html").read_text()
     assert f"data:image/png;base64,{b64encode(PICTURE).decode()}" in page
     assert "<svg" in page

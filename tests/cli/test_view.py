@@ -22,8 +22,11 @@ from tests.net.serving import serving
 from tests.view3d.pages import Page
 from vrs_cli.cli import view
 from vrs_cli.cli.view import News
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line
 from vrs_cli.repl.player import Player
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.replies import ArmPicture
 
 ROOT = Path(__file__).parents[2]
 
@@ -47,6 +50,33 @@ def test_a_pipe_is_no_terminal(vrs: Vrs) -> None:
 def test_a_trajectory_is_played_on_the_terminal(vrs: Vrs, keys: PipeInput) -> None:
     keys.send_text("q")
     assert vrs("view", "--terminal", "t.vrst") == (0, "", "")
+
+
+CELL = ROOT / "programs" / "pick_and_place.toml"
+
+
+@pytest.mark.parametrize(("given", "count"), [((), 0), (("--cell", str(CELL)), 4)])
+@pytest.mark.usefixtures("saved")
+def test_what_is_around_the_arm_is_on_the_terminal(
+    vrs: Vrs, keys: PipeInput, monkeypatch: pytest.MonkeyPatch, given: tuple[str, ...], count: int
+) -> None:
+    seen, picture = list[ArmPicture](), Sight.picture
+
+    def seeing(sight: Sight, timeline: Timeline, t: float) -> ArmPicture:
+        seen.append(picture(sight, timeline, t))
+        keys.send_text("q")
+        return seen[-1]
+
+    monkeypatch.setattr(Sight, "picture", seeing)
+    assert vrs("view", "--terminal", "t.vrst", *given) == (0, "", "")
+    assert {len(one.bodies) for one in seen} == {count}
+
+
+def test_a_cell_that_is_wrong_is_told(vrs: Vrs, tmp_path: Path, keys: PipeInput, saved: Path) -> None:  # noqa: ARG001
+    (tmp_path / "bad.toml").write_text("[[part]]\n")
+    ended = vrs("view", "--terminal", str(saved), "--cell", str(tmp_path / "bad.toml"))
+    assert ended.status != 0
+    assert "bad.toml:1" in ended.err
 
 
 def test_a_robot_that_is_served_is_watched(

@@ -42,7 +42,7 @@ FORMS = (Encoding.MSGPACK, Encoding.JSON)
 class Line:
     """The port of the user. `cut`: nothing gets through."""
 
-    name, one_user, cuts, stalls = "tester", False, 0, 0
+    name, one_user, cuts, stalls, world = "tester", False, 0, 0, None
     on_screen, due = None, inf
 
     def __init__(self, attended: bool = False, clock: RobotClock | None = None, folder: Folder = FREE) -> None:

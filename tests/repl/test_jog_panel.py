@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from math import degrees
+from pathlib import Path
 
 import pytest
 from prompt_toolkit.application import create_app_session
@@ -11,12 +13,14 @@ from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.files.cell_file import read_cell
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.jog_panel import JogPanel
-from vrs_cli.values.replies import ArmPicture
+from vrs_cli.values.replies import ArmPicture, BodyKind
 
+PROGRAMS = Path(__file__).parents[2] / "programs"
 UP, DOWN, RIGHT = "\x1b[A", "\x1b[B", "\x1b[C"
 
 
@@ -57,6 +61,14 @@ def test_it_shows_the_arm_where_there_is_room() -> None:
     assert drawn == [sight.picture(session.engine.timeline, session.engine.now)]
     assert drawn[0].past
     assert not hasattr(JogPanel(Jogger(session)).screen(), "look")
+
+
+def test_what_is_around_the_arm_is_in_the_picture() -> None:
+    session = Session(RecordingTerminal())
+    session.driver.surround(read_cell(str(PROGRAMS / "pick_and_place.toml")))
+    panel = JogPanel(Jogger(session), watched=session.engine, world=session.driver.world)
+    kinds = [body.kind for body in panel.screen().look().bodies]
+    assert Counter(kinds) == {BodyKind.PART: 1, BodyKind.FIXTURE: 3}
 
 
 def test_it_says_that_the_clock_stands() -> None:

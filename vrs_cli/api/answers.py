@@ -9,6 +9,7 @@ from html import escape
 from itertools import chain
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import TYPE_CHECKING
 
 from vrs_cli.errors import VrsError
 from vrs_cli.files.atomic import write_atomically
@@ -24,6 +25,9 @@ from vrs_cli.values.numbers import fixed
 from vrs_cli.values.replies import Plot, Reply, is_error
 from vrs_cli.values.results import RunOutcome, RunResult
 from vrs_cli.view3d.needs import check_view
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 
 class Replies(tuple[Reply, ...]):
@@ -122,20 +126,21 @@ class ProgramFailed(VrsError):
 
 
 class Scene:
-    """An arm that follows a timeline. `html`: the page, which plays offline; `height` [px] of what a notebook shows.
+    """An arm that follows a timeline, in a cell or alone. `html`: the page, which plays offline; `height` [px] of what
+    a notebook shows.
 
     Raises UsageError where viser is missing.
     """
 
-    def __init__(self, arm: RobotArm, timeline: Timeline, height: int) -> None:
+    def __init__(self, arm: RobotArm, timeline: Timeline, height: int, world: World | None = None) -> None:
         check_view()
-        self._arm, self._timeline, self._height = arm, timeline, height
+        self._arm, self._timeline, self._height, self._world = arm, timeline, height, world
 
     @cached_property
     def html(self) -> str:
         from vrs_cli.view3d.studio import page, usual_rate
 
-        return page(self._arm, self._timeline, usual_rate(self._timeline))
+        return page(self._arm, self._timeline, usual_rate(self._timeline), self._world)
 
     def save(self, path: str | Path) -> None:
         """Write the page to a file. Raises FileError."""

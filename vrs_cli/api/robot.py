@@ -492,13 +492,23 @@ class Robot:
             raise UsageError("there is no motion yet", "move the robot first")
         return Picture((plotted(self._robot.arm, self.timeline, asked),))
 
-    def view(self, timeline: Timeline | None = None, *, height: int = SCENE_HEIGHT) -> Scene:
+    def view(
+        self, timeline: Timeline | None = None, *, height: int = SCENE_HEIGHT, cell: str | Path | Cell | None = None
+    ) -> Scene:
         """The arm as it moves: a notebook plays it below the cell, `.open()` in a browser, and
         `.save("a.html")` writes the page.
 
-        It follows its own timeline, or another one for this robot. Raises UsageError where viser is missing.
+        It follows its own timeline, or another one for this robot. The parts, fixtures and sensors of a cell file are
+        around it; without one, those of the cell in which the robot stands (one of another process: none). Raises
+        UsageError where viser is missing, FileError for a cell that cannot be read.
         """
-        return Scene(self._robot.arm, timeline or self.timeline, height)
+        world = self._robot.port.world
+        if cell is not None:
+            from vrs_cli.files.cell_file import read_cell
+            from vrs_cli.world.world import World
+
+            world = World(self._robot.arm, cell if isinstance(cell, Cell) else read_cell(str(cell)))
+        return Scene(self._robot.arm, timeline or self.timeline, height, world)
 
     def leave(self) -> None:
         """Let it go. A robot that others hold too stays as it is; what is asked of it here from now on is refused."""

@@ -260,7 +260,7 @@ class Batch(Struct, frozen=True):
                 print(sentence, file=sys.stderr)
         self._tell_world(station)
         try:
-            self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path)
+            self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path, station.driver.world)
         except FileError as error:  # the command line was right when the run began: the disk is full
             print(f"vrs run: {error}", file=sys.stderr)
             return FAILED

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from vrs_cli.files.exports import Exporter
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.trajectory.timeline import Timeline
+    from vrs_cli.world.world import World
 
 PAGES = (".html", ".htm")
 MOST_COMMANDS = 1000  # in the table
@@ -112,8 +113,8 @@ class Outputs(Struct, frozen=True):
     def any(self) -> bool:
         return any(path is not None for path in (self.csv, self.plot, self.report))
 
-    def write(self, arm: RobotArm, timeline: Timeline, title: str) -> None:
-        """Write all of them. Raises FileError."""
+    def write(self, arm: RobotArm, timeline: Timeline, title: str, world: World | None = None) -> None:
+        """Write all of them; `world`: the cell that the picture of a report shows. Raises FileError."""
         if self.csv is not None:
             from vrs_cli.files.exports import EXPORTERS
 
@@ -123,7 +124,7 @@ class Outputs(Struct, frozen=True):
 
             plot_trajectory(self.plot, arm, timeline, title)
         if self.report is not None:
-            _write_report(self.report, arm, timeline, title, self.report_at)
+            _write_report(self.report, arm, timeline, title, self.report_at, world)
 
 
 def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timeline, number: float) -> None:
@@ -179,7 +180,9 @@ def _check_report(path: str) -> None:
     check_writable(path)
 
 
-def _write_report(path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None) -> None:
+def _write_report(
+    path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None, world: World | None
+) -> None:
     """Write figures, a picture of the arm, curves and commands. The picture takes a browser some seconds, the curves
     need matplotlib; the page says so where they are not there. `t`: the moment of the picture [s]; None for the end.
     Raises FileError.
@@ -197,7 +200,7 @@ def _write_report(path: str, arm: RobotArm, timeline: Timeline, title: str, t: f
     more = f"<p>{len(rows) - MOST_COMMANDS} more are not shown.</p>" if len(rows) > MOST_COMMANDS else ""
     parts = (
         f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {len(rows)} commands, {timeline.end:.3f} s</p>",
-        _or_why("picture of the arm", lambda: _picture(arm, timeline, moment)),
+        _or_why("picture of the arm", lambda: _picture(arm, timeline, moment, world)),
         _or_why("curves", lambda: _curves(arm, timeline)),
         f"<table><tr><th>No.</th><th>Command</th><th>from s</th><th>to s</th></tr>{cells}</table>{more}",
     )
@@ -218,7 +221,7 @@ def _or_why(what: str, make: Callable[[], str]) -> str:
         return f"<p>No {what}: {escape(error.detail)} ({escape(error.hint)}).</p>"
 
 
-def _picture(arm: RobotArm, timeline: Timeline, t: float) -> str:
+def _picture(arm: RobotArm, timeline: Timeline, t: float, world: World | None) -> str:
     """Raises PictureError."""
     from base64 import b64encode
 
@@ -228,7 +231,7 @@ def _picture(arm: RobotArm, timeline: Timeline, t: float) -> str:
     from vrs_cli.view3d.still import write_still
 
     stream = BytesIO()
-    write_still(stream, arm, timeline, t)
+    write_still(stream, arm, timeline, t, world)
     data = b64encode(stream.getvalue()).decode()
     return f'<p><img alt="The arm at {t:.3f} s" src="data:image/png;base64,{data}"></p>'
 

@@ -36,6 +36,7 @@ from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
     from vrs_cli.engine.position import Watched
+    from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
     from vrs_cli.net.client import Client
@@ -45,11 +46,11 @@ if TYPE_CHECKING:
     from vrs_cli.view3d.door import Door
     from vrs_cli.view3d.hosted import Hosted
     from vrs_cli.view3d.window import RobotWindow
+    from vrs_cli.world.world import World
 
 
 CELL_HELP = (
-    "what is around the robot of the browser: parts, fixtures and sensors "
-    "(default: of a program file, as in vrs run; else nothing)"
+    "what is around the robot: parts, fixtures and sensors (default: of a program file, as in vrs run; else nothing)"
 )
 EPILOG = f"""\
 In the browser: a new robot, which the VAL-II shell in this terminal drives too;
@@ -84,7 +85,7 @@ def view(options: Namespace) -> int:
         from vrs_cli.repl.player import play
 
         recording = read_recording(options.prog, options.url, lenient=options.lenient)
-        play(recording.arm, recording.timeline, options.rate)
+        play(recording.arm, recording.timeline, options.rate, _world(options, recording.arm))
     else:
         asyncio.run(_watch(options))
     return 0
@@ -135,6 +136,15 @@ def view_parser(prog: str) -> Parser:
     )
 
 
+def _world(options: Namespace, arm: RobotArm) -> World | None:
+    """The world of --cell, for pictures on the terminal. Raises FileError."""
+    if options.cell is None:
+        return None
+    from vrs_cli.world.world import World
+
+    return World(arm, _read_cell(options.cell))
+
+
 async def _watch(options: Namespace) -> None:
     """A robot afar. Raises RequestRefused, and what the server refuses."""
     from vrs_cli.net.far_end import Predicted
@@ -147,12 +157,13 @@ async def _watch(options: Namespace) -> None:
     client.far.news.append(news.hear)
     try:
         await client.open()
-        mirror = await client.follow(options.window)
+        mirror = await client.follow(options.window if options.cell is None else inf)
 
         def lines(t: float) -> str:
             return "\n".join(line for line in (news.line(), *client.far.previewed().lines(t)) if line)
 
-        await watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news))
+        world = _world(options, predicted.arm)
+        await watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news), world)
     finally:
         await client.close()
 

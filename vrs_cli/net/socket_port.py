@@ -102,6 +102,8 @@ class SocketPort:
     are refused at once. `close` lets the robot go; so does dropping the last reference to the port.
     """
 
+    world = None  # no server tells its cells
+
     def __init__(self, client: Client, window: float = PAST) -> None:
         self.client, self.far, self._window, self._loop = client, client.far, window, Loop()
         self._left = finalize(self, _leave, self._loop, client)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain, groupby, repeat, zip_longest
 from operator import itemgetter
+from typing import TYPE_CHECKING
 
 from prompt_toolkit.application import Application, get_app
 from prompt_toolkit.data_structures import Point
@@ -26,6 +27,9 @@ from vrs_cli.render.colours import Ink, ink_style
 from vrs_cli.render.console import has_unicode
 from vrs_cli.repl.colours import colour_depth
 from vrs_cli.values.replies import ArmPicture
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 RATE = 20.0  # pictures a second
 ESCAPE = 0.05  # [s] after which the key Esc is one, and not the beginning of another
@@ -153,7 +157,7 @@ def _cells(line: TextLine) -> Iterator[Cell]:
 class ArmScreen:
     """The picture of a robot at the time `t` [s] (now, if that is None), if the robot is seen, and text below it, until
     a key ends both. Both are looked at as often as the text changes. `actions`: what each key does, None for keys that
-    leave; `over`: whether there is nothing more to be seen; `abort`: what Ctrl-X does.
+    leave; `over`: whether there is nothing more to be seen; `abort`: what Ctrl-X does; `world`: the cell around it.
     """
 
     def __init__(
@@ -164,6 +168,7 @@ class ArmScreen:
         actions: Mapping[str, Callable[[], object] | None],
         over: Callable[[], bool] = lambda: False,
         abort: Callable[[], object] | None = None,
+        world: World | None = None,
     ) -> None:
         self._text, self._shown, self._over = text, text(), over
         keys = KeyBindings()
@@ -171,7 +176,7 @@ class ArmScreen:
             keys.add(key)(partial(self._press, act))
         above = list[Container]()
         if robot is not None:
-            sight = Sight(robot.arm)
+            sight = Sight(robot.arm, world)
             self.look = lambda: sight.picture(robot.timeline, robot.now if t is None else t())
             above.append(ArmWindow(self.look, lambda: self._shown.count("\n") + 1))
         below = Window(FormattedTextControl(lambda: self._shown), dont_extend_height=True, wrap_lines=True)

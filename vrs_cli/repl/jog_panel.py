@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from prompt_toolkit.patch_stdout import patch_stdout
@@ -17,6 +18,9 @@ from vrs_cli.repl.toolbar import ABORT
 from vrs_cli.values.hand import CARTESIAN, Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.replies import Whereabouts
 
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
+
 KEYS = f"""\
 up/down move   left/right, 1 to 9 axis   m joints/world/tool
 [ ] step   + - speed   space stop   {ABORT}   q leave"""
@@ -24,13 +28,14 @@ up/down move   left/right, 1 to 9 axis   m joints/world/tool
 
 class JogPanel(Struct):
     """Draws the arm, with the axis, the length of a step [mm, deg] and the speed [%], which keys change. `watched`: the
-    robot, None where nothing is seen of it.
+    robot, None where nothing is seen of it; `world`: the cell around it.
     """
 
     hand: FarHand
     speed: float = 100.0
     watched: Watched | None = None
     abort: Callable[[], None] | None = None
+    world: World | None = None
     frame: Frame = Frame.JOINT
     index: int = 0
     step: float = 2.0
@@ -94,7 +99,7 @@ class JogPanel(Struct):
     def screen(self) -> ArmScreen:
         """Return the application that shows the panel."""
         actions = {key: partial(act, self) for key, act in ACTIONS.items()} | dict.fromkeys(LEAVING)
-        return ArmScreen(self.watched, None, self.text, actions, abort=self.abort)
+        return ArmScreen(self.watched, None, self.text, actions, abort=self.abort, world=self.world)
 
     def run(self) -> None:
         """Show the panel until the user leaves."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct
 from prompt_toolkit.patch_stdout import patch_stdout
@@ -21,6 +21,9 @@ from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.repl.toolbar import ABORT
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import Whereabouts
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
@@ -56,7 +59,7 @@ ACTIONS: tuple[Action, ...] = (
 class Player(Struct):
     """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: lines of what else there is to
     tell of the time that is shown, such as who drives the robot; `live`: others move it; `passes`: whether its time
-    goes by itself. `abort` stops a robot that others move.
+    goes by itself. `abort` stops a robot that others move. `world`: the cell around it.
     """
 
     watched: Watched
@@ -66,6 +69,7 @@ class Player(Struct):
     live: bool = False
     passes: Callable[[], bool] = lambda: False
     abort: Callable[[], object] | None = None
+    world: World | None = None
 
     def text(self) -> str:
         """Return the text that is shown now."""
@@ -100,32 +104,46 @@ class Player(Struct):
         """Return the application that plays on the terminal until the user leaves."""
         keys = {key: action.change for action in self._actions() for key in action.keys}
         actions = {key: None if change is None else partial(self._change, change) for key, change in keys.items()}
-        return ArmScreen(self.watched, lambda: self.playback.at(self.wall()), self.text, actions, abort=self.abort)
+        return ArmScreen(
+            self.watched,
+            lambda: self.playback.at(self.wall()),
+            self.text,
+            actions,
+            abort=self.abort,
+            world=self.world,
+        )
 
     def _change(self, change: Callable[[Playback, float], Playback]) -> None:
         self.playback = change(self.playback, self.wall())
 
 
-def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
+def play(arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> None:
     """Play a trajectory on the terminal, from its start, `rate` seconds of it in one second."""
     playback = Playback.of(timeline.start, timeline.end, rate, time.monotonic())
-    Player(RecordedRobot(arm, timeline), playback).screen().run()
+    Player(RecordedRobot(arm, timeline), playback, world=world).screen().run()
 
 
 async def watch(
-    watched: Watched, news: Callable[[float], str], passes: Callable[[], bool], abort: Callable[[], object]
+    watched: Watched,
+    news: Callable[[float], str],
+    passes: Callable[[], bool],
+    abort: Callable[[], object],
+    world: World | None = None,
 ) -> None:
     """Watch a robot that others move, from where it is now on; `passes`: whether its time goes by itself. `abort` stops
     it.
     """
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
-    await Player(watched, playback, news=news, live=True, passes=passes, abort=abort).screen().run_async()
+    player = Player(watched, playback, news=news, live=True, passes=passes, abort=abort, world=world)
+    await player.screen().run_async()
 
 
-def show_motion(watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None]) -> None:
+def show_motion(
+    watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None], world: World | None = None
+) -> None:
     """SHOW while the arm moves: picture it as it is now, until it stands or a key is pressed. `keep_up` lets happen
-    what is due; `abort` stops the robot.
+    what is due; `abort` stops the robot; `world` is the cell around it.
     """
 
     def text() -> str:
@@ -138,4 +156,4 @@ def show_motion(watched: Watched, keep_up: Callable[[], None], abort: Callable[[
         return watched.now > watched.timeline.end + STANDS
 
     with patch_stdout(raw=True):
-        ArmScreen(watched, None, text, {"<any>": None}, over, abort).run()
+        ArmScreen(watched, None, text, {"<any>": None}, over, abort, world).run()

@@ -284,9 +284,9 @@ class ShellTerminal:
         elif isinstance(question, Jogging):
             from vrs_cli.repl.jog_panel import JogPanel
 
-            JogPanel(screens.hand(question), question.speed, screens.watched(), self._abort).run()
+            JogPanel(screens.hand(question), question.speed, screens.watched(), self._abort, screens.port.world).run()
         elif (watched := screens.watched()) is not None:
-            show_motion(watched, screens.keep_up, self._abort)
+            show_motion(watched, screens.keep_up, self._abort, screens.port.world)
         else:
             return None
         return True

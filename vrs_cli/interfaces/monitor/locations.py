@@ -13,7 +13,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.monitor.parts import times, where_part
-from vrs_cli.interfaces.monitor.showing import Sight, bodies
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.station.operands import Handler, moment, operand, real, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
@@ -36,7 +36,6 @@ from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.questions import Amendment, Watching
 from vrs_cli.values.replies import (
-    ArmPicture,
     LocationTable,
     Message,
     NamedLocation,
@@ -73,14 +72,8 @@ def _show(station: Station, it: Instruction) -> Dialogue[None]:
     moves = engine.realtime and engine.now < engine.end and not stamped
     shown = moves and station.user_state.attended and (yield from station.user_state.show(None, Watching()))
     if not shown:
-        world = station.driver.world
-        scene, course = (None, None) if world is None else (world.settings.scene, world.course(timeline))
-
-        def drawn() -> ArmPicture:
-            seen = () if scene is None or course is None else bodies(scene, course, t)
-            return Sight(arm).picture(timeline, t, stamped, seen)
-
-        yield (yield from beside(drawn))
+        sight = Sight(arm, station.driver.world)
+        yield (yield from beside(lambda: sight.picture(timeline, t, stamped)))
 
 
 def _define(station: Station, it: Instruction) -> Dialogue[None]:

@@ -30,6 +30,7 @@ from vrs_cli.values.scene import (
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
+    from vrs_cli.world.world import World
 
 BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
 ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal
@@ -39,21 +40,21 @@ Lines = tuple[tuple[Vector, ...], ...]
 
 
 class Sight:
-    """Pictures of one arm, one after the other; it remembers what does not change between them."""
+    """Pictures of one arm, one after the other, in a cell or alone; it remembers what does not change between them."""
 
-    def __init__(self, arm: RobotArm) -> None:
-        self.arm, self._path = arm, ToolPath(arm, ERROR)
+    def __init__(self, arm: RobotArm, world: World | None = None) -> None:
+        self.arm, self._path, self._world = arm, ToolPath(arm, ERROR), world
 
-    def picture(
-        self, timeline: Timeline, t: float, stamped: bool = False, bodies: tuple[PicturedBody, ...] = ()
-    ) -> ArmPicture:
+    def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
         """Picture the robot at time t [s], with its past and its planned way, and the bodies of its cell."""
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
         at = position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
         target = position(destination_at(arm, timeline, t).T_world_tool) if at.moving else None
         past, planned = self._way(timeline, t, position(at.T_world_tool))
-        return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, bodies)
+        world = self._world
+        seen = () if world is None else bodies(world.settings.scene, world.course(timeline), t)
+        return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
 
     def _way(self, timeline: Timeline, t: float, tip: Vector) -> tuple[Lines, Lines]:
         """The lines before a time [s] and those after it; the one under way is parted, last of all and first."""

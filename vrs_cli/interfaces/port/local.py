@@ -7,7 +7,7 @@ from copy import copy
 from itertools import count
 from math import inf
 from threading import Lock
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import TimelineChange
@@ -27,6 +27,9 @@ from vrs_cli.language.text.ast import Program
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage
 from vrs_cli.wire.refusal import Refusal
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 T = TypeVar("T")
 PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
@@ -157,6 +160,10 @@ class LocalPort:
         return ""
 
     # --- reading ---
+
+    @property
+    def world(self) -> World | None:
+        return self.session.driver.world
 
     def follow(self) -> _LocalUser:
         return self.user

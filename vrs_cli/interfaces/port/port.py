@@ -7,7 +7,7 @@ stand on either.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
@@ -33,6 +33,9 @@ from vrs_cli.wire.messages import (
     Told,
     Typed,
 )
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 MakeRequest = Callable[[int], Request]  # a request with that id
 Outlet = Callable[[ServerMessage], None]
@@ -88,6 +91,10 @@ class Port(Protocol):
     @property
     def open(self) -> bool:
         """Return whether there is a connection now; always so in this process."""
+
+    @property
+    def world(self) -> World | None:
+        """Return the cell around the robot, where it is known here."""
 
     @property
     def cuts(self) -> int:
