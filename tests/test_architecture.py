@@ -175,7 +175,7 @@ DEFERRED = (
         "it brings mujoco, which is an extra",
     ),
     Deferred(
-        ("contacts/watch.py", "interfaces", "net", "teach"),
+        ("api", "contacts/watch.py", "interfaces", "net", "teach"),
         ("vrs_cli.world.world", "vrs_cli.world.course"),
         "few robots have a scene",
     ),

@@ -20,6 +20,7 @@ from vrs_cli.api.location import Floats, Location, Units, number, numbers
 from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
+from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
@@ -504,7 +505,6 @@ class Robot:
         """
         world = self._robot.port.world
         if cell is not None:
-            from vrs_cli.files.cell_file import read_cell
             from vrs_cli.world.world import World
 
             world = World(self._robot.arm, cell if isinstance(cell, Cell) else read_cell(str(cell)))
