@@ -13,8 +13,10 @@ from tests.live import PATIENCE
 from tests.net.serving import serving
 from tests.world.cells import BOX, TABLE
 from vrs_cli.files.cell_file import parse_cell
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.socket_port import SocketPort
+from vrs_cli.values.replies import BodyKind
 from vrs_cli.world.course import WorldCourse
 
 CELL = f"""
@@ -55,6 +57,7 @@ def check(part: WorldCourse, whole: WorldCourse, begins: float) -> None:
     for t in (begins, *(source.uniform(begins, end) for _ in range(50))):
         assert part.state("box", t) == whole.state("box", t)
         assert part.T_tool_part(t) == whole.T_tool_part(t)
+        assert part.opening(t) == whole.opening(t)
         assert [part.signal(n, t) for n in (1001, 1010)] == [whole.signal(n, t) for n in (1001, 1010)]
 
 
@@ -80,6 +83,10 @@ def test_a_window_shows_parts_and_sensors_as_the_robot_does(tmp_path: Path, *, e
             held = course.spans("box", course.timeline.end)[1]
             assert held.begin <= mirror.begins, "it does not know the grip"
             check(world.course(mirror.timeline), course, mirror.begins)
+            with vrs.connect(it.address) as robot:
+                assert robot.held.port.world is not None
+            sight = Sight(mirror.arm, port.world)
+            assert [one.kind for one in sight.picture(mirror.timeline, mirror.now).bodies].count(BodyKind.PART) == 1
         finally:
             port.close()
 

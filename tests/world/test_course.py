@@ -9,6 +9,7 @@ import pytest
 
 from tests.world.cells import BOX, TABLE, Arm, course_of, with_events, world_of
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse, position
+from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.world import SpanKind
 from vrs_cli.world.course import PartState, WorldCourse
 
@@ -125,6 +126,15 @@ def test_the_fingers_stop_at_the_part_that_they_take() -> None:
     )
     assert [course.held(t) for t in times] == [None, None, "box", "box", "box", None, "box", None, None]
     assert [course.opening(t) for t in times] == pytest.approx([1.0, 1.0, 0.4, 0.4, 0.4, 1.0, 0.4, 1.0, 0.0])
+
+
+def test_fingers_on_their_way_are_so_in_the_end_of_a_timeline_too() -> None:
+    arm = Arm("MOVE part").hand(1, 0.0).hand(0).do("DELAY 0.1")
+    whole, t = course_of(arm, TABLE, BOX), arm.events[1].time + 0.02
+    end = Timeline(list(arm.timeline), 0, arm.timeline.events, world=whole.state_at(t))
+    part = world_of(arm, TABLE, BOX).course(end)
+    assert [part.opening(t + s) for s in (0.0, 0.01, 0.03)] == [whole.opening(t + s) for s in (0.0, 0.01, 0.03)]
+    assert part.opening(t) == 1.0
 
 
 def test_places_where_a_part_can_be_taken() -> None:

@@ -162,7 +162,7 @@ async def _watch(options: Namespace) -> None:
         def lines(t: float) -> str:
             return "\n".join(line for line in (news.line(), *client.far.previewed().lines(t)) if line)
 
-        world = _world(options, predicted.arm)
+        world = client.far.world or _world(options, predicted.arm)
         await watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news), world)
     finally:
         await client.close()

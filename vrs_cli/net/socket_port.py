@@ -9,7 +9,7 @@ from contextlib import suppress
 from math import inf
 from pathlib import Path
 from threading import Lock, Thread, current_thread
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import finalize
 
 from vrs_cli.engine.engine import TimelineChange
@@ -22,6 +22,9 @@ from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Reque
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.refusal import Refusal
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 PAST = 60.0  # [s] of the timeline that are kept for a picture of the arm
 CLOSING = 5.0  # [s] that the end of a connection takes at most
@@ -102,8 +105,6 @@ class SocketPort:
     are refused at once. `close` lets the robot go; so does dropping the last reference to the port.
     """
 
-    world = None  # no server tells its cells
-
     def __init__(self, client: Client, window: float = PAST) -> None:
         self.client, self.far, self._window, self._loop = client, client.far, window, Loop()
         self._left = finalize(self, _leave, self._loop, client)
@@ -175,6 +176,11 @@ class SocketPort:
         self._left()
 
     # --- the timeline ---
+
+    @property
+    def world(self) -> World | None:
+        """The cell around the robot, as its server tells it."""
+        return self.far.world
 
     def follow(self) -> Mirror:
         """Return the timeline and the clock, which are kept up to date from the first call on. Raises

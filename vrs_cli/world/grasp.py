@@ -7,6 +7,7 @@ from math import sqrt
 
 from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, subtracted
 from vrs_cli.values.scene import ScenePart
+from vrs_cli.values.world import FingersArrive
 from vrs_cli.world.history import GRIPS, WorldHistory
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import Solids, point_apart, spread
@@ -48,10 +49,15 @@ def part_between(
 
 
 def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
-    """Write down which part the hand holds from now on, and how far it is open: its fingers stop at the part."""
+    """Write down which part the hand holds from now on, and how far it is open: its fingers stop at the part, and count
+    as where they were while they are on their way.
+    """
     name, opening = history.get("held"), history.get("hand")
     if name is not None:
         opening = max(opening, history.get("width") / settings.opening)
+    for due in history.due:
+        if isinstance(due.what, FingersArrive):
+            opening = max(opening, due.what.before / settings.opening)
     history.add(GRIPS, (history.now, name, opening))
 
 

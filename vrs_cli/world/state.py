@@ -36,7 +36,6 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
     history.now = state.time
     for key in ALONE:
         history.set(key, getattr(state, key))
-    add_grip(history, settings)
     for name, span in state.parts.items():
         lift(history, name)
         history.add(("spans", name), span)
@@ -57,3 +56,4 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
         if isinstance(what, PartLands):
             put(history, what.part, settings.solids[what.part], what.T)  # what falls after it falls onto it
         history.plan(time, what)
+    add_grip(history, settings)
