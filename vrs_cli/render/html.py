@@ -48,11 +48,8 @@ def pieces_html(pieces: Iterable[Piece]) -> str:
 
 
 def _table(grid: Grid) -> str:
-    """A table whose cells stay on one line, except where a column may fold."""
-    styles = [
-        f"text-align:{'right' if column.right else 'left'}" + ";white-space:nowrap" * (not column.fold)
-        for column in grid.columns
-    ]
+    """A table whose numbers, with their units, stay on one line."""
+    styles = ["text-align:right;white-space:nowrap" if column.right else "text-align:left" for column in grid.columns]
     heads = [column.heading for column in grid.columns]
     head = f"<thead><tr>{_cells('th', heads, styles)}</tr></thead>" if any(heads) else ""
     rows = "".join(f"<tr>{_cells('td', row, styles)}</tr>" for row in grid.rows)
