@@ -196,3 +196,26 @@ def test_who_leaves_a_lesson_is_not_asked_what_to_store(tmp_path: Path) -> None:
         front_end.take("n = 4")
         front_end.take("EXIT")
         assert isinstance(notes.taken()[-1], Farewell)
+
+
+# --- a robot that is served -------------------------------------------------------------------------------------------
+
+
+def test_what_is_done_elsewhere_counts_too(seat: Seat) -> None:
+    """A page beside the prompt, or a program that runs on."""
+    desk = seat()
+    desk.front_end.kept_up()
+    desk.learner._look(lambda session: session.perform("DRIVE 1, 30"))
+    del desk.shown[:]
+    desk.front_end.kept_up()
+    assert desk.shown[0].startswith("**Done.** It has turned.")
+    del desk.shown[:]
+    desk.front_end.kept_up()
+    assert desk.shown == []
+
+
+def test_a_robot_behind_a_delay(seat: Seat) -> None:
+    desk = seat(f'{CHECKS}\n[delay]\nforward = "5ms"\nbackward = "5ms"\n')
+    assert desk.front_end.port.name
+    assert desk.type("DRIVE 1, 30").startswith("**Done.** It has turned.")
+    assert desk.type("n = 5").startswith("**Done.** Said.")

@@ -21,6 +21,7 @@ from vrs_cli.repl.shell import at, on_terminal
 if TYPE_CHECKING:
     from vrs_cli.teach.learn import LearnerRecord
     from vrs_cli.teach.lessons import Lesson
+    from vrs_cli.view3d.door import Door
 
 OK, FAILED = 0, 1
 PROGRESS = "learn.json"
@@ -89,6 +90,7 @@ class _Course:
         from vrs_cli.teach.lessons import chosen_folder, lesson_folders, lessons_folder
 
         self._file = progress_file
+        self._door: Door | None = None  # of the page, which stays when the learner goes to another lesson
         folder = None if word is None or not Path(word).is_dir() else Path(word)
         if folder is not None and (folder / "lesson.md").exists():
             self.folders: tuple[Path, ...] = (folder,)
@@ -166,9 +168,8 @@ class _Course:
             learner = Learner(lesson, classroom.look, _shown(attended), progress, course, begin)
             if options.view and classroom.hosted is not None:
                 options.host, options.url, options.rate = "127.0.0.1", None, 1.0
-                door = door_of(options)
-                options.port, options.no_open = int(door.listening.getsockname()[1]), True  # the page goes on
-                open_page(options, stack, door, classroom.hosted.hold, lesson.cell if lesson.cell_file else None)
+                self._door = door_of(options, self._door)
+                open_page(options, stack, self._door, classroom.hosted.hold, lesson.cell if lesson.cell_file else None)
             at(LessonPlace(classroom, learner, first=first))
         if learner.standing.finished or learner.wanted is not None:
             return OK, learner.wanted

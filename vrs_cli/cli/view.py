@@ -14,6 +14,7 @@ from math import inf
 from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 from vrs_cli.cli.command_line import (
     ROBOT,
@@ -266,11 +267,15 @@ def nothing(_window: RobotWindow) -> None:
     """Do nothing."""
 
 
-def door_of(options: argparse.Namespace) -> Door:
-    """The page has an address, and a browser is on its way to it: what answers it is loaded meanwhile."""
+def door_of(options: argparse.Namespace, before: Door | None = None) -> Door:
+    """The page has an address, and a browser is on its way to it: what answers it is loaded meanwhile. `before`: a door
+    that is closed, and whose page goes on at this one.
+    """
     from vrs_cli.repl.history import state_folder
     from vrs_cli.view3d.door import kept_secret, opened
 
+    if before is not None:
+        return opened(options.host, urlsplit(before.address).port or 0, before.secret)
     secret = ""  # at a port that was chosen that of the last time: a page that is still there goes on
     with suppress(RuntimeError):  # there is no home
         secret = kept_secret(state_folder(os.environ) / "view" / str(options.port)) if options.port else ""

@@ -49,6 +49,7 @@ class FrontEnd:
         # lines that are no VAL-II: each function carries out a line that is its own, and returns whether it did
         self.own_lines: list[Callable[[str], bool]] = []
         self.taken: Callable[[], None] = lambda: None  # is called when a line has been carried out
+        self.kept_up: Callable[[], None] = lambda: None  # is called after `keep_up`, unless a line is carried out
         # `repl/connection.py`: hears messages about the connection
         self.hear_connection: Callable[[ServerMessage], None] = lambda _message: None
         self.driven: Driven | None = None  # a robot of this process, whose time goes on while a line is waited for
@@ -290,6 +291,8 @@ class FrontEnd:
                     self._later.append(message)
                 else:
                     self._hear(message)
+            if not self._waits:
+                self.kept_up()
         except BrokenPipeError:
             raise
         except Exception as error:

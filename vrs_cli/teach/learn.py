@@ -137,6 +137,7 @@ class Learner:
         self._look, self._show, self._progress, self._course = look, show, progress, course
         self._at, self._hints = min(at, len(lesson.steps)), 0
         self._started, self._told = 0.0, ""
+        self._seen: object = None  # of the robot, when it was looked at last
         self._busy = False  # lines of the lesson itself are carried out
         self._front_end: FrontEnd
         self._words: Mapping[str, Callable[[], None]] = {
@@ -161,7 +162,7 @@ class Learner:
             self._begin()
 
         front_end.own_lines.insert(0, self.take)
-        front_end.opening, front_end.taken = begin, self.look
+        front_end.opening, front_end.taken, front_end.kept_up = begin, self.look, self._look_again
 
     # --- words of the lesson ------------------------------------------------------------------------------------------
 
@@ -292,6 +293,13 @@ class Learner:
                 self._advance()
         except Exception as error:
             self._front_end.terminal.show(internal_error(error))
+
+    def _look_again(self) -> None:
+        """Ask the checks when the robot was moved otherwise than by a line here: by a program, or from the page."""
+        seen = self._look(lambda session: (session.engine.timeline.version, session.running))
+        if seen != self._seen:
+            self._seen = seen
+            self.look()
 
     def _marks(self, step: LessonStep) -> tuple[Mark, ...]:
         """Return the marks of a step, now."""
