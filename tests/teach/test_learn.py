@@ -127,6 +127,13 @@ def test_a_lesson_goes_on_where_it_was(seat: Seat, tmp_path: Path) -> None:
     assert "Step 2 of 2" in desk.shown[-1]
 
 
+def test_a_lesson_that_was_finished_stays_so(seat: Seat, tmp_path: Path) -> None:
+    kept = tmp_path / "learn.json"
+    seat(progress=kept).type("DRIVE 1, 30", "n = 5")
+    seat(progress=kept).type("DRIVE 1, 30")
+    assert LearnerRecord(kept).of(str(tmp_path / "08_two")).finished
+
+
 def test_another_lesson_is_a_word_away(seat: Seat) -> None:
     desk = seat()
     assert "     1  Two steps                                 (you are here)\n     2  The next" in desk.type("LESSONS")

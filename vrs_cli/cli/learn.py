@@ -119,7 +119,7 @@ class _Course:
         progress = self._progress()
         for number, lesson in enumerate(map(_read, self.folders), 1):
             standing = progress.of(lesson.key)
-            print(f"{number:3}  {lesson.title:36} {standing.told():>8}  {lesson.summary}")
+            print(f"{number:3}  {lesson.title:40} {standing.told():>8}  {lesson.summary}")
 
     def run(self, options: Namespace) -> int:
         """Lead through lessons until the learner leaves; returns the exit status."""

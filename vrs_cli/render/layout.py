@@ -289,7 +289,7 @@ def _help_overview(reply: replies.HelpOverview, page: Page) -> Iterator[Block]:
         words = " ".join(word.replace(" ", "\0") for word in group.words)
         for text in wrap(words, (page.width or PLAIN_WIDTH) - 2, break_on_hyphens=False, break_long_words=False):
             yield TextLine((("  ", Ink.TEXT), *scan(text.replace("\0", " "))))
-    yield line("HELP word explains one of them.", Ink.NOTE)
+    yield line("HELP word explains one of them; vrs learn, outside of the shell, teaches them in lessons.", Ink.NOTE)
 
 
 def _help_topic(reply: replies.HelpTopic, page: Page) -> Iterator[Block]:

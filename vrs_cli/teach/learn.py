@@ -326,9 +326,12 @@ class Learner:
         self._present()
 
     def _keep(self) -> None:
-        """Keep where the learner is; a disk that cannot be written loses that and nothing else, and is told once."""
+        """Keep where the learner is; a lesson that was finished once stays so. A disk that cannot be written loses that
+        and nothing else, and is told once.
+        """
+        before = self._progress.of(self.lesson.key)
         try:
-            self._progress.keep(self.lesson.key, self.standing)
+            self._progress.keep(self.lesson.key, before if before.finished else self.standing)
         except FileError as error:
             self._progress = LearnerRecord(None)
             self._show(f"Your progress is not kept: {error.detail}.")
