@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
 pytest.importorskip("mujoco")
 
+from tests.contacts.edits import missed
 from tests.contacts.test_watch import INTO, session_of
 from vrs_cli.errors import CollisionAhead
 from vrs_cli.interfaces.session.session import Session
@@ -82,6 +85,10 @@ def test_motions_that_are_shifted_alone_are_not_looked_at_again() -> None:
     session.perform("DRIVE 1, 5 AT 0")
     session.perform("SIGNAL 1 AT 0.1")
     assert len(session.contacts.contacts) == 1
+
+
+def test_what_random_edits_let_touch_is_told() -> None:
+    assert missed(Random(5)) == []
 
 
 def test_redo_is_refused_as_a_motion_is() -> None:

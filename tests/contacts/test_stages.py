@@ -109,6 +109,15 @@ def test_stages_end_where_a_part_changes_what_it_does() -> None:
         assert set(values) <= {0.0, 1.0}
 
 
+def test_hand_may_touch_what_it_takes_while_its_fingers_close() -> None:
+    session, _ = picked()
+    engine = session.engine
+    course = World(engine.arm, session.driver.cell).course(engine.timeline)
+    taken = next(t for t, name in course.moves(0.0, engine.end) if course.held(t) == name)
+    *_, last = stages(engine.timeline, course, 0.0, taken - 0.01)
+    assert last.gripped == {"cube"}
+
+
 def test_hand_may_touch_what_it_takes_though_another_part_moves_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
     session, _ = picked()
     engine = session.engine

@@ -14,7 +14,6 @@ from msgspec import Struct
 
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND
 from vrs_cli.values.world import PartSpan, SpanKind, WorldState
 from vrs_cli.world.grasp import part_between
 from vrs_cli.world.history import CHANGES, GRIPS, MOVES, NOTES
@@ -125,10 +124,8 @@ class WorldCourse:
         return self._simulation.tool(t)
 
     def graspable(self, t: float) -> str | None:
-        """Return the part that the hand would take if it closed at t [s], as far open as it is just before."""
-        index = self.timeline.events_by(t, before=True)
-        gap = self.timeline.value_at(HAND, self.timeline.event(index - 1).time) if index else 0.0
-        widths = (gap * self._settings.opening, 0.0)
+        """Return the part that the hand would take if it closed at t [s], as far open as it is."""
+        widths = (self.opening(t) * self._settings.opening, 0.0)
         found = part_between(self._settings, self.standing(t).items(), self.tool(t), widths)
         return None if found is None else found[0]
 
