@@ -114,10 +114,18 @@ class ContactWatch:
         world = self._around()[1]
         return checker.first_contact(timeline, begin, end, world.course(timeline) if world is not None else None)
 
-    def prepare(self) -> None:
-        """Load MuJoCo now: while it is imported it may start a process, which programs of somebody else may not."""
+    def prepare(self, checker: Checker | None = None) -> None:
+        """Load MuJoCo now: while it is imported it may start a process, which programs of somebody else may not.
+        `checker`: one that another robot of the same model has used, for the same scene.
+        """
         if find_spec("mujoco") is not None:
             import_module("vrs_cli.contacts.checker")
+            self._last = checker
+
+    @property
+    def checker(self) -> Checker | None:
+        """Return what looked for contacts last."""
+        return self._last
 
     def _available(self) -> bool:
         if find_spec("mujoco") is not None:

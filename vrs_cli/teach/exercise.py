@@ -56,7 +56,7 @@ LIMITS: Mapping[str, tuple[str, float]] = {  # fields of Limits, and the largest
     "output": ("max_output", 100_000_000),
     "disk": ("max_disk", 1_000_000_000),
 }
-USUAL_LIMITS = Limits(max_time=600.0, max_steps=20_000, max_elements=30_000, max_output=20_000, max_disk=100_000)
+USUAL_LIMITS = Limits(max_time=600.0, max_steps=10_000, max_elements=30_000, max_output=20_000, max_disk=100_000)
 _FAILS = re.compile(r"(?i)\s*;\s*fails\s*:\s*(.+?)\s*$")
 
 

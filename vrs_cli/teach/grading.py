@@ -7,6 +7,7 @@ import os
 from collections.abc import Sequence
 from contextlib import chdir
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
@@ -16,6 +17,9 @@ from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.marking import POINT_STEP, Mark, mark
 from vrs_cli.teach.submission import NotExecuted, Submission, SubmissionRuns
 from vrs_cli.teach.verdict import rounded
+
+if TYPE_CHECKING:
+    from vrs_cli.contacts.checker import Checker
 
 MAX_REASON_CHARS = 1000
 
@@ -66,12 +70,13 @@ class Grader:
     """Grades submissions for one exercise. It has its variants, and the model's evidence in each."""
 
     def __init__(self, exercise: Exercise) -> None:
-        """Run the model solution, in all variants where checks need it. Raises FileDamaged where it cannot run."""
+        """Run the model solution in all variants. Raises FileDamaged where it cannot run."""
         self.exercise = exercise
         self._variants = tuple(exercise.variant(seed) for seed in exercise.seeds)
         self.models = dict[int | None, Evidence]()
-        runs = SubmissionRuns(Submission("", "model.v2", exercise.solution))
-        for variant in self._variants if exercise.needs_model else self._variants[:1]:
+        self._checkers = dict[int | None, "Checker | None"]()
+        runs = SubmissionRuns(Submission("", "model.v2", exercise.solution), self._checkers)
+        for variant in self._variants:
             try:
                 self.models[variant.seed] = runs.run(variant)
             except NotExecuted as error:
@@ -89,7 +94,7 @@ class Grader:
         grading = lost_grading(submission, submission.unread)
         marks, evidences = list[VariantMarks](), list[Evidence | None]()
         if not submission.unread:
-            runs = SubmissionRuns(submission)
+            runs = SubmissionRuns(submission, self._checkers)
             for number, variant in enumerate(self._variants):
                 os.mkdir(folder := f"variant{number}")
                 with chdir(folder):

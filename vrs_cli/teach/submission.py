@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from msgspec import Struct
 
 from vrs_cli.errors import EndOfInput, ProgramNotExecutable, VrsError
@@ -16,6 +18,9 @@ from vrs_cli.teach.exercise import Exercise
 from vrs_cli.values.diagnostics import Severity, ordered
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import LineWanted, Question
+
+if TYPE_CHECKING:
+    from vrs_cli.contacts.checker import Checker
 
 MAX_LINES = 2000  # of a program file: to read so many takes a fifth of a second
 
@@ -34,9 +39,12 @@ class NotExecuted(VrsError, text="Not executed"):
 
 
 class SubmissionRuns:
-    """The runs of one submission, one for each variant of an exercise: what is the same in all is done once."""
+    """The runs of one submission, one for each variant of an exercise: what is the same in all is done once.
+    `checkers`: of contacts, by the seeds of the variants; the first runs put them there.
+    """
 
-    def __init__(self, submission: Submission) -> None:
+    def __init__(self, submission: Submission, checkers: dict[int | None, Checker | None] | None = None) -> None:
+        self._checkers = {} if checkers is None else checkers
         self._text, self._lines = submission.text, submission.text.count("\n")
         self._loaded: LoadedFile | None = None
 
@@ -47,7 +55,7 @@ class SubmissionRuns:
         if self._lines > MAX_LINES:
             raise NotExecuted(f"the file has {self._lines} lines, and {MAX_LINES} are allowed")
         station = _station(exercise)
-        station.contacts.prepare()
+        station.contacts.prepare(self._checkers.get(exercise.seed))
         with Isolation():
             exercise.give(station)
             if self._loaded is None:
@@ -59,6 +67,7 @@ class SubmissionRuns:
                 result = station.execute(name, all_tasks=True)
             except ProgramNotExecutable as error:
                 raise NotExecuted(self._mistake(self._loaded) or f"{error.title} {error.detail}") from None
+            self._checkers.setdefault(exercise.seed, station.contacts.checker)
             return evidence_of(station, result, given=exercise.given_programs)
 
     @property

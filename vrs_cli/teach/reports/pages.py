@@ -154,7 +154,7 @@ def teacher_page(
     checks = "".join(
         f'<th class="n">{escape(plain(one.name))}{" (hidden)" if one.hidden else ""}</th>' for one in exercise.checks
     )
-    head = f'<tr><th>Student</th><th class="n">Points</th>{checks}<th>Stopped</th></tr>'
+    head = f'<tr><th>Student</th><th class="n">Points</th>{checks}</tr>'
     rows = "".join(_grading_row(exercise, one, files.get(one.student, "")) for one in gradings)
     graded = [one.points for one in gradings if not one.lost]
     mean = f", {points_text(sum(graded) / len(graded))} points on the average" if graded else ""
@@ -181,14 +181,17 @@ def teacher_page(
 def _grading_row(exercise: Exercise, grading: Grading, stem: str) -> str:
     name = f'<a href="{STUDENTS}/{stem}.html"><bdi>{escape(plain(grading.student))}</bdi></a>'
     if grading.lost:
-        why = f'<td class="lost" colspan="{len(exercise.checks) + 2}">not graded: {escape(plain(grading.lost))}</td>'
+        why = f'<td class="lost" colspan="{len(exercise.checks) + 1}">not graded: {escape(plain(grading.lost))}</td>'
         return f"<tr><td>{name}</td>{why}</tr>"
     cells = "".join(
         f'<td class="n{" lost" * (not one.passed)}" title="{escape(plain(one.reason))}">{points_text(one.points)}</td>'
         for _, one in grading.marks
     )
-    stopped = escape(plain(grading.stopped))
-    return f'<tr><td>{name}</td><td class="n"><b>{points_text(grading.points)}</b></td>{cells}<td>{stopped}</td></tr>'
+    row = f'<tr><td>{name}</td><td class="n"><b>{points_text(grading.points)}</b></td>{cells}</tr>'
+    if not grading.stopped:
+        return row
+    width = len(exercise.checks) + 1
+    return f'{row}<tr><td></td><td class="hint" colspan="{width}">{escape(plain(grading.stopped))}</td></tr>'
 
 
 def _page(title: str, body: str) -> str:
