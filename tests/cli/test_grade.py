@@ -4,13 +4,18 @@ import csv
 import json
 import os
 import random
+import re
 import shutil
+import signal
+import subprocess
+import sys
 from io import StringIO
 from pathlib import Path
 
 import pytest
 
 from tests.cli.conftest import Vrs
+from tests.live import until
 from tests.teach.runs import PICK
 from tests.teach.test_grading import COPIED, LOOP
 
@@ -180,3 +185,24 @@ def test_an_exercise_is_proposed_from_a_solution(vrs: Vrs, tmp_path: Path) -> No
     refused = vrs("grade", "--new", "other")
     assert refused == (2, "", "vrs grade: --new wants a name and one solution (vrs grade --new pick solution.v2)\n")
     assert vrs("grade", PICK, "turn.v2", "--cell", "c.toml").status == 2
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX systems")
+def test_a_signal_ends_all_and_what_was_graded_is_told(tmp_path: Path) -> None:
+    (tmp_path / "class").mkdir()
+    for number in range(8):
+        (tmp_path / "class" / f"{number}.v2").write_text(MODEL)
+    command = [sys.executable, "-m", "vrs_cli", "grade", str(PICK), "class", "--jobs", "1", "--json", "all.json"]
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    running = subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    until(lambda: list(tmp_path.glob("vrs-grade-*/1")), "the second one is graded")
+    running.send_signal(signal.SIGTERM)  # Ctrl-C goes the same way
+    out, err = running.communicate(timeout=60)
+    assert running.returncode == 143
+    assert out.splitlines()[1].split()[1:] == ["8", "8"]
+    assert re.fullmatch(
+        r"vrs grade: [1-7] of 8 submissions graded; no file of results is written\nvrs grade: terminated\n", err
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["class"]

@@ -118,7 +118,8 @@ def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submis
     except KeyboardInterrupt:
         _show(exercise, by_student(found), ())
         print(
-            f"{options.prog}: {len(found)} of {count(total, 'submission')} graded; no file is written", file=sys.stderr
+            f"{options.prog}: {len(found)} of {count(total, 'submission')} graded; no file of results is written",
+            file=sys.stderr,
         )
         raise
     gradings = by_student(found)
