@@ -74,7 +74,8 @@ def work_apart(
                     folder.mkdir()
                     receiving, sending = context.Pipe(duplex=False)
                     process = context.Process(target=_run_apart, args=(work, item, sending, folder, fence), daemon=True)
-                    process.start()
+                    with _signals_held():
+                        process.start()
                     sending.close()  # so that its end is seen when the process is gone
                     running[receiving] = _Process(number, process, folder, time.monotonic() + fence.wall + GRACE)
                 due = min(one.deadline for one in running.values())
@@ -150,6 +151,19 @@ def _shared_memory() -> Iterator[None]:
         gc.unfreeze()
 
 
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """Let signals wait: what a handler raises while a process is forked is lost."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 # --- in the process of an item ---------------------------------------------------------------------------------------
 
 
@@ -180,6 +194,8 @@ def _confine(folder: Path, fence: Fence) -> None:
     for name in ("SIGTERM", "SIGALRM", "SIGXCPU", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_SETMASK, ())
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, fence.wall)  # it holds even where the parent is gone
     try:
