@@ -338,3 +338,21 @@ def test_undo_takes_parts_back_to_the_bit() -> None:
         assert distance(now, before.T_tool_part(t)) < 1e-12  # type: ignore[arg-type]
     arm.do("REDO", "REDO", "REDO", "REDO")
     assert all_of(world.course(arm.engine.timeline)) == placed
+
+
+def test_a_course_goes_on_from_its_state_at_any_time() -> None:
+    """While the part lies, is held, falls, and at the very start."""
+    arm = Arm("OPENI", "MOVE part", "CLOSEI", "APPRO place, 60", "OPENI", "DELAY 1")
+    world, timeline = world_of(arm, TABLE, BOX, STAND), arm.engine.timeline
+    whole = world.course(timeline)
+    assert whole.state_at(timeline.start) is None, "as the scene says"
+    for begins in (0.01, *(span.begin + 0.02 for span in whole.spans("box"))):
+        first = timeline.index_at(begins)
+        start = timeline[first].start
+        part = world.course(Timeline(list(timeline)[first:], timeline.version, timeline.events, whole.state_at(begins)))
+        assert part.begins == begins > start
+        assert part.spans("box", inf) == whole.spans("box", inf)[-len(part.spans("box", inf)) :]
+        assert part.state("box", begins) == whole.state("box", begins)
+    with_another = world_of(arm, TABLE, BOX.replace('name = "box"', 'name = "can"'))
+    course = with_another.course(Timeline(list(timeline), 0, (), whole.state_at(1.0)))
+    assert course.begins == timeline.start, "that is a state of another cell"

@@ -18,7 +18,7 @@ from functools import cache, lru_cache, partial
 from itertools import count
 from typing import NamedTuple
 
-from msgspec import Struct, field, structs
+from msgspec import UNSET, Struct, field, structs
 
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.settings import Settings
@@ -41,7 +41,7 @@ REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
 SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
 MAX_PARTS = 8  # that are remembered until the next change
 
-StateOfWorld = Callable[[Timeline, float], WorldState]
+StateOfWorld = Callable[[Timeline, float], WorldState | None]
 
 
 class MessageForm(NamedTuple):
@@ -253,7 +253,7 @@ class Stream:
             else:
                 snapshot = snapshot.with_later_events(events // 2)
         if self._state is not None and snapshot.first:
-            record = structs.replace(record, world=self._state(self.timeline, snapshot.known_from))
+            record = structs.replace(record, world=self._state(self.timeline, snapshot.known_from) or UNSET)
             packet = packet_of(messages.Replaced(record, number=self.number), form)
         return record, packet
 

@@ -196,8 +196,10 @@ class WorldCourse:
         self._advance(self.timeline.end)
         return tuple(self._history.rows(NOTES))
 
-    def state_at(self, t: float) -> WorldState:
-        """Return all that the world is just before t [s]."""
+    def state_at(self, t: float) -> WorldState | None:
+        """Return all that the world is just before t [s], or what the course begins with; None: as the scene says."""
+        if t <= self.begins:
+            return self.timeline.world
         self._advance(t)
         with self._lock:
             return state_at(self._history, self._settings, t)
