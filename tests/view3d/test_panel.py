@@ -31,6 +31,7 @@ from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.values.acts import Define, Say, Survey
+from vrs_cli.values.results import Untrue
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
@@ -222,6 +223,13 @@ def test_signals_are_lamps_and_switches(ada: Sat) -> None:
     )
     ada.press("Outputs", "\N{BLACK CIRCLE} 3")
     ada.until(lambda: "\N{WHITE CIRCLE} 3" in ada.now("GuiButtonGroupMessage", label="Outputs")["options"])
+
+
+def test_a_reading_that_no_longer_holds_is_told_below_the_signals(ada: Sat, hosted: Hosted) -> None:
+    hosted.session.told_untrue = (Untrue(1, 1001, True, True, -1.0, "pick step 4: WAIT SIG(1001)", "MOVE <b>"),)
+    ada.type("SIGNAL 3")
+    ada.sees("MOVE &lt;b&gt; was given when 1001 came on")
+    ada.sees("it no longer does (pick step 4: WAIT SIG(1001))")
 
 
 def test_a_slider_is_meant_when_it_rests(server: viser.ViserServer) -> None:

@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from math import inf
@@ -43,7 +43,7 @@ from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Answer, LineWanted, Question
 from vrs_cli.values.replies import Message, Reply
-from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask
+from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
@@ -248,9 +248,10 @@ class Batch(Struct, frozen=True):
         if self.heard is not None:
             self.heard.ended(result)
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
+        wrong = tuple(untrue(station.engine.book, station.environment.signals))
         if self.options.json:
             rows = ((it.code, it.message, it.program, it.step, it.line, it.numbers) for it in faults)
-            self._print_json(station, result, [_object(Severity.ERROR, *row) for row in rows])
+            self._print_json(station, result, [_object(Severity.ERROR, *row) for row in rows], wrong)
         if result.fault is None:
             terminal.show(Message(result.outcome.value))
         else:
@@ -258,7 +259,7 @@ class Batch(Struct, frozen=True):
         if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
             for sentence in sentences(displaced):  # which motions begin at other times than the program asked
                 print(sentence, file=sys.stderr)
-        self._tell_world(station)
+        self._tell_world(station, wrong)
         try:
             self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path, station.driver.world)
         except FileError as error:  # the command line was right when the run began: the disk is full
@@ -266,14 +267,14 @@ class Batch(Struct, frozen=True):
             return FAILED
         return FAILED if faults else OK
 
-    def _tell_world(self, station: Station) -> None:
-        """Tell what happened around the robot, and what programs have read and later edits made untrue."""
+    def _tell_world(self, station: Station, wrong: Iterable[Untrue]) -> None:
+        """Tell what happened around the robot, and what programs have read and later edits made untrue (`wrong`)."""
         if self.options.quiet:
             return
         course = station.driver.course
         for t, _, text in () if course is None else course.notes:
             print(for_stream(f"at {t:.3f} s {text}", sys.stderr), file=sys.stderr)
-        for reading in untrue(station.engine.book, station.environment.signals):
+        for reading in wrong:
             print(for_stream(untrue_sentence(reading), sys.stderr), file=sys.stderr)
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
@@ -281,10 +282,12 @@ class Batch(Struct, frozen=True):
         said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
 
-    def _print_json(self, station: Station, result: RunResult | None, errors: list[Object]) -> None:
+    def _print_json(
+        self, station: Station, result: RunResult | None, errors: list[Object], wrong: Sequence[Untrue] = ()
+    ) -> None:
         import json
 
-        found = run_object(station.engine, result, errors) | world_object(station)
+        found = run_object(station.engine, result, errors) | world_object(station, wrong)
         if self.heard is None:
             print(json.dumps(found, indent=2))
         else:
@@ -327,9 +330,9 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
     }
 
 
-def world_object(station: Station) -> Object:
+def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
     """Return what `--json` tells of the world: `parts` at the end, and `notes`, of a cell with parts or sensors; and
-    `no_longer_true`, what programs have read and later edits made untrue, where there is any.
+    `no_longer_true`, what programs have read and later edits made untrue (`wrong`), where there is any.
     """
     found, course, engine = Object(), station.driver.course, station.engine
     if course is not None and course.parts():
@@ -338,7 +341,6 @@ def world_object(station: Station) -> Object:
         found["notes"] = [{"t": shown(t), "kind": kind, "text": text} for t, kind, text in course.notes]
     if "parts" in found or station.contacts.contacts:
         found["contacts"] = [_contact_object(*one) for one in station.contacts.contacts]
-    wrong = list(untrue(engine.book, station.environment.signals))
     if wrong:
         found["no_longer_true"] = [
             {

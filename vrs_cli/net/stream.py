@@ -18,7 +18,7 @@ from functools import cache, lru_cache, partial
 from itertools import count
 from typing import NamedTuple
 
-from msgspec import UNSET, Struct, field, structs
+from msgspec import Struct, field, structs
 
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.settings import Settings
@@ -252,8 +252,9 @@ class Stream:
                 snapshot = Snapshot.part(self.timeline, self.settings, first, after)
             else:
                 snapshot = snapshot.with_later_events(events // 2)
-        if self._state is not None and snapshot.first:
-            record = structs.replace(record, world=self._state(self.timeline, snapshot.known_from) or UNSET)
+        state = self._state(self.timeline, snapshot.known_from) if self._state and snapshot.first else None
+        if state is not None:
+            record = structs.replace(record, world=state)
             packet = packet_of(messages.Replaced(record, number=self.number), form)
         return record, packet
 

@@ -34,7 +34,7 @@ from vrs_cli.values.replies import (
     ReachReport,
     TimelineTable,
 )
-from vrs_cli.values.results import CommandRecord, RunResult
+from vrs_cli.values.results import CommandRecord, RunResult, Untrue
 from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
 
 
@@ -281,11 +281,15 @@ class BranchSeen(Struct, frozen=True):
     version: int
 
 
+MAX_UNTRUE = 3  # readings that a survey tells
+
+
 class Surveyed(Spoken, frozen=True):
     """A list is None where its mark is among those that are known. `marks`: of all three lists.
 
     `on`: the signals that are on. `base`: T_robot_world, in which places are; `tool`: T_flange_tool [m]. `driver`:
-    whose lease it is, empty where nobody has one.
+    whose lease it is, empty where nobody has one. `untrue`: what programs have read of signals and no longer holds, the
+    first MAX_UNTRUE of it.
     """
 
     places: LocationList | None
@@ -301,6 +305,7 @@ class Surveyed(Spoken, frozen=True):
     speed: float
     speed_unit: str
     driver: str = ""
+    untrue: tuple[Untrue, ...] = ()
 
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):

@@ -12,9 +12,11 @@ import viser
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.render.colours import Ink
+from vrs_cli.render.displaced import untrue_sentence
 from vrs_cli.render.html import pieces_html
 from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import StepList, Surveyed, TaskRow
+from vrs_cli.values.results import Untrue
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_hand import Gizmo, HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
@@ -25,6 +27,7 @@ RUN, STEP, PROCEED, PAUSE, GO_ON, ABORT = "Run", "Step", "Proceed", "Pause", "Go
 NONE = "(none in memory)"
 HEIGHT = "15em"
 LIT = "background:#ffe08a;color:#000"  # the step that is being done
+UNTRUE = "color:#c62828"
 STANDS = "background:#e4e4e4;color:#000"  # the step at which a program has stopped
 
 
@@ -145,6 +148,7 @@ class SignalsPanel:
         }
         for handle in self.banks.values() if drives else ():
             hands.on(handle, self._switch)
+        self.untrue = gui.add_html("", visible=False)
 
     def _switch(self, lamp: str) -> None:
         number = int(lamp.split()[-1])
@@ -158,6 +162,13 @@ class SignalsPanel:
             if there:
                 put(handle, options=_lamps(there, self._on))
             put(handle, visible=bool(there))
+        put(self.untrue, content=boxed(_untrue_lines(found.untrue)), visible=bool(found.untrue))
+
+
+def _untrue_lines(readings: Iterable[Untrue]) -> str:
+    """What programs have read of signals and no longer holds."""
+    lines = (f'<div style="{UNTRUE}">{escape(untrue_sentence(one))}</div>' for one in readings)
+    return "".join(lines)
 
 
 def _lamps(numbers: Iterable[int], on: frozenset[int]) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.programs import load, value
+from tests.interfaces.session.test_survey import surveyed
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.observations import untrue
@@ -102,6 +103,10 @@ def test_what_was_told_is_not_told_again_after_a_later_edit(session: Session) ->
     waited(session)
     assert len(told(session, "SIGNAL 1 AT 0.5")) == 1
     assert told(session, "SIGNAL 3 AT 9", "SIGNAL 4 AT 0.25") == []
+    (one,) = session.told_untrue
+    assert surveyed(session).untrue == (one,)
+    session.perform("UNDO 3")
+    assert surveyed(session).untrue == ()
 
 
 def test_an_input_of_the_cell_may_change_after_a_look_at_the_same_instant(session: Session) -> None:

@@ -10,6 +10,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.run.signals import ComputedSignals, Signals
+from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Stamp
 
@@ -133,7 +134,10 @@ def test_the_cell_computes_inputs(signals: Signals) -> None:
     def next_change(timeline: Timeline, t: float, until: float) -> float:
         return next((time + 0.25 for time, _ in timeline.changes(1) if t < time + 0.25 <= until), inf)
 
-    signals.computed = ComputedSignals(frozenset({1001}), frozenset({1001}), state, next_change)
+    def changes(timeline: Timeline, t: float) -> dict[int, bool]:
+        return {1001: state(timeline, 1001, t)} if next_change(timeline, t - TICK, t) == t else {}
+
+    signals.computed = ComputedSignals(frozenset({1001}), frozenset({1001}), state, next_change, changes)
     signals.listeners.append(lambda signal, on: heard.append((signal, on)))
     signals.write(1, text="SIGNAL 1")
     assert (signals.on, signals.follow_clock()) == ((1,), 0.25)

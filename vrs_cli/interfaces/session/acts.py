@@ -35,6 +35,7 @@ from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import (
+    MAX_UNTRUE,
     Assign,
     BranchSeen,
     CommandList,
@@ -200,6 +201,7 @@ def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
         speed.value,
         speed.unit.value,
         "" if session.lease is None else session.lease.holder,
+        session.told_untrue[:MAX_UNTRUE],
     )
 
 

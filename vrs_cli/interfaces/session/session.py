@@ -63,6 +63,7 @@ from vrs_cli.values.replies import (
     is_error,
     refusal,
 )
+from vrs_cli.values.results import Untrue
 
 _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
@@ -82,8 +83,7 @@ class Session(Station):
     # the books of main and of the present branch with their timelines when the present line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    # when the readings were made of which it was told that they no longer hold [s], by their numbers
-    _untrue: Mapping[int, float] = MappingProxyType({})
+    told_untrue: tuple[Untrue, ...] = ()  # the readings of which it was told that they no longer hold
 
     @property
     def prompt(self) -> str:
@@ -155,6 +155,8 @@ class Session(Station):
         """Tell which motions have moved since the line began, or since a line of a command file told it."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
+        if book is not self.engine.book:
+            self.told_untrue = ()  # another branch has its own
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:
@@ -163,10 +165,10 @@ class Session(Station):
             changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
             since = changed_since(before, book.timeline, changes)
             wrong = tuple(untrue(book, self.environment.signals, since))
-            if new := tuple(one for one in wrong if one.number not in self._untrue):
+            known = {one.number for one in self.told_untrue}
+            if new := tuple(one for one in wrong if one.number not in known):
                 yield NoLongerTrue(new)
-            earlier = {number: time for number, time in self._untrue.items() if time < since}
-            self._untrue = earlier | {one.number: one.time for one in wrong}
+            self.told_untrue = (*(one for one in self.told_untrue if one.time < since), *wrong)
 
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""

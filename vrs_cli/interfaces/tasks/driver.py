@@ -10,7 +10,7 @@ A task that waits for a condition tests it every tick, and at once when a signal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from math import inf
 from typing import TYPE_CHECKING, TypeVar, cast
@@ -81,7 +81,10 @@ def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals 
     def state(timeline: Timeline, signal: int, t: float) -> bool:
         return bool(world.course(timeline).signal(signal, t))
 
-    return world, ComputedSignals(settings.computed, frozenset(settings.sensed), state, next_change)
+    def changes(timeline: Timeline, t: float) -> Mapping[int, bool]:
+        return world.course(timeline).changes_at(t)
+
+    return world, ComputedSignals(settings.computed, frozenset(settings.sensed), state, next_change, changes)
 
 
 class AskedInVain(Exception):

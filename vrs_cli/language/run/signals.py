@@ -34,13 +34,15 @@ class ComputedSignals(Struct, frozen=True):
     """Inputs that follow from all else on a timeline: from sensors of the cell, and from its rules.
 
     `numbers`: of all of them, `sensed`: of those that sensors alone set. `state` tells whether one is on at a time [s];
-    `next_change` the first time after one, up to another, at which one of them changes.
+    `next_change` the first time after one, up to another, at which one of them changes; `changes` which change at a
+    time, and what they are then.
     """
 
     numbers: frozenset[int]
     sensed: frozenset[int]
     state: Callable[[Timeline, int, float], bool]
     next_change: Callable[[Timeline, float, float], float]
+    changes: Callable[[Timeline, float], Mapping[int, bool]]
 
 
 class Signals:
@@ -210,12 +212,13 @@ class Signals:
 
     def _change_at(self, timeline: Timeline, t: float) -> None:
         """Let signals change as the timeline says of a time: first those of events, then those that are computed."""
-        computed = frozenset[int]() if self.computed is None else self.computed.numbers
+        computed = self.computed
         for event in timeline.events_between(t, t):
-            if event.channel != HAND and not event.observed and event.channel not in computed:
+            follows = computed is not None and event.channel in computed.numbers
+            if event.channel != HAND and not event.observed and not follows:
                 self._put(event.channel, event.value > 0.0)
-        for number in sorted(computed):
-            self._put(number, self.on_at(number, t))
+        for number, on in sorted(computed.changes(timeline, t).items()) if computed is not None else ():
+            self._put(number, on)
 
     def keep_states(self) -> None:
         """Keep the present states on the present timeline, which has just been given an observation."""
