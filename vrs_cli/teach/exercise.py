@@ -304,7 +304,7 @@ class _ExerciseReader:
             heading = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
             said = [(number, match[1]) for number, line in enumerate(heading, 1) if (match := _FAILS.match(line))]
             for number, name in said:
-                if name.lower() not in known:
+                if known and name.lower() not in known:
                     there = ", ".join(known.values())
                     self.wrong.append(f"{path}:{number}: no check is called {name[:80]}; the checks are {there}")
             if not said:

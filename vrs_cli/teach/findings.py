@@ -77,6 +77,8 @@ class _Inspection:
             yield from self._soundness(variant)
         for variant in self.variants:
             yield from self._model(variant)
+            if not self.models:
+                break  # it is not executed in any other variant either
         if not self.sound:
             return  # what the model does not pass, others need not either
         yield from self._wrong_submissions()
@@ -160,8 +162,8 @@ class _Inspection:
             yield Finding(path, f"the model is not executed{_of(variant)}: {error}", "correct it")
             return
         for one in mark(variant, evidence, evidence):
-            if not one.passed:
-                self.sound = False
+            if not one.passed and one.name not in self.failed:  # once is enough
+                self.sound, self.failed[one.name] = False, path
                 remedy = "correct the check or the model" if variant.seed is None else "move what belongs together"
                 what = f"{one.name}: the model fails it{_of(variant)}: {one.reason}"
                 yield Finding(self._at(one.name), what, remedy)
