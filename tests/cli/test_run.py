@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -590,6 +591,16 @@ def test_nobody_is_called_from_a_sandbox() -> None:
             with pytest.raises(PermissionError, match="not for this run"):
                 act()
     socket.socket().close()
+
+
+def test_contacts_are_looked_for_in_a_sandbox(tmp_path: Path) -> None:
+    """MuJoCo may start a process while it is imported: it is loaded before the program may start none."""
+    for name in ("pick_and_place.v2", "pick_and_place.toml"):
+        shutil.copy(Path(__file__).parents[2] / "programs" / name, tmp_path)
+    words = ("pick_and_place.v2", "--cell", "pick_and_place.toml", "--sandbox", "box", "--quiet")
+    command = [sys.executable, "-m", "vrs_cli", "run", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 BESIDE = """\

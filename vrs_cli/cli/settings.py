@@ -46,7 +46,7 @@ What it prints can be the file itself. What is wrong in the file is told on stan
 
 SHELLS = ("bash", "zsh", "fish")
 FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # in what stands for an argument
-FOLDERS = ("FOLDER", "DIR")
+FOLDERS = ("FOLDER", "DIR", "EXERCISE")
 
 
 def completion(options: Namespace) -> None:
