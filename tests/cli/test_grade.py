@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
 
@@ -206,3 +207,17 @@ def test_a_signal_ends_all_and_what_was_graded_is_told(tmp_path: Path) -> None:
         r"vrs grade: [1-7] of 8 submissions graded; no file of results is written\nvrs grade: terminated\n", err
     )
     assert [path.name for path in tmp_path.iterdir()] == ["class"]
+
+
+@pytest.mark.skipif(find_spec("viser") is None, reason="pages need the extra view")
+def test_pages_share_a_viewer_and_students_get_a_folder(vrs: Vrs, school: Path, tmp_path: Path) -> None:
+    (school / "<b>eve.v2").write_text(LOOP)
+    assert vrs("grade", PICK, "class/carl", "class/<b>eve.v2", "class/dora", "--html", "pages").status == 1
+    pages = tmp_path / "pages"
+    names = {str(path.relative_to(pages)) for path in pages.rglob("*") if path.is_file()}
+    students = {f"students/{name}" for name in ("carl.html", "_b_eve.html", "dora.html", "viewer.html")}
+    assert names == {"teacher.html", *students, "students/replays/carl.js"}
+    assert 'src="viewer.html#carl"' in (pages / "students" / "carl.html").read_text()
+    assert (pages / "students" / "replays" / "carl.js").read_text().startswith("window.__VISER_EMBED_DATA__=")
+    assert "__VISER_EMBED_DATA__=" not in (pages / "students" / "viewer.html").read_text()
+    assert 'href="students/_b_eve.html"><bdi>&lt;b&gt;eve' in (pages / "teacher.html").read_text()
