@@ -44,6 +44,16 @@ def test_a_part_between_the_fingers_is_carried_from_the_moment_they_arrive() -> 
     assert distance(course.pose("box", tip), course.tool(tip)) < 1e-12
 
 
+def test_a_hand_that_is_told_again_to_close_takes_the_part() -> None:
+    arm = Arm("MOVE part").hand(1, 0.0).hand(0)
+    closing = arm.events[-1].time
+    arm.hand(0, closing + 0.02).do("DELAY 0.1")
+    course = course_of(arm, TABLE, BOX)
+    assert course.held(closing + 0.06) is None
+    assert course.held(closing + 0.071) == "box"
+    assert course.notes == ()
+
+
 def test_what_is_held_is_fixed_to_the_hand() -> None:
     arm, course = picked("APPRO place, 100", "MOVES place", "DRIVE 4, 30", "DRIVE 6, -50")
     R, held = random.Random(5), course.spans("box")[1]

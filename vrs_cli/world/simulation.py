@@ -181,11 +181,14 @@ class Simulation:
                 self._switch(event.channel, event.value > 0.5)
             return
         history, opening = self.history, self._settings.opening
-        before = history.get("hand")
+        gap = history.get("hand") * opening
+        for due in history.due:
+            if isinstance(due.what, FingersArrive):  # they are on their way, and close on
+                gap = due.what.before
         history.set("hand", event.value)
         history.drop(lambda what: isinstance(what, FingersArrive))
-        if event.value < before:
-            history.plan(event.time + event.duration, FingersArrive(before * opening, event.value * opening))
+        if event.value * opening < gap:
+            history.plan(event.time + event.duration, FingersArrive(gap, event.value * opening))
             return
         if (name := history.get("held")) is not None and event.value * opening > history.get("width") + SLACK:
             self._release(name)
