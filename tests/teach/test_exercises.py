@@ -12,7 +12,7 @@ from tests.teach.planted import EXERCISES, NAMES, correct_programs, fault, grade
 from vrs_cli.teach.exercise import WrongSubmission, read_exercise
 
 WRONG = [(name, one) for name in NAMES for one in read_exercise(EXERCISES / name).wrong]
-EVERY = 6  # of the wrong submissions this many-th is tried here; all: python -m tests.teach.planted
+EVERY = 9  # of the wrong submissions this many-th is tried here; all: python -m tests.teach.planted
 
 
 @cache
