@@ -225,7 +225,7 @@ def test_signals_are_lamps_and_switches(ada: Sat) -> None:
     ada.until(lambda: "\N{WHITE CIRCLE} 3" in ada.now("GuiButtonGroupMessage", label="Outputs")["options"])
 
 
-def test_a_reading_that_no_longer_holds_is_told_below_the_signals(ada: Sat, hosted: Hosted) -> None:
+def test_a_reading_that_no_longer_holds_is_told_beside_the_programs(ada: Sat, hosted: Hosted) -> None:
     hosted.session.told_untrue = (Untrue(1, 1001, True, True, -1.0, "pick step 4: WAIT SIG(1001)", "MOVE <b>"),)
     ada.type("SIGNAL 3")
     ada.sees("MOVE &lt;b&gt; was given when 1001 came on")

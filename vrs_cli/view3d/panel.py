@@ -42,6 +42,7 @@ class ProgramsPanel:
         with self.leading:
             self.run = gui.add_button_group("Do", (RUN, STEP, PROCEED, PAUSE, ABORT))
         self.state = gui.add_html("", visible=False)
+        self.untrue = gui.add_html("", visible=False)
         self.steps = gui.add_html("")
         self.loading = gui.add_folder(None)
         with self.loading:
@@ -83,6 +84,7 @@ class ProgramsPanel:
         clock = () if pace is None else (GO_ON if pace.paused else PAUSE,)
         put(self.run, options=(RUN, STEP, PROCEED, *clock, ABORT))
         self._list(found)
+        put(self.untrue, content=boxed(_untrue_lines(found.untrue)), visible=bool(found.untrue))
         task = self._surveying.task
         shown = found.text, task
         if shown != self._shown:
@@ -108,6 +110,12 @@ def _said(task: TaskRow | None) -> str:
     where = "" if task.step is None else f", step {task.step}"
     asks = f", asks: {task.asks}" if task.asks else ""
     return f"<b>{escape(task.program)}</b> {escape(task.state)}{where}{escape(asks)}"
+
+
+def _untrue_lines(readings: Iterable[Untrue]) -> str:
+    """What programs have read of signals and no longer holds."""
+    lines = (f'<div style="{UNTRUE}">{escape(untrue_sentence(one))}</div>' for one in readings)
+    return "".join(lines)
 
 
 def _listing(text: StepList | None, task: TaskRow | None) -> str:
@@ -148,7 +156,6 @@ class SignalsPanel:
         }
         for handle in self.banks.values() if drives else ():
             hands.on(handle, self._switch)
-        self.untrue = gui.add_html("", visible=False)
 
     def _switch(self, lamp: str) -> None:
         number = int(lamp.split()[-1])
@@ -162,13 +169,6 @@ class SignalsPanel:
             if there:
                 put(handle, options=_lamps(there, self._on))
             put(handle, visible=bool(there))
-        put(self.untrue, content=boxed(_untrue_lines(found.untrue)), visible=bool(found.untrue))
-
-
-def _untrue_lines(readings: Iterable[Untrue]) -> str:
-    """What programs have read of signals and no longer holds."""
-    lines = (f'<div style="{UNTRUE}">{escape(untrue_sentence(one))}</div>' for one in readings)
-    return "".join(lines)
 
 
 def _lamps(numbers: Iterable[int], on: frozenset[int]) -> tuple[str, ...]:
