@@ -69,8 +69,8 @@ class Classroom:
     def _give(self, session: Session) -> None:
         session.dialect = self.lesson.dialect
         session.unstored.asked_about = False
-        if self.lesson.given:
-            session.load_text(self.lesson.given)
+        if self.lesson.given is not None:
+            session.take(self.lesson.given)
 
 
 def _served(

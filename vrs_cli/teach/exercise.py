@@ -21,30 +21,25 @@ from typing import Any
 
 from msgspec import Struct, structs
 
-from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError
-from vrs_cli.files.cell_file import read_cell
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.opening import text_at
 from vrs_cli.files.timed_lines import read_signals
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.run.memory import Memory
-from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs
+from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
 from vrs_cli.language.run.variables import Item
-from vrs_cli.language.text.parser import parse_file
 from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise_text import ExerciseText
 from vrs_cli.teach.kinds import read_checks
+from vrs_cli.teach.surroundings import MAX_PROGRAM_BYTES, SurroundingsReader
 from vrs_cli.teach.variants import Situation, Variant, moved, read_variants
 from vrs_cli.teach.verdict import Rounding
-from vrs_cli.values.diagnostics import Severity
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
 
 MAX_CHECKS_CHARS = 200_000
-MAX_PROGRAM_BYTES = 1_000_000  # of a submission, the model, and what is given
 KEYS = (
     *("title", "robot", "dialect", "program", "limits", "rounding_mm", "rounding_deg", "rounding_s"),
     *("check", "variant", "similar"),
@@ -139,12 +134,12 @@ def read_exercise(folder: str | Path) -> Exercise:
     return _ExerciseReader(Path(folder)).read()
 
 
-class _ExerciseReader:
+class _ExerciseReader(SurroundingsReader):
     """Reads the files of an exercise and collects the mistakes in them."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.wrong = folder, list[str]()
-        self.exercise, self.teacher = folder / "exercise", folder / "teacher"
+        super().__init__(folder / "exercise")
+        self.folder, self.teacher = folder, folder / "teacher"
 
     def read(self) -> Exercise:
         """Read all files. Raises as `read_exercise`."""
@@ -159,10 +154,10 @@ class _ExerciseReader:
             raise FileDamaged(f"{path}: {str(error)[:500]}", "checks.toml is a TOML file") from None
         reader = ExerciseText(path, text)
         reader.check_keys(reader.whole._replace(given=table), KEYS)
-        robot = self._robot(reader, table)
-        cell, inputs = self._cell(), self._inputs()
-        dialect = self._dialect(reader, table)
-        given = None if robot is None else self._given(robot, dialect)
+        robot = self.robot(reader, table)
+        cell, inputs = self.cell(), self._inputs()
+        dialect = self.dialect(reader, table)
+        given = None if robot is None else self.given(robot, dialect)
         if given is not None:
             reader.locations = frozenset(given.variables.values())
         parts, fixtures = (tuple(one.name for one in rows) for rows in (cell.scene.parts, cell.scene.fixtures))
@@ -204,26 +199,6 @@ class _ExerciseReader:
 
     # --- checks.toml ---
 
-    def _robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
-        """Load the robot, a built-in one or a file beside text.md; None where there is none."""
-        given = table.get("robot", "puma560")
-        if not isinstance(given, str):
-            reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
-            return None
-        beside = self.exercise / given
-        try:
-            return load_robot(beside if beside.suffix in (".toml", ".urdf") and beside.is_file() else given)
-        except VrsError as error:
-            reader.fault(reader.whole, "robot", str(error))
-            return None
-
-    def _dialect(self, reader: ExerciseText, table: Mapping[str, Any]) -> Dialect:
-        entry = reader.whole._replace(given=table)
-        if "dialect" not in table:
-            return Dialect.VPLUS
-        word = reader.one_of(entry, "dialect", (one.value for one in Dialect))
-        return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
-
     def _limits(self, reader: ExerciseText, table: Mapping[str, Any]) -> Limits:
         given = table.get("limits", {})
         if not isinstance(given, dict):
@@ -256,38 +231,13 @@ class _ExerciseReader:
 
     # --- the other files ---
 
-    def _cell(self) -> Cell:
-        path = self.exercise / "cell.toml"
-        try:
-            return read_cell(str(path)) if path.exists() else NO_CELL
-        except FileError as error:
-            self.wrong.append(error.detail)
-            return NO_CELL
-
     def _inputs(self) -> Inputs:
-        path = self.exercise / "signals.csv"
+        path = self.around / "signals.csv"
         try:
             return read_signals(str(path)) if path.exists() else NO_INPUTS
         except FileError as error:
             self.wrong.append(f"{error.detail} ({error.hint})" if error.hint else error.detail)
             return NO_INPUTS
-
-    def _given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
-        """Read given.v2: its programs and locations."""
-        path = self.exercise / "given.v2"
-        if not path.exists():
-            return None
-        try:
-            text = text_at(str(path), MAX_PROGRAM_BYTES)
-        except FileError as error:
-            self.wrong.append(error.detail)
-            return None
-        file, unreadable = parse_file(text, dialect)
-        loaded = LoadedFile.of(file, text, Memory(units=robot.units), vplus=True)
-        for one in (*unreadable, *loaded.diagnostics):
-            if one.severity is Severity.ERROR:
-                self.wrong.append(f"{path}:{one.span.line}: {one.message}")
-        return loaded
 
     def _program(self, name: str) -> str:
         try:

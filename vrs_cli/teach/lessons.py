@@ -17,22 +17,18 @@ from typing import Any
 
 from msgspec import Struct, structs
 
-from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError, did_you_mean
-from vrs_cli.files.cell_file import read_cell
+from vrs_cli.errors import FileDamaged, NonexistentFile, VrsError, did_you_mean
 from vrs_cli.files.cell_text import CellEntry
 from vrs_cli.files.opening import text_at
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.run.memory import Memory
-from vrs_cli.language.run.signals import NO_CELL, Cell
+from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.run.variables import Item
-from vrs_cli.language.text.parser import parse_file
 from vrs_cli.net.delay_line import Delays, parse_delays
 from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise_text import ExerciseText
 from vrs_cli.teach.kinds import read_check
-from vrs_cli.values.diagnostics import Severity
+from vrs_cli.teach.surroundings import SurroundingsReader
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
 
@@ -75,7 +71,7 @@ class Lesson(Struct, frozen=True):
     dialect: Dialect
     cell: Cell
     cell_file: str | None
-    given: str
+    given: LoadedFile | None
     locations: Mapping[Item, Value]
     delays: tuple[Delays, Delays] | None
     steps: tuple[LessonStep, ...]
@@ -166,11 +162,12 @@ def _numbered(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
         yield check if count == 1 else structs.replace(check, name=f"{check.name} {count}")
 
 
-class _LessonReader:
+class _LessonReader(SurroundingsReader):
     """Reads the files of a lesson and collects the mistakes in them."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.wrong = folder, list[str]()
+        super().__init__(folder)
+        self.folder = folder
         self.text_file = folder / "lesson.md"
 
     def read(self) -> Lesson:
@@ -188,8 +185,9 @@ class _LessonReader:
         reader = ExerciseText(str(path), text)
         whole = reader.whole._replace(given=table)
         reader.check_keys(whole, KEYS)
-        robot, dialect, cell = self._robot(reader, table), self._dialect(reader, table), self._cell()
-        given, locations = self._given(robot, dialect)
+        robot, dialect, cell = self.robot(reader, table), self.dialect(reader, table), self.cell()
+        given = None if robot is None else self.given(robot, dialect)
+        locations = {} if given is None else given.variables.values()
         reader.locations = frozenset(locations)
         parts = tuple(one.name for one in cell.scene.parts)
         reader.parts = parts
@@ -223,25 +221,6 @@ class _LessonReader:
         )
 
     # --- checks.toml ---
-
-    def _robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
-        """Load the robot, a built-in one or a file beside lesson.md; None where there is none."""
-        given = table.get("robot", "puma560")
-        if not isinstance(given, str):
-            reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
-            return None
-        beside = self.folder / given
-        try:
-            return load_robot(beside if beside.suffix in (".toml", ".urdf") and beside.is_file() else given)
-        except VrsError as error:
-            reader.fault(reader.whole, "robot", str(error))
-            return None
-
-    def _dialect(self, reader: ExerciseText, table: Mapping[str, Any]) -> Dialect:
-        if "dialect" not in table:
-            return Dialect.VPLUS
-        word = reader.one_of(reader.whole._replace(given=table), "dialect", (one.value for one in Dialect))
-        return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
 
     def _delays(self, reader: ExerciseText, table: Mapping[str, Any]) -> tuple[Delays, Delays] | None:
         if "delay" not in table:
@@ -319,26 +298,3 @@ class _LessonReader:
             reader.fault(entry, "wrong", 'each is a list of lines, such as [["DRIVE 1, 5"], ["READY", "UNDO"]]')
             return ()
         return tuple(tuple(lines) for lines in found)
-
-    # --- the other files ---
-
-    def _cell(self) -> Cell:
-        path = self.folder / "cell.toml"
-        try:
-            return read_cell(str(path)) if path.exists() else NO_CELL
-        except FileError as error:
-            self.wrong.append(error.detail)
-            return NO_CELL
-
-    def _given(self, robot: RobotModel | None, dialect: Dialect) -> tuple[str, Mapping[Item, Value]]:
-        """Read given.v2: its text, and its locations."""
-        path = self.folder / "given.v2"
-        if robot is None or not path.exists():
-            return "", {}
-        text = text_at(str(path), MAX_CHARS)
-        file, unreadable = parse_file(text, dialect)
-        loaded = LoadedFile.of(file, text, Memory(units=robot.units), vplus=True)
-        for one in (*unreadable, *loaded.diagnostics):
-            if one.severity is Severity.ERROR:
-                self.wrong.append(f"{path}:{one.span.line}: {one.message}")
-        return text, loaded.variables.values()
