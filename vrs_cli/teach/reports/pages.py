@@ -52,10 +52,13 @@ class Replay(Struct, frozen=True):
 
 
 def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | None]) -> Replay | None:
-    """Return the run in which the first open check failed, or the first one; None where nothing was executed."""
+    """Return the run in which the first open check failed that has a moment, else the first that failed, else the first
+    run; None where nothing was executed.
+    """
     from vrs_cli.view3d.studio import page, viewer_and_recording
 
-    failed = next((one for one in shown_marks(exercise, grading) if not one.passed and one.reason), None)
+    lost = [one for one in shown_marks(exercise, grading) if not one.passed and one.reason]
+    failed = next((one for one in lost if one.at is not None), lost[0] if lost else None)
     variant = failed.variant if failed is not None else 0
     run = runs[variant] if variant < len(runs) else None
     if run is None or run.timeline.end <= run.timeline.start:
