@@ -439,34 +439,35 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 52_099  # of Python, in all
+MAX_STATEMENTS = 59_108  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 207,
     "extras": 9,
-    "kinematics": 6033,
-    "values": 1270,
-    "trajectory": 2943,
-    "engine": 4440,
-    "language": 6638,
-    "wire": 784,
-    "files": 3103,
-    "world": 1157,
+    "kinematics": 6092,
+    "values": 1492,
+    "trajectory": 2974,
+    "engine": 4696,
+    "language": 6698,
+    "wire": 822,
+    "files": 3172,
+    "world": 1301,
     "devices": 968,
-    "contacts": 877,
-    "interfaces": 7459,
-    "net": 5013,
-    "render": 1392,
-    "view3d": 3540,
-    "repl": 2230,
-    "api": 914,
+    "contacts": 994,
+    "interfaces": 7655,
+    "net": 5172,
+    "render": 1830,
+    "view3d": 3651,
+    "repl": 2260,
+    "api": 936,
     "highlight": 37,
     "lsp": 604,
-    "cli": 2437,
+    "teach": 4580,
+    "cli": 2914,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 355  # with content
+MAX_FILES = 414  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
 MAX_BEHIND_PROTOCOL = 59  # modules that `import vrs_cli.net.protocol` loads
 
