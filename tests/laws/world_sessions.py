@@ -18,7 +18,7 @@ from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.kinematics.transform import Transform, from_oat
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Delay, Move, OperateHand, SetParameter
+from vrs_cli.values.commands import Delay, Move, OperateHand, SetChannels, SetParameter
 from vrs_cli.values.motion import PoseTarget
 from vrs_cli.world.course import WorldCourse
 from vrs_cli.world.world import World
@@ -173,6 +173,14 @@ class WorldSession(EventSession):
             engine.redo(r.randint(1, 3))
         elif not self.walks:
             self.branch()
+
+    def set_channels(self) -> None:
+        """Set signals, or let a feeder bring a part and a sink take some."""
+        signal = self.random.choice((0, 0, 1, 1, 2))
+        if not signal:
+            super().set_channels()
+        for state in (1.0, 0.0) if signal else ():
+            self.engine.perform(SetChannels(((signal, state),), text="SIGNAL"), program=True)
 
     def place(self) -> Transform:
         x, y, z = self.random.choice(PLACES)
