@@ -439,7 +439,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 59_108  # of Python, in all
+MAX_STATEMENTS = 59_109  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 207,
@@ -462,7 +462,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "api": 936,
     "highlight": 37,
     "lsp": 604,
-    "teach": 4580,
+    "teach": 4581,
     "cli": 2914,
     "__main__": 29,
     "__init__": 13,
