@@ -1,0 +1,71 @@
+import type { Connection, Message } from "./core/connection";
+import { frames, g } from "./core/kinematics";
+import { Playback } from "./core/playback";
+import type { Source } from "./core/source";
+import type { Timeline } from "./core/timeline";
+import { Transform, multiply } from "./core/transform";
+
+/** One moment: what every part of the page draws itself by. Metres, radians, seconds. */
+export interface Shown {
+  /** The time that is shown. */
+  t: number;
+  /** The robot's clock. */
+  now: number;
+  /** The joints at t. */
+  q: number[];
+  /** T_base_link of the base and of all links; the last one is the flange. */
+  frames: Transform[];
+  /** T_robot_tool at t. */
+  tool: Transform;
+  timeline: Timeline;
+  source: Source;
+  /** What the robot says of its places, programs, signals and branches; null where nobody can be asked. */
+  surveyed: Message | null;
+}
+
+/** A part of the page that depends on the moment. It remembers what it drew, and does nothing where that is still so. */
+export interface Part {
+  show(shown: Shown): void;
+}
+
+/** A page with one robot. */
+export class App {
+  readonly parts: Part[] = [];
+  readonly playback: Playback;
+  /** What is polled from the robot; see Shown. */
+  surveyed: Message | null = null;
+  private asked = false;
+
+  constructor(readonly source: Source, readonly connection: Connection | null) {
+    this.playback = new Playback(source, () => this.wake(), () => performance.now() / 1000);
+    source.onChange(() => this.wake());
+    setInterval(() => this.wake(), 250);
+  }
+
+  add(...parts: (Part | void)[]): void {
+    this.parts.push(...parts.filter((part) => part !== undefined));
+    this.wake();
+  }
+
+  /** Has the moment shown at the next frame of the display. */
+  wake(): void {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => this.frame());
+  }
+
+  private frame(): void {
+    this.asked = false;
+    const { source, playback } = this;
+    const { timeline, model } = source;
+    if (!timeline.segments.length) return;
+    const t = playback.time;
+    const q = g(model, timeline, t);
+    const all = frames(model, q);
+    const flange = all[all.length - 1];
+    const tool = timeline.tool(t);
+    const shown = { t, now: source.now(), q, frames: all, tool: tool ? multiply(flange, tool) : flange, timeline, source, surveyed: this.surveyed };
+    for (const part of this.parts) part.show(shown);
+    if (playback.moves) this.wake();
+  }
+}

@@ -1,0 +1,68 @@
+import type { Source } from "./source";
+
+/** The time that is shown: it follows the robot, or is played, or stands. */
+export class Playback {
+  rate = 1;
+  loop = false;
+  following: boolean;
+  playing = false;
+  private at = 0;
+  private since = 0;
+
+  /** `wake` is called when the time that is shown has changed by a command. `wall`: the time of the day [s]. */
+  constructor(private readonly source: Source, private readonly wake: () => void, private readonly wall: () => number) {
+    this.following = source.passes || source.now() < source.timeline.end;
+    this.at = source.timeline.begin;
+  }
+
+  get begin(): number {
+    return this.source.timeline.begin;
+  }
+  /** The last time that can be shown [s]. */
+  get end(): number {
+    return Math.max(this.source.timeline.end, this.source.now());
+  }
+
+  /** The time that is shown [s]. */
+  get time(): number {
+    if (this.following) return this.source.now();
+    if (!this.playing) return this.at;
+    const t = this.at + this.rate * (this.wall() - this.since);
+    if (t < this.end) return t;
+    if (this.loop && this.end > this.begin) return this.begin + ((t - this.begin) % (this.end - this.begin));
+    this.playing = false;
+    return (this.at = this.end);
+  }
+
+  /** Whether the time that is shown changes by itself. */
+  get moves(): boolean {
+    return this.playing || (this.following && this.source.passes && this.source.now() <= this.source.timeline.end);
+  }
+
+  follow(): void {
+    this.following = true;
+    this.playing = false;
+    this.wake();
+  }
+  seek(t: number): void {
+    this.at = Math.min(Math.max(t, this.begin), this.end);
+    this.since = this.wall();
+    this.following = false;
+    this.wake();
+  }
+  play(): void {
+    this.seek(this.time >= this.end ? this.begin : this.time);
+    this.playing = true;
+    this.wake();
+  }
+  pause(): void {
+    this.seek(this.time);
+    this.playing = false;
+    this.wake();
+  }
+  setRate(rate: number): void {
+    const t = this.time;
+    this.rate = rate;
+    if (!this.following) this.seek(t);
+  }
+}

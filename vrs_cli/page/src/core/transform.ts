@@ -1,0 +1,28 @@
+/** The twelve numbers of the rows [n s a p] of a homogeneous transformation; metres. */
+export type Transform = Float64Array;
+
+export const identity = (): Transform => Float64Array.of(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0);
+
+/** Reads rows, or twelve numbers in a row. */
+export const transformOf = (rows: number[][] | number[]): Transform => Float64Array.from((rows as number[][]).flat());
+
+/** Multiplies A B. */
+export function multiply(A: Transform, B: Transform): Transform {
+  const C = new Float64Array(12);
+  for (let r = 0; r < 12; r += 4) {
+    const [a, b, c] = [A[r], A[r + 1], A[r + 2]];
+    for (let k = 0; k < 4; k++) C[r + k] = a * B[k] + b * B[4 + k] + c * B[8 + k] + (k === 3 ? A[r + 3] : 0);
+  }
+  return C;
+}
+
+/** Returns the rotation about a unit axis by an angle [rad]. */
+export function rotation(axis: number[], angle: number): Transform {
+  const [x, y, z] = axis;
+  const [c, s, v] = [Math.cos(angle), Math.sin(angle), 1 - Math.cos(angle)];
+  return Float64Array.of(
+    c + x * x * v, x * y * v - z * s, x * z * v + y * s, 0,
+    y * x * v + z * s, c + y * y * v, y * z * v - x * s, 0,
+    z * x * v - y * s, z * y * v + x * s, c + z * z * v, 0,
+  );
+}

@@ -1,0 +1,27 @@
+import "./style/style.css";
+import { App } from "./app";
+import { Connection } from "./core/connection";
+import { LiveSource } from "./core/source";
+import { makeLayout } from "./layout";
+import { makeScene } from "./scene/scene";
+import { makePrompt } from "./panels/prompt";
+
+const fragment = new URLSearchParams(location.hash.slice(1));
+if (fragment.has("token")) {
+  sessionStorage.setItem("token", fragment.get("token")!);
+  history.replaceState(null, "", location.pathname); // the secret leaves the address
+}
+const robot = decodeURIComponent(location.pathname.replace(/^\/view\//, ""));
+const scheme = location.protocol === "https:" ? "wss" : "ws";
+const slot = makeLayout();
+const connection = new Connection(
+  `${scheme}://${location.host}/robots/${encodeURIComponent(robot)}`, sessionStorage.getItem("token") ?? "", "browser",
+);
+const end = connection.on("change", () => {
+  end();
+  const app = new App(new LiveSource(connection), connection);
+  document.title = app.source.title;
+  makeScene(app, slot("canvas"));
+  makePrompt(app, slot("prompt"), slot("output"));
+  Object.assign(window, { app }); // for tests and the curious
+});

@@ -1,0 +1,13 @@
+import "./style/style.css";
+import { App } from "./app";
+import { RecordedSource } from "./core/source";
+import { Timeline } from "./core/timeline";
+import { makeLayout } from "./layout";
+import { makeScene } from "./scene/scene";
+
+const data = JSON.parse(document.getElementById("recording")!.textContent!);
+const timeline = new Timeline();
+timeline.replace(data.snapshot);
+const app = new App(new RecordedSource(data.model, timeline, data.title ?? ""), null);
+makeScene(app, makeLayout()("canvas"));
+app.playback.play();
