@@ -26,3 +26,15 @@ export function rotation(axis: number[], angle: number): Transform {
     z * x * v - y * s, z * y * v + x * s, c + z * z * v, 0,
   );
 }
+
+/** Inverts a rigid transformation. */
+export function inverse(T: Transform): Transform {
+  const R = Float64Array.of(T[0], T[4], T[8], 0, T[1], T[5], T[9], 0, T[2], T[6], T[10], 0);
+  for (let r = 0; r < 12; r += 4) R[r + 3] = -(R[r] * T[3] + R[r + 1] * T[7] + R[r + 2] * T[11]);
+  return R;
+}
+
+/** Returns where T takes a point [m]. */
+export const movePoint = (T: Transform, [x, y, z]: ArrayLike<number>): [number, number, number] => [
+  T[0] * x + T[1] * y + T[2] * z + T[3], T[4] * x + T[5] * y + T[6] * z + T[7], T[8] * x + T[9] * y + T[10] * z + T[11],
+];
