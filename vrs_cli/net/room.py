@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
+from functools import cached_property
 from math import inf
 from pathlib import Path
 from secrets import token_hex, token_urlsafe
@@ -75,7 +76,6 @@ class Room(ServedRobot):
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
         self._seated: dict[ClientSession, None] = {}  # at a prompt
         self._away: dict[ClientSession, None] = {}  # whose connection is cut, in the order of the cuts
-        self.shapes = ServedShapes(name, plan.model, shows_paths=plan.one_user)
         super().__init__(name, plan, wake, audit, tell, robots, wall, self._driven, self._journal_lost)
         self.console.outlets.append(self._said_by_itself)
         self._meter = Meter(plan.allowance, wall())
@@ -91,6 +91,11 @@ class Room(ServedRobot):
         self._pulled = messages.Pulled(self.drag_control.pulled)
         self._pulled_at = wall()
         self.session.actor.serve()
+
+    @cached_property
+    def shapes(self) -> ServedShapes:
+        """The shapes of the robot; their files are read when the first client is greeted."""
+        return ServedShapes(self.name, self.plan.model, shows_paths=self.plan.one_user)
 
     # --- its users ---
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,29 +29,23 @@ class ServedShapes:
         self._converted: dict[str, bytes] = {}
         self._lock = Lock()
         self.tables = list[dict[str, Any]]()
-        for shape in self._drawable(model):
+        shapes = shapes_of(model)
+        keys = {shape: _key(shape, shape.body) for shape in shapes if isinstance(shape.body, MeshFile)}
+        bare = {shape.link for shape, key in keys.items() if key is None}  # capsules stand for unreadable files
+        drawn = [one for one in shapes if one.link not in bare]
+        drawn += [one for one in capsules(model) if one.link in bare] if bare else []
+        for shape in drawn:
             (table,) = to_tables((shape,))
-            if isinstance(shape.body, MeshFile):
-                key = _key(shape, shape.body)
+            if isinstance(shape.body, MeshFile) and (key := keys[shape]) is not None:
                 self._meshes[key] = shape
                 table["glb"] = f"/robots/{quote(name, safe='')}/{MESH}/{key}.glb"
                 table["file"] = shape.body.path if shows_paths else Path(shape.body.path).name
             self.tables.append(table)
 
-    @staticmethod
-    def _drawable(model: RobotModel) -> Iterator[LinkShape]:
-        """Yield the shapes; links whose mesh files cannot be read have capsules instead."""
-        shapes = shapes_of(model)
-        bare = {one.link for one in shapes if isinstance(one.body, MeshFile) and not _readable(one.body)}
-        yield from (one for one in shapes if one.link not in bare)
-        if bare:
-            yield from (one for one in capsules(model) if one.link in bare)
-
     def glb(self, file: str) -> bytes:
         """Return a mesh as GLB by the last part of its address. In any thread. Raises NonexistentFile for an unknown
         one, FileError, FileDamaged for a file that cannot be converted.
         """
-
         shape = self._meshes.get(file.removesuffix(".glb"))
         if shape is None or not isinstance(shape.body, MeshFile):
             raise NonexistentFile(file)
@@ -65,19 +58,16 @@ class ServedShapes:
             return self._converted[file]
 
 
-def _readable(body: MeshFile) -> bool:
-
+def _key(shape: LinkShape, body: MeshFile) -> str | None:
+    """Return a name that changes with the file, its scale and its colour, and that nobody guesses; None if the file
+    cannot be read.
+    """
     if find_spec("trimesh") is None:
-        return False
+        return None
     try:
         check(Path(body.path))
-    except VrsError:
-        return False
-    return True
-
-
-def _key(shape: LinkShape, body: MeshFile) -> str:
-    """Return a name that changes with the file, its scale and its colour, and that nobody guesses."""
-    found = Path(body.path).stat()
+        found = Path(body.path).stat()
+    except (VrsError, OSError):
+        return None
     said = (body.path, found.st_mtime_ns, found.st_size, body.scale, shape.colour)
     return sha256(repr(said).encode()).hexdigest()[:32]

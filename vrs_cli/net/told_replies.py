@@ -50,16 +50,19 @@ def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
     reply, drawn = told.reply, iter(lines)
     rows = {name: getattr(reply, name) for name in _lists_of(type(reply))}
     none: dict[str, tuple[object, ...]] = dict.fromkeys(rows, ())
+
+    def parts() -> Iterator[Told]:
+        for name, there in rows.items():
+            for begin in range(0, len(there), MOST_ROWS):
+                yield Told(replace(reply, **{**none, name: there[begin : begin + MOST_ROWS]}), told.id, goes_on=True)
+        while part := tuple(islice(drawn, MOST_ROWS)):
+            yield Told(replace(reply, **none), told.id, goes_on=True, lines=part)
+
     last: Told | None = None
-    for name, there in rows.items():
-        for begin in range(0, len(there), MOST_ROWS):
-            if last is not None:
-                yield last
-            last = Told(replace(reply, **{**none, name: there[begin : begin + MOST_ROWS]}), told.id, goes_on=True)
-    while part := tuple(islice(drawn, MOST_ROWS)):
+    for part in parts():
         if last is not None:
             yield last
-        last = Told(replace(reply, **none), told.id, goes_on=True, lines=part)
+        last = part
     if last is not None:
         yield replace(last, goes_on=False)
 

@@ -19,7 +19,7 @@ Pair = tuple[str, str]  # the names of two things that may touch
 
 
 class ToolAtCheck(BaseCheck, frozen=True, tag="tool_at"):
-    """Where the tool's tip is at the end: at `at`, moved by `offset` [m]. `deg` None: any orientation."""
+    """Asks that the tool's tip is at the end at `at`, moved by `offset` [m]. `deg` None: any orientation."""
 
     at: Place
     mm: float
@@ -28,7 +28,7 @@ class ToolAtCheck(BaseCheck, frozen=True, tag="tool_at"):
 
 
 class PartAtCheck(BaseCheck, frozen=True, tag="part_at"):
-    """Where a part is at the end: its centre at `at`, moved by `offset` [m]. `deg` None: any orientation."""
+    """Asks that a part is at the end with its centre at `at`, moved by `offset` [m]. `deg` None: any orientation."""
 
     part: str
     at: Place
@@ -38,7 +38,7 @@ class PartAtCheck(BaseCheck, frozen=True, tag="part_at"):
 
 
 class HeldCheck(BaseCheck, frozen=True, tag="held"):
-    """What the hand holds at the end; "": nothing."""
+    """Asks what the hand holds at the end; "": nothing."""
 
     part: str = ""
 
@@ -93,12 +93,11 @@ class ClearanceCheck(BaseCheck, frozen=True, tag="clearance"):
     allow: tuple[Pair, ...] = ()
 
 
-class SpeedCheck(BaseCheck, frozen=True, tag="speed"):
-    """The tip is nowhere faster than `mm_s`; only within `radius` mm of `around`, only on the way from `begin` to
-    `end`, or only while the hand holds a part, where these are given.
+class StretchCheck(BaseCheck, frozen=True):
+    """Holds only within `radius` mm of `around`, only on the way from `begin` to `end`, or only while the hand holds a
+    part, where these are given.
     """
 
-    mm_s: float
     around: Place | None = None
     radius: float = 0.0
     begin: Place | None = None
@@ -106,15 +105,16 @@ class SpeedCheck(BaseCheck, frozen=True, tag="speed"):
     holding: str = ""
 
 
-class AccelerationCheck(BaseCheck, frozen=True, tag="acceleration"):
-    """The acceleration of the tip is nowhere more than `mm_s2`. The rest is as for speeds."""
+class SpeedCheck(StretchCheck, frozen=True, tag="speed", kw_only=True):
+    """The tip is nowhere faster than `mm_s`."""
+
+    mm_s: float
+
+
+class AccelerationCheck(StretchCheck, frozen=True, tag="acceleration", kw_only=True):
+    """The acceleration of the tip is nowhere more than `mm_s2`."""
 
     mm_s2: float
-    around: Place | None = None
-    radius: float = 0.0
-    begin: Place | None = None
-    end: Place | None = None
-    holding: str = ""
 
 
 class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):

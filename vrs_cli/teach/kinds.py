@@ -34,6 +34,7 @@ from vrs_cli.teach.checks import (
     SignalChange,
     SignalsCheck,
     SpeedCheck,
+    StretchCheck,
     ToolAtCheck,
     TypedCheck,
     TypedText,
@@ -71,18 +72,6 @@ def _per_second(text: ExerciseText, entry: CellEntry, key: str) -> float:
 
 def _points(text: ExerciseText, entry: CellEntry, key: str) -> float:
     return text.number(entry, key, 0.0, MAX_POINTS)
-
-
-def _switch(text: ExerciseText, entry: CellEntry, key: str) -> bool:
-    return text.switch(entry, key)
-
-
-def _offset(text: ExerciseText, entry: CellEntry, key: str) -> tuple[float, float, float]:
-    return text.place(entry, key)
-
-
-def _size(text: ExerciseText, entry: CellEntry, key: str) -> tuple[float, float, float]:
-    return text.size(entry, key)
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:
@@ -187,7 +176,7 @@ def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[SignalChan
 _AT = Key("at", ExerciseText.exercise_place, "the place", REQUIRED)
 _MM = Key("mm", _millimetres, "how far from the place it may be [mm]", REQUIRED)
 _DEG = Key("deg", _degrees, "how far its orientation may be off [deg]; without it, any orientation", None)
-_OFFSET = Key("offset", _offset, "from the place to where it is to be, in the world [mm]", NO_OFFSET)
+_OFFSET = Key("offset", ExerciseText.place, "from the place to where it is to be, in the world [mm]", NO_OFFSET)
 _FROM = Key("from", _known_place, "the place where the way begins", REQUIRED, "begin")
 _TO = Key("to", _known_place, "the place where it ends", REQUIRED, "end")
 _ALLOW = Key("allow", _pairs, "pairs that may touch: parts, fixtures, floor, base, link 1, ..., hand", ())
@@ -249,7 +238,7 @@ KINDS: Mapping[str, CheckKind] = {
         "",
         (
             Key("at", _known_place, "the middle of the box; with O, A, T it is turned", REQUIRED),
-            Key("size", _size, "its whole sizes along X, Y and Z [mm]", REQUIRED),
+            Key("size", ExerciseText.size, "its whole sizes along X, Y and Z [mm]", REQUIRED),
         ),
     ),
     "contact": CheckKind(ContactCheck, "that nothing touches that should not", "", (_ALLOW,)),
@@ -288,7 +277,7 @@ KINDS: Mapping[str, CheckKind] = {
         _EACH,
         (
             Key("changes", _changes, "outputs (-1: 1 goes off), or {signal, after, before, since, near, mm}", REQUIRED),
-            Key("only", _switch, "whether these outputs may not change besides", False),
+            Key("only", ExerciseText.switch, "whether these outputs may not change besides", False),
         ),
     ),
     "typed": CheckKind(
@@ -302,7 +291,7 @@ KINDS: Mapping[str, CheckKind] = {
                 'texts, or {text, after, before}, or {pattern, after, before}; "model": those of its run',
                 REQUIRED,
             ),
-            Key("only", _switch, "whether no other line may be typed", False),
+            Key("only", ExerciseText.switch, "whether no other line may be typed", False),
         ),
     ),
     "words": CheckKind(
@@ -326,7 +315,7 @@ KINDS: Mapping[str, CheckKind] = {
         _NEAR,
         (
             Key("mm", _millimetres, "how far from the model's path it may be [mm]", REQUIRED),
-            Key("times", _switch, "whether it is to be there at the same times", False),
+            Key("times", ExerciseText.switch, "whether it is to be there at the same times", False),
             Key("deg", _degrees, "how far the tool may be turned otherwise [deg]; with times", None),
         ),
     ),
@@ -337,8 +326,8 @@ COMMON_KEYS = (
     Key("name", ExerciseText.text, "what students see; without it, the kind", ""),
     Key("points", _points, "its weight", 1.0),
     Key("hint", ExerciseText.text, "what helps where it fails", ""),
-    Key("hidden", _switch, "whether students see neither its name nor its reason", False),
-    Key("partial", _switch, "whether a part of the points can be earned", True),
+    Key("hidden", ExerciseText.switch, "whether students see neither its name nor its reason", False),
+    Key("partial", ExerciseText.switch, "whether a part of the points can be earned", True),
     Key("needs", ExerciseText.texts, "names of checks that must earn something, or this one earns nothing", ()),
 )
 
@@ -396,9 +385,9 @@ def _check_together(text: ExerciseText, entry: CellEntry, check: AnyCheck) -> No
     """Refuse values that do not fit each other."""
     given = entry.given
     match check:
-        case SpeedCheck() | AccelerationCheck() if ("around" in given) is not ("radius" in given):
+        case StretchCheck() if ("around" in given) is not ("radius" in given):
             text.fault(entry, "around", "around and radius belong together")
-        case SpeedCheck() | AccelerationCheck() | CycleTimeCheck() if ("from" in given) is not ("to" in given):
+        case StretchCheck() | CycleTimeCheck() if ("from" in given) is not ("to" in given):
             text.fault(entry, "from", "from and to belong together")
         case CycleTimeCheck() if check.least > check.most:
             text.fault(entry, "least", f"it is more than most, {check.most:g} s")

@@ -28,6 +28,7 @@ from vrs_cli.net.delay_line import Delays, parse_delays
 from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise_text import ExerciseText
 from vrs_cli.teach.kinds import read_check
+from vrs_cli.teach.shipped import shipped
 from vrs_cli.teach.surroundings import SurroundingsReader
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
@@ -87,10 +88,8 @@ class Lesson(Struct, frozen=True):
 
 
 def lessons_folder() -> Path:
-    """Return the folder of the lessons of vrs: that of a checkout, else the one that travels in the package."""
-    package = Path(__file__).resolve().parents[1]
-    checkout = package.parent / "programs" / "lessons"
-    return checkout if checkout.is_dir() else package / "programs" / "lessons"
+    """Return the folder of the lessons of vrs."""
+    return shipped("lessons")
 
 
 def lesson_folders(folder: Path) -> tuple[Path, ...]:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import vrs_cli
 from vrs_cli.errors import NonexistentFile, did_you_mean
+from vrs_cli.extras import shipped_folder
 
 
 def shipped(kind: str) -> Path:
-    """Return the folder of a kind, `exercises` or `lessons`: that of a checkout, or inside the installed package."""
-    package = Path(vrs_cli.__file__).parent
-    inside = package / "programs"
-    return (inside if inside.is_dir() else package.parent / "programs") / kind
+    """Return the folder of a kind, `exercises` or `lessons`."""
+    return shipped_folder("programs") / kind
 
 
 def find_exercise(named: str) -> Path:

@@ -18,6 +18,7 @@ from vrs_cli.errors import (
     MissingParenthesis,
     ProgramError,
 )
+from vrs_cli.extras import shipped_folder
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable
 from vrs_cli.language.text.builder import Builder, signed_number
@@ -35,10 +36,8 @@ STARTS = ("step", "prompt", "header", "entry")
 
 
 def grammar_dir() -> Path:
-    """The folder of the grammar: that of a checkout, else the one that travels in the package."""
-    package = Path(__file__).resolve().parents[2]
-    checkout = package.parent / "grammar"
-    return checkout if (checkout / GRAMMAR).is_file() else package / "grammar"
+    """Return the folder of the grammar."""
+    return shipped_folder("grammar")
 
 
 class LineParser:

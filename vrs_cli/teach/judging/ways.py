@@ -26,6 +26,7 @@ from vrs_cli.teach.checks import (
     PathCheck,
     PlacesCheck,
     SpeedCheck,
+    StretchCheck,
 )
 from vrs_cli.teach.judging.basis import HALF, MORE, NEAR, PRECISION, JudgedRun
 from vrs_cli.teach.places import Place
@@ -240,7 +241,7 @@ def judge_acceleration(check: AccelerationCheck, run: JudgedRun) -> Verdict:
 
 
 def _judge_rate(
-    check: SpeedCheck | AccelerationCheck, run: JudgedRun, rates: Sequence[Piece], what: str, most: float, unit_: str
+    check: StretchCheck, run: JudgedRun, rates: Sequence[Piece], what: str, most: float, unit_: str
 ) -> Verdict:
     spans: list[Window] | None = None
     where = ""
