@@ -35,6 +35,6 @@ export function inverse(T: Transform): Transform {
 }
 
 /** Returns where T takes a point [m]. */
-export const movePoint = (T: Transform, [x, y, z]: ArrayLike<number>): [number, number, number] => [
+export const movePoint = (T: Transform, [x, y, z]: Iterable<number>): [number, number, number] => [
   T[0] * x + T[1] * y + T[2] * z + T[3], T[4] * x + T[5] * y + T[6] * z + T[7], T[8] * x + T[9] * y + T[10] * z + T[11],
 ];

@@ -1,48 +1,230 @@
 import * as THREE from "three";
-import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { mergeGeometries, mergeVertices } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Model, Shape } from "../core/kinematics";
-import type { Transform } from "../core/transform";
-import { COLOURS, geometry } from "./shapes";
+import { identity, multiply, rotation, transformOf, type Transform } from "../core/transform";
+import { shapeColour } from "./colours";
+import { geometry } from "./shapes";
 
 /** Sets the pose of an object that is not moved otherwise. */
 export function setPose(object: THREE.Object3D, T: Transform): void {
+  object.matrixAutoUpdate = false;
   object.matrix.set(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
   object.matrixWorldNeedsUpdate = true;
 }
 
-/** The arm: a group for each link, with its shapes. */
+/** How a part of the hand moves from closed to open: it slides, and turns about a line through `point` [rad], as far as these vectors are long. */
+export interface Opening {
+  slide?: number[];
+  turn?: number[];
+  point?: number[];
+}
+
+/** Returns how far a part of the hand has moved, in the frame of its link. `hand`: 1 open, 0 closed. */
+export function opened(openings: Opening[], hand: number): Transform {
+  let T = identity();
+  for (const { slide = [0, 0, 0], turn = [0, 0, 0], point = [0, 0, 0] } of openings) {
+    const angle = Math.hypot(...turn);
+    let R = identity();
+    if (angle) {
+      R = rotation(turn.map((x) => x / angle), angle * hand);
+      for (let i = 0; i < 3; i++) R[3 + 4 * i] = point[i] - (R[4 * i] * point[0] + R[4 * i + 1] * point[1] + R[4 * i + 2] * point[2]);
+    }
+    for (let i = 0; i < 3; i++) R[3 + 4 * i] += slide[i] * hand;
+    T = multiply(T, R);
+  }
+  return T;
+}
+
+const openings = (shape: Shape): Opening[] => {
+  const opens = shape.opens as number[] | Opening[] | undefined;
+  if (!opens?.length) return [];
+  return typeof opens[0] === "number" ? [{ slide: opens as number[] }] : (opens as Opening[]);
+};
+
+/** A surface of a link in one piece, in the colours of its vertices. */
+interface Body {
+  link: number;
+  geometry: THREE.BufferGeometry;
+  opens: Opening[];
+  /** Surfaces out of files may have holes: both sides are drawn. */
+  holes: boolean;
+  /** Of a mesh with textures: the material of its file. */
+  material?: THREE.Material;
+}
+
+/** Returns a geometry with all vertices in one colour, as one that can be merged with others. */
+function plain(from: THREE.BufferGeometry, colour: THREE.Color): THREE.BufferGeometry {
+  const made = new THREE.BufferGeometry();
+  for (const name of ["position", "normal"]) made.setAttribute(name, from.getAttribute(name));
+  made.setIndex(from.index);
+  const { count } = made.getAttribute("position");
+  const colours = new Float32Array(3 * count);
+  for (let i = 0; i < count; i++) colour.toArray(colours, 3 * i);
+  made.setAttribute("color", new THREE.BufferAttribute(colours, 3));
+  return made.index ? made : mergeVertices(made);
+}
+
+/** The surfaces of a robot, shared by all figures of it: one for each link and each part of the hand. */
+export class Bodies {
+  readonly all: Body[] = [];
+  /** Calls back with bodies that come later: of mesh files. */
+  readonly onMore = new Set<(bodies: Body[]) => void>();
+  /** Of the meshes that could not be had. */
+  missing = 0;
+  /** Resolves when all meshes are there, or are known to be missing. */
+  readonly ready: Promise<void>;
+
+  constructor(readonly model: Model) {
+    const groups = new Map<string, Shape[]>();
+    for (const shape of model.shapes ?? []) {
+      const key = `${shape.link} ${shape.kind === "mesh"} ${JSON.stringify(shape.opens ?? null)}`;
+      groups.set(key, [...(groups.get(key) ?? []), shape]);
+    }
+    const meshes: Shape[][] = [];
+    for (const shapes of groups.values()) {
+      if (shapes[0].kind === "mesh") meshes.push(shapes);
+      else this.all.push(body(shapes[0], shapes.map((shape) => plain(geometry(shape), shapeColour(shape.colour)))));
+    }
+    this.ready = Promise.all(meshes.map((shapes) => this.load(shapes))).then(() => {});
+  }
+
+  private async load(shapes: Shape[]): Promise<void> {
+    const loader = new GLTFLoader();
+    const parts: THREE.BufferGeometry[] = [];
+    const found: Body[] = [];
+    const take = async (shape: Shape): Promise<void> => {
+      const { scene } = await loader.loadAsync(shape.glb!);
+      if (shape.at) setPose(scene, shape.at.length === 12 ? transformOf(shape.at) : Float64Array.of(1, 0, 0, shape.at[0], 0, 1, 0, shape.at[1], 0, 0, 1, shape.at[2]));
+      scene.updateMatrixWorld(true);
+      scene.traverse((node) => {
+        if (!(node instanceof THREE.Mesh)) return;
+        const surface = (node.geometry as THREE.BufferGeometry).clone().applyMatrix4(node.matrixWorld);
+        if (!surface.getAttribute("normal")) surface.computeVertexNormals();
+        const material = node.material as THREE.MeshStandardMaterial;
+        if (material.map) {
+          const textured = new THREE.MeshLambertMaterial({ map: material.map, color: material.color, side: THREE.DoubleSide });
+          found.push({ link: shape.link, geometry: surface, opens: openings(shape), holes: true, material: textured });
+        } else parts.push(surface.getAttribute("color") ? coloured(surface) : plain(surface, material.color));
+      });
+    };
+    await Promise.all(shapes.map((shape) => take(shape).catch(() => void this.missing++)));
+    if (parts.length) found.push({ ...body(shapes[0], parts), holes: true });
+    this.all.push(...found);
+    for (const more of this.onMore) more(found);
+  }
+}
+
+/** Returns a mesh with colours of its vertices, as one that can be merged. */
+function coloured(from: THREE.BufferGeometry): THREE.BufferGeometry {
+  const made = plain(from, new THREE.Color());
+  const [given, colours] = [from.getAttribute("color"), made.getAttribute("color")];
+  if (given.count === colours.count) for (let i = 0; i < given.count; i++) colours.setXYZ(i, given.getX(i), given.getY(i), given.getZ(i));
+  return made;
+}
+
+const body = (first: Shape, parts: THREE.BufferGeometry[]): Body => ({ link: first.link, geometry: mergeGeometries(parts), opens: openings(first), holes: false });
+
+/** What a figure is drawn with: a material of its own, or the colours of the shapes. */
+export type Look = (body: Body) => THREE.Material;
+
+const OWN = new THREE.MeshLambertMaterial({ vertexColors: true });
+const OWN_HOLES = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
+const painted = new Map<string, THREE.Material>();
+
+/** Returns an opaque material of one colour. */
+function paintOf(colour: THREE.Color): THREE.Material {
+  const key = colour.getHexString();
+  const known = painted.get(key) ?? new THREE.MeshLambertMaterial({ color: colour, side: THREE.DoubleSide });
+  painted.set(key, known);
+  return known;
+}
+
+/** An arm: a node for each link, with its surfaces. Its root stands at T_world_robot. */
 export class Figure {
   readonly root = new THREE.Group();
-  private readonly links: THREE.Group[] = [];
+  /** Frames of the base and of all links, in which other things can be put. */
+  readonly links: THREE.Group[] = [];
+  private readonly meshes: { body: Body; mesh: THREE.Mesh }[] = [];
+  private readonly paints = new Map<number, THREE.Color>();
+  private hand = -1;
 
-  constructor(model: Model) {
-    for (let i = 0; i <= model.joints.length; i++) {
+  /** `look`: of a ghost; without it each shape has its own colour. */
+  constructor(readonly bodies: Bodies, private readonly look?: Look) {
+    for (let i = 0; i <= bodies.model.joints.length; i++) {
       const link = new THREE.Group();
       link.matrixAutoUpdate = false;
       this.links.push(link);
       this.root.add(link);
     }
-    const groups = new Map<string, Shape[]>();
-    for (const shape of model.shapes ?? []) {
-      if (shape.kind === "mesh") continue;
-      const key = `${shape.link} ${shape.colour ?? "cream"}`;
-      groups.set(key, [...(groups.get(key) ?? []), shape]);
-    }
-    for (const [first, ...others] of groups.values()) {
-      const parts = [first, ...others].map(geometry).map((g) => {
-        const plain = g.index ? g.toNonIndexed() : g;
-        plain.deleteAttribute("uv");
-        return plain;
-      });
-      const colour = first.colour ?? "cream";
-      const material = new THREE.MeshStandardMaterial({ color: COLOURS[colour] ?? colour, roughness: 0.6 });
-      const mesh = new THREE.Mesh(mergeGeometries(parts), material);
-      mesh.castShadow = true;
-      this.links[first.link].add(mesh);
+    this.add(bodies.all);
+    bodies.onMore.add((more) => this.add(more));
+  }
+
+  private add(bodies: Body[]): void {
+    for (const body of bodies) {
+      const mesh = new THREE.Mesh(body.geometry, this.material(body));
+      mesh.castShadow = !this.look;
+      mesh.matrixAutoUpdate = false;
+      if (body.opens.length && this.hand >= 0) setPose(mesh, opened(body.opens, this.hand));
+      this.meshes.push({ body, mesh });
+      this.links[body.link]?.add(mesh);
     }
   }
 
-  pose(frames: Transform[]): void {
-    frames.forEach((T, i) => setPose(this.links[i], T));
+  private material(body: Body): THREE.Material {
+    const paint = this.paints.get(body.link);
+    if (this.look) return this.look(body);
+    return paint ? paintOf(paint) : (body.material ?? (body.holes ? OWN_HOLES : OWN));
   }
+
+  /** Stands at these frames (T_robot_link), the hand open (1), closed (0) or between; `T`: T_world_robot. */
+  pose(frames: Transform[], hand: number, T: Transform): void {
+    setPose(this.root, T);
+    frames.forEach((frame, i) => setPose(this.links[i], frame));
+    if (hand === this.hand) return;
+    this.hand = hand;
+    for (const { body, mesh } of this.meshes) if (body.opens.length) setPose(mesh, opened(body.opens, hand));
+  }
+
+  /** Shows or hides the surfaces of a link; the links after it stay as they are. */
+  showLink(link: number, on: boolean): void {
+    for (const { body, mesh } of this.meshes) if (body.link === link) mesh.visible = on;
+  }
+
+  /** Paints a link, 0 the base, in one colour; null: in its own. */
+  paint(link: number, colour: THREE.Color | null): void {
+    if (colour) this.paints.set(link, colour);
+    else this.paints.delete(link);
+    for (const { body, mesh } of this.meshes) if (body.link === link) mesh.material = this.material(body);
+  }
+}
+
+/** Returns the least box around the robot at some postures of it (T_robot_link), in its own frame [m]. */
+export function roomOf(bodies: Bodies, postures: Transform[][]): THREE.Box3 {
+  const room = new THREE.Box3();
+  const point = new THREE.Vector3(), matrix = new THREE.Matrix4();
+  for (const frames of postures)
+    for (const { link, geometry } of bodies.all) {
+      const T = frames[link];
+      matrix.set(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
+      const positions = geometry.getAttribute("position");
+      for (let i = 0; i < positions.count; i++) room.expandByPoint(point.fromBufferAttribute(positions, i).applyMatrix4(matrix));
+    }
+  return room;
+}
+
+/** Returns how far the tool can get from the first axis [m], for the sizes of what is drawn. */
+export function reachOf(model: Model, zero: Transform[]): number {
+  const at = [zero[zero.length - 1][3], zero[zero.length - 1][7], zero[zero.length - 1][11]];
+  let far = 0;
+  for (let i = model.joints.length; i-- > 0; ) {
+    const { kind, lower, upper } = model.joints[i];
+    const [z, p] = [[2, 6, 10].map((k) => zero[i][k]), [3, 7, 11].map((k) => zero[i][k])];
+    const along = z.reduce((sum, zk, k) => sum + zk * (at[k] - p[k]), 0);
+    const foot = p.map((pk, k) => pk + along * z[k]);
+    far += Math.hypot(...foot.map((x, k) => x - at[k])) + (kind === "prismatic" ? Math.max(Math.abs(lower), Math.abs(upper)) : 0);
+    foot.forEach((x, k) => (at[k] = x));
+  }
+  return Math.max(far, 0.05);
 }

@@ -1,8 +1,15 @@
+import "./scene.css";
+import * as THREE from "three";
 import type { App, Shown } from "../app";
 import type { Message } from "../core/connection";
-import { h } from "../dom";
-import { Figure } from "./figure";
+import { frames } from "../core/kinematics";
+import { identity, inverse, multiply, transformOf, type Transform } from "../core/transform";
+import { axes } from "./axes";
+import { DIRECTIONS, HOME, homeBall } from "./camera";
+import { GREY } from "./colours";
+import { Bodies, Figure, reachOf, roomOf, setPose } from "./figure";
 import { Gizmo } from "./gizmo";
+import { Labels } from "./labels";
 import { Stage } from "./stage";
 
 /** Something in the picture that the menu Show switches on and off. */
@@ -34,17 +41,34 @@ export interface Scene {
   explain(report: Message | null): void;
 }
 
+/** The moment that is shown, in the world: T_robot_world is the BASE of the motion under way. */
+export interface InWorld extends Shown {
+  T_world_robot: Transform;
+  T_world_tool: Transform;
+  /** How far the hand is open: 1 open, 0 closed. */
+  hand: number;
+}
+
 /** Makes the picture of the robot. */
 export function makeScene(app: App, slot: HTMLElement): Scene {
-  const canvas = h("canvas", { "aria-label": "the robot" });
-  slot.append(canvas);
-  const stage = new Stage(canvas, () => app.wake());
-  const figure = new Figure(app.source.model);
-  stage.scene.add(figure.root);
-  const layer = (name: string, label: string, hint: string, on: boolean): Layer => ({
+  const { model } = app.source;
+  const bodies = new Bodies(model);
+  const zero = frames(model, model.joints.map(() => 0));
+  const reach = reachOf(model, zero);
+  const foot = roomOf({ ...bodies, all: bodies.all.filter((body) => body.link === 0) } as Bodies, [zero]).min.z;
+  const stage = new Stage(slot, reach, Number.isFinite(foot) ? foot : 0, () => app.wake());
+  stage.view.setAttribute("aria-label", "the robot");
+  const labels = new Labels(stage);
+  const figure = new Figure(bodies);
+  const triads = { world: axes(0.22 * reach), base: axes(0.22 * reach), tool: axes(0.22 * reach) };
+  stage.scene.add(figure.root, ...Object.values(triads));
+
+  // --- what can be switched ---
+  const layer = (name: string, label: string, hint: string, on: boolean, set: (on: boolean) => void = () => {}): Layer => ({
     name, label, hint, on,
     set(to: boolean) {
       Object.assign(this, { on: to });
+      set(to);
       stage.change();
     },
   });
@@ -56,27 +80,96 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     layer("places", "Places", "The locations that have names", true),
     layer("ranges", "Joint ranges", "How far each joint goes, and where it is", false),
     layer("reach", "Reach", "How far the tool gets in this configuration", false),
-    layer("frames", "Frames", "The axes of world, base and tool", true),
-  ];
-  const action = (name: CameraAction["name"], label: string, hint: string): CameraAction => ({ name, label, hint, run: () => stage.change() });
-  const cameras = [
-    action("home", "Home", "Look at the robot from where the page began"),
-    action("fit", "Fit", "Have all that is drawn in the picture"),
-    action("front", "Front", "Look along -X"),
-    action("side", "Side", "Look along Y"),
-    action("top", "Top", "Look down"),
-    action("follow", "Follow the tool", "Keep the tool in the middle of the picture"),
-  ];
-  let drawn: number[] = [];
-  app.add({
-    show({ q, frames }: Shown) {
-      if (q.some((x, i) => x !== drawn[i])) {
-        figure.pose(frames);
-        stage.change();
-        drawn = q;
+    layer("frames", "Frames", "The axes of world, base and tool", true, (on) => {
+      for (const [name, triad] of Object.entries(triads)) {
+        triad.visible = on;
+        if (!on) labels.remove(`frame ${name}`);
       }
-      stage.draw();
+      at = "";
+    }),
+  ];
+
+  // --- the camera ---
+  let base = identity(); // T_world_robot
+  let touched = false; // the user has moved the camera
+  let follows = false;
+  let tip: THREE.Vector3 | null = null;
+  const inWorld = (ball: THREE.Sphere): THREE.Sphere => {
+    ball.center.applyMatrix4(new THREE.Matrix4().fromArray([...base, 0, 0, 0, 1]).transpose());
+    return ball;
+  };
+  const home = (towards = HOME): void => stage.look(inWorld(homeBall(model, bodies)), towards);
+  const fit = (): void => {
+    const room = new THREE.Box3().setFromObject(figure.root, true);
+    for (const mesh of [triads.world, triads.tool]) room.expandByPoint(new THREE.Vector3().setFromMatrixPosition(mesh.matrix));
+    stage.look(room.getBoundingSphere(new THREE.Sphere()), stage.camera.position.clone().sub(stage.controls.target));
+  };
+  stage.controls.addEventListener("start", () => (touched = true));
+  const action = (name: CameraAction["name"], label: string, hint: string, run: () => void): CameraAction => ({
+    name, label, hint,
+    run: () => {
+      touched = name !== "home";
+      run();
     },
   });
+  const follow: CameraAction = {
+    name: "follow", label: "Follow the tool", hint: "Keep the tool where it is in the picture", get on() { return follows; },
+    run: () => {
+      [follows, tip] = [!follows, null];
+      stage.change();
+    },
+  };
+  const cameras = [
+    action("home", "Home", "Look at the robot as when the page began", home),
+    action("fit", "Fit", "Have all of the robot in the picture", fit),
+    action("front", "Front", "Look from the front, along -X", () => home(DIRECTIONS.front)),
+    action("side", "Side", "Look from the robot's right, along Y", () => home(DIRECTIONS.side)),
+    action("top", "Top", "Look from above", () => home(DIRECTIONS.top)),
+    follow,
+  ];
+  home();
+  void bodies.ready.then(() => (touched ? stage.change(true) : home()));
+  new ResizeObserver(() => touched || home()).observe(stage.view);
+
+  // --- each moment ---
+  let at = ""; // what was drawn last
+  let heard = true;
+  const show = (shown: Shown): void => {
+    const { t, timeline, tool } = shown;
+    const rows = timeline.locate(t)[0].motion.frames?.base;
+    const T_world_robot = rows ? inverse(transformOf(rows)) : identity();
+    const here: InWorld = { ...shown, T_world_robot, T_world_tool: multiply(T_world_robot, tool), hand: 0 };
+    const listens = !app.connection || app.connection.state === "open";
+    const now = `${shown.q} ${here.hand} ${T_world_robot} ${tool} ${listens}`;
+    if (now !== at) {
+      at = now;
+      draw(here);
+      if (listens !== heard) {
+        heard = listens;
+        for (let i = 0; i <= model.joints.length; i++) figure.paint(i, heard ? null : GREY);
+      }
+      stage.change(true);
+    }
+    stage.draw(app.playback.moves);
+  };
+  const draw = ({ frames, hand, T_world_robot, T_world_tool }: InWorld): void => {
+    base = T_world_robot;
+    figure.pose(frames, hand, T_world_robot);
+    setPose(stage.floor.root, multiply(T_world_robot, stage.floor.T_robot_floor));
+    setPose(triads.base, T_world_robot);
+    setPose(triads.tool, T_world_tool);
+    const moved = T_world_robot.some((x, i) => x !== identity()[i]);
+    if (layers.find((one) => one.name === "frames")!.on) {
+      triads.base.visible = moved;
+      labels.set("frame world", "frame", "world", [0, 0, 0]);
+      labels.set("frame tool", "frame", "tool", [T_world_tool[3], T_world_tool[7], T_world_tool[11]]);
+      if (moved) labels.set("frame base", "frame", "base", [T_world_robot[3], T_world_robot[7], T_world_robot[11]]);
+      else labels.remove("frame base");
+    }
+    const place = new THREE.Vector3(T_world_tool[3], T_world_tool[7], T_world_tool[11]);
+    if (follows && tip) stage.pan(place.clone().sub(tip));
+    tip = place;
+  };
+  app.add({ show });
   return { stage, layers, cameras, gizmo: new Gizmo(), explain: () => {} };
 }

@@ -1,55 +1,211 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { h } from "../dom";
+import { onTheme, palette, type Palette } from "./colours";
+import { Floor } from "./floor";
+import { QualityControl } from "./quality";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 
-/** The canvas with its camera and lights. It is drawn only when something has changed. */
+const FIELD = 0.66; // [rad] of view, from top to bottom: as a lens of 50 mm sees
+const MARGIN = 1.12; // around the arm in the picture
+const KEY = new THREE.Vector3(0.45, -0.28, 0.85).normalize(); // towards the lamp: behind the robot's right shoulder, from above
+const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
+const FIRST_OF_SOFTWARE = 2; // quality at which a machine without a GPU begins
+
+/** The sides of the picture that panels cover [px]. */
+export interface Insets {
+  top: number;
+  right: number;
+  bottom: number;
+  left: number;
+}
+
+/** The canvas with its camera, floor and lights. It is drawn only when something has changed. */
 export class Stage {
   readonly scene = new THREE.Scene();
-  readonly camera = new THREE.PerspectiveCamera(45, 1, 0.01, 50);
-  readonly renderer: THREE.WebGLRenderer;
+  readonly camera = new THREE.PerspectiveCamera(THREE.MathUtils.radToDeg(FIELD), 1, 0.01, 100);
   readonly controls: OrbitControls;
+  /** Holds the canvas and, above it, the labels. */
+  readonly view = h("div", { class: "scene", tabindex: "0", role: "img" });
+  readonly floor: Floor;
+  /** Pictures drawn so far. */
+  pictures = 0;
+  colours: Palette = palette();
+  width = 1;
+  height = 1;
+  /** Called before each picture with whether the size or the colours have changed since the last one. */
+  readonly beforeDraw = new Set<() => void>();
+  readonly onPaint = new Set<(colours: Palette) => void>();
+  private renderer!: THREE.WebGLRenderer;
+  private readonly lamp = new THREE.DirectionalLight(0xffffff, 1.9);
+  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.7);
+  private readonly fill = new THREE.DirectionalLight(0xffffff, 0.5);
+  private readonly quality = new QualityControl();
+  private insets: Insets = { top: 0, right: 0, bottom: 0, left: 0 };
   private dirty = true;
+  private followed = false;
 
-  constructor(readonly canvas: HTMLCanvasElement, private readonly wake: () => void) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.shadowMap.enabled = true;
-    this.scene.background = new THREE.Color(0xf4f5f7);
-    const light = new THREE.DirectionalLight(0xffffff, 2.2);
-    light.position.set(1.5, -2, 3);
-    light.castShadow = true;
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8890a0, 1.6), light);
-    const grid = new THREE.GridHelper(4, 40, 0x9aa3b0, 0xd5dae1);
-    grid.rotateX(Math.PI / 2);
-    this.scene.add(grid);
-    this.camera.position.set(1.6, -1.9, 1.1);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.target.set(0, 0, 0.1);
+  /** `reach`, `foot`: how far the arm reaches, and the height on which it stands [m]. `wake` asks for one picture. */
+  constructor(slot: HTMLElement, readonly reach: number, foot: number, private readonly wake: () => void) {
+    slot.append(this.view);
+    this.floor = new Floor(reach, foot);
+    this.lamp.position.copy(KEY).multiplyScalar(4 * reach);
+    this.fill.position.set(-1, 2, 1);
+    Object.assign(this.lamp.shadow.camera, { left: -1.6 * reach, right: 1.6 * reach, top: 1.6 * reach, bottom: -1.6 * reach, near: 0.5 * reach, far: 8 * reach });
+    this.lamp.shadow.mapSize.set(1024, 1024);
+    this.lamp.shadow.bias = -0.0005;
+    this.lamp.castShadow = true;
+    this.floor.root.add(this.lamp, this.lamp.target);
+    this.scene.add(this.sky, this.fill, this.floor.root);
+    this.makeRenderer();
+    this.controls = new OrbitControls(this.camera, this.view);
+    this.controls.listenToKeyEvents(this.view);
+    this.controls.minDistance = 0.05 * reach;
+    this.controls.maxDistance = 20 * reach;
     this.controls.addEventListener("change", () => this.change());
-    this.controls.update();
-    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.view.addEventListener("keydown", (event) => {
+      if (event.key === "+" || event.key === "-") this.zoom(event.key === "+" ? 1.15 : 1 / 1.15);
+    });
+    onTheme(() => this.paint());
+    this.paint();
+    new ResizeObserver(() => this.resize()).observe(this.view);
     this.resize();
   }
 
-  /** Has the next frame drawn. */
-  change(): void {
+  /** Has the next picture drawn; `shadow`: something that throws a shadow has moved. */
+  change(shadow = false): void {
     this.dirty = true;
+    if (shadow) this.renderer.shadowMap.needsUpdate = true;
     this.wake();
   }
 
-  draw(): void {
-    if (!this.dirty) return;
+  /** Draws the picture if something has changed. `moves`: the next one is asked for as soon as this one is drawn. */
+  draw(moves: boolean): void {
+    if (!this.dirty) {
+      this.followed = false;
+      return;
+    }
     this.dirty = false;
+    for (const prepare of this.beforeDraw) prepare();
     this.renderer.render(this.scene, this.camera);
+    this.pictures++;
+    if (this.quality.drawn(performance.now(), this.followed)) this.refine();
+    this.followed = moves;
+  }
+
+  /** The quality of the picture, 0 the finest: for tests and measurements. */
+  get level(): number {
+    return this.quality.level;
+  }
+
+  /** Keeps the middle of the picture in the part that panels leave free. */
+  setInsets(insets: Partial<Insets>): void {
+    this.insets = { ...this.insets, ...insets };
+    this.resize();
+  }
+
+  /** The ratio of width to height of the part that panels leave free. */
+  private get aspect(): number {
+    const { top, right, bottom, left } = this.insets;
+    return Math.max(this.width - left - right, 1) / Math.max(this.height - top - bottom, 1);
+  }
+
+  /** Looks at a ball from a direction so that all of it is seen. */
+  look(ball: THREE.Sphere, towards: THREE.Vector3): void {
+    const { top, bottom } = this.insets;
+    const free = Math.max(this.height - top - bottom, 1) / this.height; // the field of view that is left
+    const half = Math.atan(Math.tan(FIELD / 2) * free * Math.min(1, this.aspect));
+    const away = (MARGIN * ball.radius) / Math.sin(half);
+    this.controls.target.copy(ball.center);
+    this.camera.position.copy(ball.center).addScaledVector(towards.clone().normalize(), away);
+    this.controls.update();
+    this.change();
+  }
+
+  /** Moves camera and what it looks at. */
+  pan(by: THREE.Vector3): void {
+    this.camera.position.add(by);
+    this.controls.target.add(by);
+    this.controls.update();
+    this.change();
+  }
+
+  zoom(factor: number): void {
+    if (factor > 1) this.controls.dollyIn(factor);
+    else this.controls.dollyOut(1 / factor);
+    this.change();
+  }
+
+  /** Frees what the graphics card holds. */
+  dispose(): void {
+    this.renderer.dispose();
+    this.view.remove();
+  }
+
+  /** Makes a canvas; its antialiasing cannot be changed later, so that another quality may need another one. */
+  private makeRenderer(): void {
+    const make = (): THREE.WebGLRenderer =>
+      new THREE.WebGLRenderer({ antialias: this.quality.quality.antialias, stencil: true, powerPreference: "low-power" });
+    const first = !this.renderer;
+    this.renderer?.dispose();
+    this.renderer?.domElement.remove();
+    this.renderer = make();
+    if (first && SOFTWARE.test(rendererName(this.renderer)) && this.quality.level < FIRST_OF_SOFTWARE) {
+      this.quality.level = FIRST_OF_SOFTWARE;
+      if (!this.quality.quality.antialias) {
+        this.renderer.dispose();
+        this.renderer = make();
+      }
+    }
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.shadowMap.autoUpdate = false;
+    this.renderer.domElement.setAttribute("aria-hidden", "true"); // the view has a text of its own
+    this.view.prepend(this.renderer.domElement);
+    this.applyQuality();
+  }
+
+  private refine(): void {
+    const antialias = this.renderer.getContextAttributes()?.antialias ?? false;
+    if (antialias !== this.quality.quality.antialias) this.makeRenderer();
+    this.applyQuality();
+    this.resize();
+  }
+
+  private applyQuality(): void {
+    const { shadow } = this.quality.quality;
+    this.renderer.shadowMap.enabled = shadow;
+    this.renderer.shadowMap.needsUpdate = true;
+    this.lamp.castShadow = shadow;
+    this.floor.shadow = shadow;
+  }
+
+  private paint(): void {
+    this.colours = palette();
+    this.renderer.setClearColor(this.colours.background);
+    this.sky.color.set(this.colours.sky);
+    this.sky.groundColor.set(this.colours.ground);
+    this.floor.paint(this.colours);
+    for (const paint of this.onPaint) paint(this.colours);
+    this.change();
   }
 
   private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const { clientWidth: width, clientHeight: height } = this.view;
     if (!width || !height) return;
+    [this.width, this.height] = [width, height];
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, this.quality.quality.ratio));
     this.renderer.setSize(width, height, false);
+    this.renderer.setClearColor(this.colours.background);
+    const { top, right, bottom, left } = this.insets;
     this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.change();
+    this.camera.setViewOffset(width, height, (right - left) / 2, (bottom - top) / 2, width, height);
+    this.change(true);
   }
+}
+
+function rendererName(renderer: THREE.WebGLRenderer): string {
+  const gl = renderer.getContext();
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  return String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
 }

@@ -1,0 +1,48 @@
+import * as THREE from "three";
+import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { AXES } from "./colours";
+
+const MATERIAL = new THREE.MeshBasicMaterial({ vertexColors: true });
+const TURNS = [new THREE.Matrix4().makeRotationZ(-Math.PI / 2), new THREE.Matrix4(), new THREE.Matrix4().makeRotationX(Math.PI / 2)];
+
+/** Returns the axes X red, Y green, Z blue as thin rods of this length [m]. */
+export function axesGeometry(length: number): THREE.BufferGeometry {
+  const rods = TURNS.map((turn, i) => {
+    const rod = new THREE.CylinderGeometry(0.02 * length, 0.02 * length, length, 8).translate(0, length / 2, 0).applyMatrix4(turn);
+    const count = rod.getAttribute("position").count;
+    const colours = new Float32Array(3 * count);
+    for (let k = 0; k < count; k++) AXES[i].toArray(colours, 3 * k);
+    return rod.setAttribute("color", new THREE.BufferAttribute(colours, 3));
+  });
+  return mergeGeometries(rods);
+}
+
+/** Makes the axes of a frame; setPose moves it. */
+export function axes(length: number): THREE.Mesh {
+  const made = new THREE.Mesh(axesGeometry(length), MATERIAL);
+  made.matrixAutoUpdate = false;
+  return made;
+}
+
+/** Makes axes of many frames, drawn at once. */
+export class AxesCloud {
+  readonly root = new THREE.Group();
+  private mesh: THREE.InstancedMesh | null = null;
+
+  constructor(private readonly length: number) {}
+
+  show(poses: ArrayLike<number>[]): void {
+    this.mesh?.geometry.dispose();
+    this.mesh?.dispose();
+    this.root.clear();
+    this.mesh = null;
+    if (!poses.length) return;
+    this.mesh = new THREE.InstancedMesh(axesGeometry(this.length), MATERIAL, poses.length);
+    const matrix = new THREE.Matrix4();
+    poses.forEach((T, i) => {
+      matrix.set(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
+      this.mesh!.setMatrixAt(i, matrix);
+    });
+    this.root.add(this.mesh);
+  }
+}

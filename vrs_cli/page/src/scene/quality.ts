@@ -1,0 +1,58 @@
+/** How finely the picture is drawn. */
+export interface Quality {
+  readonly shadow: boolean;
+  readonly antialias: boolean;
+  /** At most so many pixels of the picture for one of CSS. */
+  readonly ratio: number;
+}
+
+/** From the finest to the fastest. */
+export const QUALITIES: Quality[] = [
+  { shadow: true, antialias: true, ratio: 2 },
+  { shadow: true, antialias: true, ratio: 1 },
+  { shadow: false, antialias: true, ratio: 1 },
+  { shadow: false, antialias: false, ratio: 1 },
+  { shadow: false, antialias: false, ratio: 0.67 },
+];
+const PICTURES = 30;
+const SLOW = 50; // [ms] a longer median of the time between pictures lowers the quality
+const FAST = 22; // [ms] a shorter one raises it
+const GAP = 1000; // [ms] between two pictures: the page was hidden, or nothing moved
+const PATIENCE = 30_000; // [ms] before a quality that was too slow is tried again; doubled each time
+
+/** Chooses the quality by the time between pictures that follow each other without a pause. */
+export class QualityControl {
+  private times: number[] = [];
+  private last = -Infinity;
+  private patience = PATIENCE;
+  private since = -Infinity;
+
+  constructor(public level = 0) {}
+
+  get quality(): Quality {
+    return QUALITIES[this.level];
+  }
+
+  /** Takes a picture drawn at `now` [ms]; `follows`: it was asked for as soon as the one before was drawn. Returns whether the quality changes. */
+  drawn(now: number, follows: boolean): boolean {
+    const time = now - this.last;
+    this.last = now;
+    if (!follows || time > GAP) return false;
+    this.times.push(time);
+    if (this.times.length < PICTURES) return false;
+    const median = this.times.sort((a, b) => a - b)[PICTURES / 2];
+    this.times = [];
+    if (median > SLOW && this.level < QUALITIES.length - 1) {
+      if (now - this.since < this.patience) this.patience *= 2;
+      this.level++;
+      this.since = now;
+      return true;
+    }
+    if (median < FAST && this.level > 0 && now - this.since > this.patience) {
+      this.level--;
+      this.since = now;
+      return true;
+    }
+    return false;
+  }
+}
