@@ -9,7 +9,7 @@ carried out in virtual time and compared first; where it misses the tolerance, i
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import ceil, dist
+from math import ceil, dist, radians
 from typing import NamedTuple
 
 from vrs_cli.engine.engine import Engine
@@ -44,6 +44,7 @@ class Tolerance(NamedTuple):
         return Tolerance(part * self.away, part * self.turned)
 
 
+RECORDED = Tolerance(0.002, radians(1.0))  # of a program that is recorded by hand
 Way = tuple[Joints, ...]  # where the joints were, one after the other
 
 

@@ -289,7 +289,7 @@ class Surveyed(Spoken, frozen=True):
 
     `on`: the signals that are on. `base`: T_robot_world, in which places are; `tool`: T_flange_tool [m]. `driver`:
     whose lease it is, empty where nobody has one. `untrue`: what programs have read of signals and no longer holds, the
-    first MAX_UNTRUE of it.
+    first MAX_UNTRUE of it. `breakpoints`: the steps of the program asked for before which it stops.
     """
 
     places: LocationList | None
@@ -306,6 +306,7 @@ class Surveyed(Spoken, frozen=True):
     speed_unit: str
     driver: str = ""
     untrue: tuple[Untrue, ...] = ()
+    breakpoints: tuple[int, ...] = ()
 
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
@@ -318,6 +319,29 @@ class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
     known: tuple[str, ...] = ()
 
 
+class ProgramSource(Spoken, frozen=True):
+    """A program as SEE shows it: `text` is the `.PROGRAM` line and one line a step, without `.END`."""
+
+    name: str
+    text: str
+
+
+class LookAtProgram(RobotAct[ProgramSource], frozen=True):
+    """Return the text of a program in memory."""
+
+    program: str
+
+
+class RecordProgram(RobotAct[Defined], frozen=True):
+    """Make a program that leads the tool along the way that it went from `begin` to `end` [s], within 2 mm and
+    1 degree, and put it in memory.
+    """
+
+    name: str
+    begin: float
+    end: float
+
+
 class Findings(Spoken, frozen=True):
     """All mistakes in a text, by line."""
 
@@ -325,7 +349,7 @@ class Findings(Spoken, frozen=True):
 
 
 class ReadDraft(UserAct[Findings], frozen=True):
-    """Look at the text of SEE."""
+    """Find the mistakes in the text of SEE; where no SEE is open, in the text of any program."""
 
     text: str
 
@@ -338,7 +362,9 @@ class Kept(Spoken, frozen=True):
 
 
 class KeepDraft(UserAct[Kept], frozen=True):
-    """Store the program of SEE."""
+    """Store the program of SEE; where no SEE is open, any program that does not run, in place of the one of its
+    name.
+    """
 
     text: str
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from math import degrees, inf, radians
+from math import degrees, inf
 
 import viser
 
@@ -23,7 +23,7 @@ from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.jog.jogger import SPEEDS, STEPS
 from vrs_cli.interfaces.port.far_hand import FarHand
-from vrs_cli.interfaces.recording import Tolerance, recorded_program
+from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, position
@@ -263,7 +263,6 @@ SIZE = 0.28  # of the reach: the gizmo
 LIT = 0.09  # of the reach: the ball at a joint that is at its limit
 VISIBLE = 5e-4  # [m] that a tool is away from its wish, to be told
 RED = (214, 58, 46)
-TOLERANCE = Tolerance(0.002, radians(1.0))
 RECORD, END = "Record a program", "End the program"
 BOTH, MOVE, TURN = "Both", "Move", "Turn"  # the motions that the gizmo allows
 
@@ -386,7 +385,7 @@ class Gizmo:
             return
         self._began, self.record.label = None, RECORD
         name = self._named()
-        text = recorded_program(robot.arm, robot.timeline, began, robot.now, name, TOLERANCE)
+        text = recorded_program(robot.arm, robot.timeline, began, robot.now, name, RECORDED)
         self._front_end.load(name, text.encode())
         motions = text.count("\nMOVE ")
         self._front_end.note(f"{name} has {motions} motions: EXECUTE {name}, LISTP {name}, STORE {name}")

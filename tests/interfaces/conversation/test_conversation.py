@@ -1,6 +1,7 @@
 """Whatever is typed, the conversation goes on."""
 
 from io import StringIO
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.interfaces.conversation.conversation import Conversation
-from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces.dialogue import Dialogue, at_once
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.limits import Limits
@@ -16,6 +17,8 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Role
 from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.values.acts import KeepDraft, Kept, ReadDraft
+from vrs_cli.values.diagnostics import LineRefused
 
 HARMLESS = sorted(
     {*COMMANDS, *INSTRUCTIONS, *CONTROL}
@@ -70,6 +73,22 @@ def test_several_lines_at_once() -> None:
     dialogue = conversation()
     dialogue.perform(dialogue.lines(".PROGRAM p\na = 1\n.END\nEXECUTE p\nb = a+1"))
     assert dict(dialogue.session.environment.kinds).keys() == {"a", "b"}
+
+
+def test_a_program_is_read_and_stored_where_no_see_is_open() -> None:
+    typed = conversation()
+
+    def do(act: ReadDraft | KeepDraft) -> Any:
+        return at_once(typed.act(act))
+
+    wrong = do(ReadDraft(".PROGRAM p(n)\nMOVEE part\nx = n"))
+    assert [one.span.line for one in wrong.findings] == [2]
+    assert "p" not in typed.session.programs, "it was looked at"
+    assert do(KeepDraft(".PROGRAM p(n)\nx = n")) == Kept("p", "Program p: 1 step")
+    assert do(KeepDraft(".PROGRAM p(n)\nMOVEE part")).said.endswith("it cannot be executed yet")
+    assert len(typed.session.programs) == 1, "it took the place of the one before"
+    with pytest.raises(LineRefused):
+        do(KeepDraft("MOVE part"))
 
 
 def test_a_broken_pipe_is_for_the_caller(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,14 +12,14 @@ import pytest
 import vrs_cli as vrs
 from tests.interfaces.terminals import RecordingTerminal
 from tests.net.serving import serving
-from vrs_cli.errors import UsageError
+from vrs_cli.errors import IllegalValue, UndefinedName, UsageError
 from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.session.acts import MOST_PLACES, MOST_STEPS, act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.values.acts import Survey, Surveyed
+from vrs_cli.values.acts import Defined, LookAtProgram, RecordProgram, Survey, Surveyed
 from vrs_cli.values.replies import LocationTable, ProgramNames, ProgramText, Reply, SignalTable, StatusReport
 from vrs_cli.wire.records import Form
 from vrs_cli.wire.snapshots import ShowBranch, snapshot_of
@@ -218,3 +218,31 @@ def test_a_look_that_comes_many_times_a_second_is_no_deed(tmp_path: Path) -> Non
     deeds = (tmp_path / "audit.jsonl").read_text()
     assert '"x = 1"' in deeds
     assert "survey" not in deeds
+
+
+def test_breakpoints_of_the_program_that_is_asked_for_are_told(held: Supervisor) -> None:
+    held.type(MEMORY, no_answer)
+    held.say("BPT pick, 1", no_answer)
+    assert held.act(Survey("PICK")).breakpoints == (1,)
+    assert held.act(Survey()).breakpoints == ()
+
+
+def test_the_text_of_a_program_is_that_of_see(held: Supervisor) -> None:
+    held.type(MEMORY, no_answer)
+    source = held.act(LookAtProgram("PICK"))
+    assert source.text.split("\n")[0].startswith(".PROGRAM pick(")
+    assert ".END" not in source.text
+    with pytest.raises(UndefinedName):
+        held.act(LookAtProgram("nosuch"))
+    assert said(held, "LISTP pick", ProgramText).header == source.text.split("\n")[0]
+
+
+def test_a_way_becomes_a_program(held: Supervisor) -> None:
+    held.say("DO DRIVE 1, 30, 100", no_answer)
+    end = held.timeline.end
+    assert held.act(RecordProgram("led", 0.0, end)) == Defined(("led",))
+    assert "MOVE #PPOINT(30" in held.act(LookAtProgram("led")).text
+    with pytest.raises(UsageError, match="stood"):
+        held.act(RecordProgram("led", end, end + 1.0))
+    with pytest.raises(IllegalValue):
+        held.act(RecordProgram("led", 0.0, float("nan")))

@@ -8,14 +8,14 @@ from itertools import islice
 from typing import Any
 
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.errors import ProgramExists, RequestRefused, UsageError, VrsError
+from vrs_cli.errors import ProgramExists, RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.complete import begun, names_of, suggestions
 from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
 from vrs_cli.interfaces.editor.lines import outside
-from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.editor.screen import ScreenDraft, done_without_screen
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
 from vrs_cli.interfaces.monitor.consent import may_replace
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
@@ -235,7 +235,7 @@ class Conversation:
     # --- from afar ---
 
     def act(self, act: UserAct[Any]) -> Dialogue[Any]:
-        """Do what a user asks for without a line. Raises UsageError where no screen shows it, VrsError."""
+        """Do what a user asks for without a line. Raises VrsError."""
         match act:
             case Attend():
                 yield from self._guarded(self._answer(), "")
@@ -251,9 +251,10 @@ class Conversation:
                 else:
                     yield Message(f"{track.task.program} was started by somebody else: ABORT stops it")
             case ReadDraft() | KeepDraft():
-                if not isinstance(self.user_state.on_screen, ScreenDraft):
-                    raise UsageError("SEE fills no screen now", "SEE comes first")
-                return (yield from self.user_state.on_screen.do(act))
+                draft = self.user_state.on_screen
+                if isinstance(draft, ScreenDraft):
+                    return (yield from draft.do(act))
+                return (yield from done_without_screen(self.session, act))
             case Press() | StopJog() | Look():
                 shown = self.user_state.on_screen
                 return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.dialogue import Dialogue, beside_if
-from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
+from vrs_cli.interfaces.editor.lines import analysis_of, opened, refuse_running, stored
 from vrs_cli.interfaces.station.loaded_file import LONG_TEXT
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Step
@@ -41,7 +41,7 @@ class ScreenDraft:
         self._station = station
         draft = opened(station, asked, step)
         self.name, self.dialect = draft.program.name, draft.program.dialect
-        self.text = "\n".join((program_header(draft.program), *step_texts(draft.program), *("",) * (not draft.steps)))
+        self.text = program_text(draft.program)
         self.row = draft.at + 1 if draft.at < len(draft.steps) else max(len(draft.steps), 1)
         self.said: tuple[Reply, ...] = ()
         self._stored = self.text
@@ -51,9 +51,9 @@ class ScreenDraft:
         of another program.
         """
         self._station.user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
+        program, findings = yield from read_among(self._station, act.text, self.dialect)
         if isinstance(act, ReadDraft):
-            return Findings((yield from self._read(act.text)).findings)
-        program, findings = yield from self._read(act.text)
+            return Findings(findings)
         if program is None:
             raise LineRefused(findings[0])
         if program.key != key_of(self.name) and program.key in self._station.programs:
@@ -61,20 +61,48 @@ class ScreenDraft:
         self.said = yield from stored(self._station, program)
         self.name = self._station.user_state.last_edited = program.name
         self._stored, self._station.user_state.drafted = act.text, ""
-        return Kept(self.name, next((one.text for one in reversed(self.said) if isinstance(one, Message)), ""))
+        return _kept(self.name, self.said)
 
-    def _read(self, text: str) -> Dialogue[ProgramReading]:
-        """A text among what is in memory; another thread reads a long one, among a copy of that."""
-        environment, long, dialect = self._station.environment, len(text) > LONG_TEXT, self.dialect
-        memory = environment.copy() if long else environment
 
-        def work() -> ProgramReading:
-            program, findings = read(text, dialect)
-            if program is None:
-                return ProgramReading(None, findings)
-            return ProgramReading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
+def done_without_screen(station: Station, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
+    """Look at the text of a program, or store it in place of the one of its name. Raises LineRefused where its heading
+    cannot be read, UsageError for a program that runs.
+    """
+    header = read_header(act.text.partition("\n")[0])
+    before = station.programs.get(key_of(header.name)) if isinstance(header, ProgramHeader) else None
+    dialect = station.dialect if before is None else before.program.dialect
+    program, findings = yield from read_among(station, act.text, dialect)
+    if isinstance(act, ReadDraft):
+        return Findings(findings)
+    if program is None:
+        raise LineRefused(findings[0])
+    refuse_running(station, program.name)
+    said = yield from stored(station, program)
+    station.user_state.last_edited = program.name
+    return _kept(program.name, said)
 
-        return (yield from beside_if(long, work))
+
+def _kept(name: str, said: tuple[Reply, ...]) -> Kept:
+    return Kept(name, next((one.text for one in reversed(said) if isinstance(one, Message)), ""))
+
+
+def program_text(program: Program) -> str:
+    """Return a program as SEE shows it, with one empty step where it has none."""
+    return "\n".join((program_header(program), *step_texts(program), *("",) * (not program.steps)))
+
+
+def read_among(station: Station, text: str, dialect: Dialect) -> Dialogue[ProgramReading]:
+    """Read a text among the programs in memory; another thread reads a long one, among a copy of the memory."""
+    environment, long = station.environment, len(text) > LONG_TEXT
+    memory = environment.copy() if long else environment
+
+    def work() -> ProgramReading:
+        program, findings = read(text, dialect)
+        if program is None:
+            return ProgramReading(None, findings)
+        return ProgramReading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
+
+    return (yield from beside_if(long, work))
 
 
 def read(text: str, dialect: Dialect) -> ProgramReading:

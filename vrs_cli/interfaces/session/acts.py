@@ -17,10 +17,12 @@ from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
 from vrs_cli.interfaces.editor.lines import listed
+from vrs_cli.interfaces.editor.screen import program_text
 from vrs_cli.interfaces.monitor.locations import explained
 from vrs_cli.interfaces.monitor.parts import part_table
 from vrs_cli.interfaces.monitor.programs import directory
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motions
+from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.holder_times import move_of
@@ -51,9 +53,12 @@ from vrs_cli.values.acts import (
     ListMotions,
     LocationList,
     LookAtParts,
+    LookAtProgram,
     ProgramList,
+    ProgramSource,
     Record,
     Recorded,
+    RecordProgram,
     Redo,
     Rest,
     Say,
@@ -169,6 +174,19 @@ def _record(session: Session, _act: Record) -> Dialogue[Recorded]:
     return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 
+def _record_program(session: Session, act: RecordProgram) -> Dialogue[Defined]:
+    begin, end = _finite((act.begin, act.end))
+    arm, timeline = session.engine.arm, session.engine.timeline
+    text = yield from beside(lambda: recorded_program(arm, timeline, begin, end, act.name, RECORDED))
+    return (yield from _define(session, Define(text)))
+
+
+def _look_at_program(session: Session, act: LookAtProgram) -> Dialogue[ProgramSource]:
+    program = session.environment.program(act.program).program
+    text = yield from beside_if(len(program.steps) > MOST_STEPS, lambda: program_text(program))
+    return ProgramSource(program.name, text)
+
+
 def _list_commands(session: Session, _act: ListCommands) -> Dialogue[CommandList]:
     return CommandList((yield from beside(session.engine.book.all_records())))
 
@@ -202,6 +220,7 @@ def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
         speed.unit.value,
         "" if session.lease is None else session.lease.holder,
         session.told_untrue[:MAX_UNTRUE],
+        tuple(sorted(step for key, step in session.tasks.breakpoints if key == key_of(act.program))),
     )
 
 
@@ -301,6 +320,8 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
     ListMotions: _as("TIMELINE", lambda session, _act: motions(session)),
     LookAtParts: _as("PARTS", lambda session, act: part_table(session, act.time)),
+    LookAtProgram: _Row("a look at a program", Role.OBSERVER, _look_at_program),
+    RecordProgram: _as("LOAD", _record_program),
     Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
     Survey: _Row("a survey", Role.OBSERVER, survey),
     ShowBranch: _Row("a look at a branch", Role.OBSERVER, show_branch),
