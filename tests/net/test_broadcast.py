@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import zlib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from typing import TypeVar
@@ -14,12 +15,15 @@ from tests.net.edits import Edits
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import MissedEvents as LeftOut
+from vrs_cli.engine.joint_pieces import JointPiece
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.snapshot import TimelineReplaced as Other
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.roles import playback as viewers
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import at_position
 from vrs_cli.net import broadcast
 from vrs_cli.net import stream as streams
 from vrs_cli.net.broadcast import AGAIN, HOLD, MOST_WAITING, SLICE, Broadcast, Listener
@@ -38,13 +42,16 @@ from vrs_cli.net.messages import (
 )
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.stream import Listening, MessageForm, Packet
+from vrs_cli.trajectory.polynomial import value
+from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Move, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.results import Position
+from vrs_cli.wire import line_pieces
 from vrs_cli.wire.codec import Reader
 from vrs_cli.wire.records import Form as RobotForm
-from vrs_cli.wire.records import Motions, delta_of
+from vrs_cli.wire.records import Motions, SegmentRecord, delta_of
 from vrs_cli.wire.snapshots import snapshot_of
 
 JSON, MSGPACK = MessageForm(text=True), MessageForm(text=False)
@@ -116,6 +123,18 @@ class RoomServices:
         first, *others = self.engine.position(self.engine.end).joints
         turn = -angle if first > 0.0 else angle
         self.engine.perform(Move(JointTarget((first + turn, *others)), False))
+        self.tell()
+
+    def bend(self) -> None:
+        """Go where straight lines can begin."""
+        self.engine.perform(Move(JointTarget((0.0, -0.8, 3.0, 0.0, 0.8, 0.0)), False))
+        self.tell()
+
+    def line(self, up: float) -> None:
+        """A straight line up or down [m], and all hear of it."""
+        pose = self.engine.position(self.engine.end).T_world_tool
+        target = PoseTarget(at_position(pose, pose.px, pose.py, pose.pz + up))
+        self.engine.perform(Move(target, straight=True))
         self.tell()
 
     def tell(self) -> None:
@@ -277,6 +296,102 @@ def test_a_snapshot_is_bounded_in_bytes(services: RoomServices, monkeypatch: pyt
     [message] = line.news(Replaced)
     assert message.snapshot.first > 0
     assert len(services.broadcast.stream.part(-1.0).segments) == len(message.snapshot.segments)
+
+
+# --- pieces of lines ---
+
+
+def evaluated(segments: Iterable[SegmentRecord], t: float) -> Joints:
+    """The joints at t as a client without inverse kinematics computes them, between the first segment and the last."""
+    segment = [one for one in segments if one.start <= t][-1]
+    s = min(t, segment.finish) - segment.start
+    rows = segment.joints
+    for piece in segment.pieces:
+        rows = piece.joints
+        if s <= piece.duration:
+            break
+        s -= piece.duration
+    assert rows is not None
+    return tuple(value(a, s) for a in rows)
+
+
+def check_pieces(services: RoomServices, segments: Sequence[SegmentRecord], tolerance: float) -> None:
+    assert any(segment.pieces for segment in segments)
+    assert all(bool(segment.pieces) == (segment.line is not None) for segment in segments)
+    begin, end = segments[0].start, segments[-1].finish
+    for k in range(200):
+        t = begin + (end - begin) * k / 199
+        q = joints_at(services.arm, services.timeline, t)
+        assert evaluated(segments, t) == pytest.approx(q, abs=tolerance)
+
+
+def test_lines_come_as_pieces_in_snapshots_windows_and_changes(services: RoomServices) -> None:
+    services.bend()
+    services.line(0.1)
+    lines = [services.listen(Subscribe(1, deltas=True, joints=2e-3), form)[0] for form in (JSON, MSGPACK)]
+    plain, _ = services.listen(CHANGES)
+    for line in lines:
+        [message] = line.news(Replaced)
+        check_pieces(services, message.snapshot.segments, 1e-3)
+    [message] = plain.news(Replaced)
+    assert not any(segment.pieces for segment in message.snapshot.segments)
+    check_pieces(services, services.broadcast.stream.part(0.0, joints=1e-4).segments, 1e-4)
+    services.line(-0.1)
+    for line in lines:
+        [change] = line.news(Delta)
+        check_pieces(services, change.delta.segments, 1e-3)
+    [change] = plain.news(Delta)
+    assert not any(segment.pieces for segment in change.delta.segments)
+
+
+def test_pieces_are_computed_and_encoded_once_for_all_who_want_them(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    services.bend()
+    joints_of, asked = line_pieces.joint_pieces, list[float]()
+
+    def counted(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[JointPiece, ...]:
+        asked.append(tolerance)
+        return joints_of(arm, segment, tolerance)
+
+    monkeypatch.setattr(line_pieces, "joint_pieces", counted)
+    lines = [services.listen(Subscribe(1, deltas=True, joints=joints))[0] for joints in (1e-3, 2e-3, 9e-3)]
+    services.line(0.1)
+    first, second, third = (line.packets[-1] for line in lines)
+    assert first is second is third
+    count = len(asked)
+    change = lines[0].heard[-1]
+    assert isinstance(change, Delta)
+    assert count == len(change.delta.segments), "all three are served within 1e-3"
+    services.listen(Subscribe(1, deltas=True, joints=5e-3))
+    services.broadcast.stream.part(0.0, joints=1e-3)
+    assert len(asked) == count, "a later snapshot has the pieces that were computed"
+
+
+def test_a_snapshot_with_many_new_lines_begins_later(services: RoomServices, monkeypatch: pytest.MonkeyPatch) -> None:
+    services.bend()
+    for k in range(4):
+        services.line(0.05 * (-1) ** k)
+    monkeypatch.setattr(streams, "NEW_LINES", 4)
+    line, _ = services.listen(Subscribe(1, deltas=True, joints=1e-3))
+    [message] = line.news(Replaced)
+    assert len(message.snapshot.segments) == 4
+    assert message.snapshot.first == len(services.timeline) - 4
+    check_pieces(services, message.snapshot.segments, 1e-3)
+    whole = services.broadcast.stream.part(-1.0, joints=1e-3)
+    assert len(whole.segments) == len(services.timeline), "the last four are known now, and four are new"
+
+
+@pytest.mark.parametrize("joints", [0.0, -1.0, 1e-9, 3.0])
+def test_a_tolerance_without_sense_is_refused_and_leaves_the_subscription(
+    services: RoomServices, joints: float
+) -> None:
+    line, listener = services.listen(CHANGES)
+    with pytest.raises(IllegalValue, match=r"a tolerance from 1e-05 to 0.1 rad"):
+        services.broadcast.subscribe(listener, Subscribe(2, deltas=True, joints=joints))
+    line.news(Replaced)
+    services.move()
+    assert len(line.news(Delta)) == 1
 
 
 # --- what is kept ---

@@ -18,6 +18,7 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.engine import TimelineChange
+from vrs_cli.engine.joint_pieces import known_tolerance
 from vrs_cli.engine.position import Watched
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
@@ -212,10 +213,12 @@ class Broadcast:
 
     def subscribe(self, listener: Listener, wanted: Subscribe) -> None:
         """Let a listener get what it wants from now on, in place of earlier wishes. Raises IllegalValue for a wrong
-        rate.
+        rate or tolerance.
         """
+        joints = None if wanted.joints is None else known_tolerance(wanted.joints)
         if wanted.rate:
             checked_rate(wanted.rate, "samples a second", HIGHEST_RATE)
+        listener.form = listener.form._replace(joints=joints)
         self._leave_channel(listener)
         if wanted.rate:
             self._enter_channel(listener, self._following(wanted.rate, wanted.ahead))

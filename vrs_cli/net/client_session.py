@@ -218,7 +218,8 @@ class ClientSession(UserSession):
                 self._watch(message)
             case messages.Window(id, begin, end):
                 stream = self._robot.broadcast.stream
-                part = stream.part(begin, end)  # at once: later it would be out of date
+                joints = None if self._listener is None else self._listener.form.joints
+                part = stream.part(begin, end, joints)  # at once: later it would be out of date
                 self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
             case messages.Who(id):
                 driver = self._robot.driving.lease.holder

@@ -121,7 +121,9 @@ class Subscribe(Request, frozen=True):
     for one message: `first` of the snapshot says so, and `window` asks for the rest. `after`: the number of the last
     change that the client has; only later changes are sent then. `rate`: samples per second, 0 for none, of the robot
     `ahead` seconds later: D_b shows the present to a viewer with that delay, D_f + D_b where a command sent now will
-    find the robot. `console`: also send what the programs of other users TYPE.
+    find the robot. `console`: also send what the programs of other users TYPE. `joints`: send straight lines also as
+    `pieces` that no joint leaves by more than that [rad, m], from 1e-5 to 0.1; the server takes the next lower power of
+    ten.
     """
 
     deltas: bool = False
@@ -130,6 +132,7 @@ class Subscribe(Request, frozen=True):
     console: bool = False
     window: Length | None = None
     after: Count | None = None
+    joints: Number | None = None
 
 
 class PlayStep(Enum):

@@ -29,6 +29,7 @@ from vrs_cli.net.messages import ServerMessage
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.world import WorldState
 from vrs_cli.wire.codec import Encoding, encode
+from vrs_cli.wire.line_pieces import LinePieces
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
 from vrs_cli.wire.steered import steered_record
@@ -39,16 +40,20 @@ LEVEL, WINDOW_BITS, MEMORY = 6, 15, 8
 _TAIL = 4  # bytes at the end of what is flushed that a frame does not carry (RFC 7692, 7.2.1)
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
 SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
+NEW_LINES = 40  # of a snapshot with pieces, whose joints have to be computed (20 ms of CPU for an arm in closed form)
 MAX_PARTS = 8  # that are remembered until the next change
 
 StateOfWorld = Callable[[Timeline, float], WorldState | None]
 
 
 class MessageForm(NamedTuple):
-    """The form of messages: text (JSON) or MessagePack; `full`: with all that a receiver could compute by itself."""
+    """The form of messages: text (JSON) or MessagePack; `full`: with all that a receiver could compute by itself;
+    `joints`: with pieces of lines within this tolerance [rad, m].
+    """
 
     text: bool
     full: bool = False
+    joints: float | None = None
 
 
 class DeflatedPlace(NamedTuple):
@@ -122,7 +127,7 @@ class Stream:
 
     def __init__(self, begin: TimelineReplaced, arm: RobotArm, state: StateOfWorld | None = None) -> None:
         self.number = 0
-        self._arm, self._state = arm, state
+        self._arm, self._state, self._pieces = arm, state, LinePieces(arm)
         self.timeline: Timeline = begin.timeline
         self.settings: Settings = begin.settings
         self._replaced = 0  # the number of the last change that replaced the timeline
@@ -160,19 +165,19 @@ class Stream:
             self._forget(0)
             return
         change = cache(partial(self._change, delta, before, applied, number))
-        packets = {form: packet_of(change(form.full), form) for form in self._encoded_until}
+        packets = {form: packet_of(change(form.full, form.joints), form) for form in self._encoded_until}
         size = sum(len(packet.data) for packet in packets.values())
         self._changes[number] = _Change(packets, size)
         self._bytes += size
         self._forget(REMEMBERED)
 
     def _change(
-        self, delta: TimelineDelta, before: Timeline, applied: float, number: int, full: bool
+        self, delta: TimelineDelta, before: Timeline, applied: float, number: int, full: bool, joints: float | None
     ) -> messages.Change:
         short = None if full else steered_record(delta, before, self._arm)
         if short is not None:
             return messages.Steered(short, number=number)
-        return messages.Delta(delta_record(delta, Motions()), applied, number=number)
+        return messages.Delta(delta_record(delta, Motions(), self._pieces.within(joints)), applied, number=number)
 
     def _forget(self, most: int) -> None:
         """Forget the oldest changes, so that at most so many are left."""
@@ -230,19 +235,25 @@ class Stream:
             self._contexts.pop(listening.form, None)
         return found
 
-    def _part(self, begin: float, end: float | None = None) -> SnapshotRecord:
-        """Return the timeline from `begin` to `end` [s]; if that is too much, its last part."""
+    def _part(self, begin: float, end: float | None = None, joints: float | None = None) -> SnapshotRecord:
+        """Return the timeline from `begin` to `end` [s]; if that is too much, its last part. `joints`: the tolerance of
+        pieces of lines.
+        """
         after = len(self.timeline) if end is None else self.timeline.index_at(end) + 1
-        return self._last_part(self.timeline.index_at(begin), after, TEXT)[0]
+        return self._last_part(self.timeline.index_at(begin), after, TEXT._replace(joints=joints))[0]
 
     def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[SnapshotRecord, Packet]:
         """Return the segments from one number to before another, of these as many of the last ones as a snapshot may
         have, and their message.
         """
+        pieces = self._pieces.within(form.joints)
         first = max(first, after - SEGMENTS)
+        if form.joints is not None:
+            known = [self.timeline[index] for index in range(first, after)]
+            first = after - self._pieces.count_late(known, form.joints, NEW_LINES)
         snapshot = Snapshot.part(self.timeline, self.settings, first, after)
         while True:
-            record = snapshot_record(snapshot)
+            record = snapshot_record(snapshot, pieces)
             packet = packet_of(messages.Replaced(record, number=self.number), form)
             segments, events = len(snapshot.segments), len(snapshot.events)
             if len(packet.data) <= SNAPSHOT_BYTES or max(segments, events) <= 1:

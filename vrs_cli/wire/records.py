@@ -6,7 +6,7 @@ trajectory fits the robot; it does not check the laws of motion.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sized
+from collections.abc import Callable, Iterable, Sized
 from math import copysign, hypot
 from typing import Annotated
 
@@ -127,8 +127,17 @@ class LineRecord(StrictRecord, frozen=True):
     guides: tuple[GuideRecord, ...] = ()
 
 
+class PieceRecord(StrictRecord, frozen=True):
+    """A polynomial of each joint in the time since the piece begins, for `duration` [s]."""
+
+    duration: Duration
+    joints: tuple[Coefficients, ...]
+
+
 class SegmentRecord(StrictRecord, frozen=True):
-    """`motion` is absent when it is the motion of the delta; exactly one of `joints` and `line` is there."""
+    """`motion` is absent when it is the motion of the delta; exactly one of `joints` and `line` is there. `pieces`: the
+    joints of a line, one piece after the other, for clients that asked for them.
+    """
 
     start: Time
     finish: Time
@@ -136,6 +145,14 @@ class SegmentRecord(StrictRecord, frozen=True):
     motion: Count | MotionRecord | None = None
     joints: tuple[Coefficients, ...] | None = None
     line: LineRecord | None = None
+    pieces: tuple[PieceRecord, ...] = ()
+
+
+Pieces = Callable[[Segment], tuple[PieceRecord, ...]]  # of the joints of a line
+
+
+def no_pieces(_: Segment) -> tuple[PieceRecord, ...]:
+    return ()
 
 
 class EventRecord(StrictRecord, frozen=True):
@@ -222,7 +239,9 @@ class Motions(dict[int, Motion]):
 # --- from values to records -----------------------------------------------------------------------------
 
 
-def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion | None) -> tuple[SegmentRecord, ...]:
+def segment_records(
+    segments: Iterable[Segment], motions: Motions, owner: Motion | None, pieces: Pieces = no_pieces
+) -> tuple[SegmentRecord, ...]:
     """Convert segments to records. `owner`: the motion of the delta, to which its segments need not refer."""
     return tuple(
         [
@@ -233,18 +252,19 @@ def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion
                 motion=None if segment.motion in (owner,) else motions.reference(segment.motion),  # `is`, then `==`
                 joints=segment.path.coefficients if isinstance(segment.path, JointPath) else None,
                 line=_line_record(segment.path) if isinstance(segment.path, CartesianPath) else None,
+                pieces=pieces(segment),
             )
             for segment in segments
         ]
     )
 
 
-def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
+def delta_record(delta: TimelineDelta, motions: Motions, pieces: Pieces = no_pieces) -> DeltaRecord:
     """Convert a delta to a record, and add the motion that the record describes to `motions`."""
     values = delta._asdict()
     del values["events"]  # nothing makes any yet
     values["motion"] = motions.reference(delta.motion)
-    values["segments"] = segment_records(delta.segments, motions, delta.motion)
+    values["segments"] = segment_records(delta.segments, motions, delta.motion, pieces)
     values["shift"] = _default(delta.shift, ZERO)
     if (edit := delta.events) is not None:
         shift = _default(edit.shift, ZERO)

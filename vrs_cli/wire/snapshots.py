@@ -15,9 +15,12 @@ from vrs_cli.wire.records import (
     EventRecord,
     Form,
     Motions,
+    Number,
+    Pieces,
     SegmentRecord,
     event_records,
     events_of,
+    no_pieces,
     segment_records,
     segments_of,
 )
@@ -34,8 +37,8 @@ class SnapshotRecord(Struct, frozen=True):
     world: WorldState | UnsetType = UNSET
 
 
-def snapshot_record(snapshot: Snapshot) -> SnapshotRecord:
-    segments = segment_records(snapshot.segments, Motions(), None)
+def snapshot_record(snapshot: Snapshot, pieces: Pieces = no_pieces) -> SnapshotRecord:
+    segments = segment_records(snapshot.segments, Motions(), None, pieces)
     return SnapshotRecord(
         snapshot.version,
         segments,
@@ -62,6 +65,9 @@ class BranchShown(Spoken, frozen=True):
 
 
 class ShowBranch(RobotAct[BranchShown], frozen=True):
-    """The timeline of a branch. Raises UsageError where there is none of the name."""
+    """The timeline of a branch; `joints`: as in `subscribe`. Raises UsageError where there is none of the name, and
+    IllegalValue.
+    """
 
     name: str
+    joints: Number | None = None

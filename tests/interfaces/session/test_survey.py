@@ -149,6 +149,18 @@ def test_branches_and_their_timelines(held: Supervisor) -> None:
         held.act(ShowBranch("nowhere"))
 
 
+def test_lines_of_a_branch_have_pieces_for_those_who_ask(held: Supervisor) -> None:
+    held.say("MOVE #PPOINT(0,-45,180,0,45,0)", no_answer)
+    held.say("DEPARTS -50", no_answer)
+    for joints in (None, 1e-3):
+        segments = held.act(ShowBranch("main", joints)).snapshot.segments
+        lines = [segment for segment in segments if segment.line is not None]
+        assert lines
+        assert all(bool(line.pieces) == (joints is not None) for line in lines)
+    with pytest.raises(IllegalValue, match="a tolerance from"):
+        held.act(ShowBranch("main", 0.0))
+
+
 def segment_times(segment: Segment) -> tuple[float, float]:
     return segment.start, segment.finish
 

@@ -80,6 +80,7 @@ from vrs_cli.values.replies import ListedStep, NamedLocation, ReachReport
 from vrs_cli.values.results import RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.codec import mark_of
+from vrs_cli.wire.line_pieces import LinePieces
 from vrs_cli.wire.snapshots import BranchShown, ShowBranch, snapshot_record
 
 T = TypeVar("T", covariant=True)
@@ -227,10 +228,11 @@ def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
 def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
     left = session.branches.left(act.name)
     timeline, settings = left.book.timeline, left.settings
+    pieces = LinePieces(session.engine.arm).within(act.joints)
 
     def work() -> BranchShown:
         first = max(len(timeline) - MOST_SEGMENTS, 0)
-        return BranchShown(snapshot_record(Snapshot.part(timeline, settings, first, len(timeline))))
+        return BranchShown(snapshot_record(Snapshot.part(timeline, settings, first, len(timeline)), pieces))
 
     return beside(work)
 
