@@ -22,6 +22,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.limits import USUAL, Allowance
 from vrs_cli.net.messages import Bye, Closing, Done, Hello, Line, Request, ServerMessage, Told, Typed, Welcome
+from vrs_cli.net.pages import Pages
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan
@@ -54,12 +55,13 @@ def serving(
     model: RobotModel | None = None,
     origins: tuple[str, ...] = (),
     port: int = 0,
+    pages: Pages | None = None,
     **plan: Any,
 ) -> Iterator[Serving]:
     told: list[str] = []
     audit = Audit(folder / "audit.jsonl", time.time, told.append)
     file = tokens and TokenFile(tokens, robots, own)
-    server = Server(ListenAddress("127.0.0.1", port, origins=origins), allowance, audit, file, told.append)
+    server = Server(ListenAddress("127.0.0.1", port, origins=origins), allowance, audit, file, told.append, pages)
     model = model or load_robot("puma560")
     places = RobotFolders(folder / "journal" if journal else None, folder / "files")
     (folder / "journal").mkdir(exist_ok=True)

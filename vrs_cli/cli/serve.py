@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import ipaddress
 import sys
 from argparse import Namespace
 from collections.abc import Mapping
@@ -50,7 +49,6 @@ SWITCHED = 0.001
 
 
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
-LOCAL = ("localhost",)
 OWN_IDLE = 600.0  # [s] that a robot of a token works for nobody
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
@@ -82,6 +80,8 @@ def serve(options: Namespace) -> int:
 
     from vrs_cli.language.text.collector import collect_in_small_parts
     from vrs_cli.net.audit import Audit
+    from vrs_cli.net.http import is_local
+    from vrs_cli.net.pages import Pages
     from vrs_cli.net.server import ListenAddress, Server
     from vrs_cli.net.tokens import TokenFile
 
@@ -99,10 +99,11 @@ def serve(options: Namespace) -> int:
         named, tokens = (name for name, _ in options.robot), None
         if options.tokens is not None:
             tokens = TokenFile(Path(options.tokens), named, options.robots_per_token)
-        if options.insecure and not options.tls_cert and not _is_local(options.host):
+        if options.insecure and not options.tls_cert and not is_local(options.host):
             tell("--insecure: whoever is on the way can read the tokens, and drive")
         place = ListenAddress(options.host, options.port, _tls(options), tuple(options.origin))
-        server = Server(place, _allowance(options), audit, tokens, tell)
+        pages = Pages.read(cookies=True) if options.pages else None
+        server = Server(place, _allowance(options), audit, tokens, tell, pages)
         hub = _hub(options, server, audit, folder, tell)
         at_end.callback(hub.close)
         _warm()
@@ -125,6 +126,8 @@ async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[
         said = [f"{'robot' if len(hub.rooms) == 1 else 'robots'} {names}"] if names else []
         said += [f"{own} of its own for each token"] if own else []
         print(f"{options.prog}: {address}, {', and '.join(said)}", flush=True)
+        if options.pages:
+            print(f"{options.prog}: {address.replace('ws', 'http', 1)} in a browser", flush=True)
 
     publisher = None
     if options.nats is not None:
@@ -212,6 +215,7 @@ def serve_parser(prog: str) -> Parser:
             option("--tls-cert", metavar="FILE", help="the certificate of this server, with its chain (PEM)"),
             option("--tls-key", metavar="FILE", help="its key (default: in the same file)"),
             option("--insecure", action="store_true", help="other machines too, though all can be read on the way"),
+            option("--pages", action="store_true", help="show the robots in browsers, at the same address"),
             option("--origin", metavar="URL", action="append", default=[], help="pages of this site may connect too"),
             option("--nats", metavar="URL", help="publish all robots there, to look at: nats://HOST:4222"),
         ),
@@ -263,6 +267,8 @@ def _cell(text: str) -> tuple[str, str]:
 
 def _check(options: Namespace) -> None:
     """Raises CommandLineError for what would let others in unasked, or be heard by others."""
+    from vrs_cli.net.http import is_local
+
     names = [name for name, _ in options.robot]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
@@ -281,21 +287,13 @@ def _check(options: Namespace) -> None:
         raise CommandLineError("--tls-key without --tls-cert", "give both")
     if options.robots_per_token and not options.tokens:
         raise CommandLineError("--robots-per-token without --tokens", "vrs token makes tokens")
-    if _is_local(options.host):
+    if is_local(options.host):
         return
     if not options.tokens:
         raise CommandLineError(f"--host {options.host} without --tokens: anybody could drive", "vrs token makes tokens")
     if not options.tls_cert and not options.insecure:
         what = f"--host {options.host} without TLS: tokens and all else could be read on the way"
         raise CommandLineError(what, "--tls-cert and --tls-key, or --insecure if you know the network")
-
-
-def _is_local(host: str) -> bool:
-    """Return whether only this machine reaches an address."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host.lower() in LOCAL
 
 
 # --- what is made of it ---

@@ -433,10 +433,11 @@ class Hub:
     def names(self, grant: Grant) -> tuple[str, ...]:
         """The robots that a token may hold: its own, and shared ones."""
         shared = (name for name in self._robots if grant.teacher or grant.robots is None or name in grant.robots)
-        others = (name for one in self._grants() for name in self._own_names(one)) if grant.teacher else ()
-        return tuple(dict.fromkeys((*self._own_names(grant), *shared, *others)))
+        others = (name for one in self._grants() for name in self.own_names(one)) if grant.teacher else ()
+        return tuple(dict.fromkeys((*self.own_names(grant), *shared, *others)))
 
-    def _own_names(self, grant: Grant) -> tuple[str, ...]:
+    def own_names(self, grant: Grant) -> tuple[str, ...]:
+        """The robots that a token has for itself."""
         return grant.own_names(self._own) if grant.name else ()
 
     def chosen(self, grant: Grant, wanted: str) -> str:
@@ -446,7 +447,7 @@ class Hub:
         names = self.names(grant)
         if wanted in names:
             return wanted
-        if not wanted and (len(names) == 1 or self._own_names(grant)):
+        if not wanted and (len(names) == 1 or self.own_names(grant)):
             return names[0]
         what = f"there is no robot {wanted} for you" if wanted else "which robot"
         raise RequestRefused(what, f"there is {', '.join(names) or 'none'}: ws://HOST:PORT/robots/NAME")

@@ -9,11 +9,12 @@ import time
 from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from http import HTTPStatus
 from math import inf
 from socket import SO_SNDBUF, SOL_SOCKET
-from typing import Any
-from urllib.parse import unquote, urlsplit
+from typing import Any, cast
+from urllib.parse import unquote
 
 from msgspec import Struct
 from websockets.asyncio.server import Server as Listening
@@ -25,17 +26,28 @@ from websockets.extensions.permessage_deflate import PerMessageDeflate, ServerPe
 from websockets.frames import OP_BINARY, OP_TEXT, Frame
 from websockets.http11 import Request, Response
 from websockets.protocol import OPEN as SOCKET_OPEN
-from websockets.typing import ExtensionParameter, Origin
+from websockets.typing import ExtensionParameter
 
-from vrs_cli.errors import LimitReached, NonexistentFile, RequestRefused, VrsError
+from vrs_cli.errors import LimitReached, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client_session import TYPING, ClientSession
+from vrs_cli.net.http import (
+    BODY_SECONDS,
+    REQUEST_SECONDS,
+    ROBOTS,
+    Doorway,
+    HttpAnswers,
+    HttpSocket,
+    OwnNames,
+    path_of,
+    token_of,
+)
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
+from vrs_cli.net.pages import Pages, refusal_of
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Hub, Room
-from vrs_cli.net.served_shapes import MESH
 from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.refusal import Refusal
@@ -53,7 +65,6 @@ PAUSE = 1.0  # [s] after an internal error that might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
 MOST_PARKED = 4_000_000  # bytes of waiting requests of one client, after which nothing more is read of it
 SHORT = 2.0  # [s] that a client has to close its connection
-ROBOTS = "/robots/"
 
 
 class ListenAddress(Struct, frozen=True):
@@ -215,7 +226,8 @@ class _Link:
 
 class Server:
     """Serves the robots of a hub. `tokens`: who may enter, None for everybody. `tell` takes messages for whoever runs
-    the server. `opened`: functions that are called with every robot that is served.
+    the server. `pages`: the page that browsers show, None for none. `opened`: functions that are called with every
+    robot that is served.
     """
 
     hub: Hub
@@ -227,6 +239,7 @@ class Server:
         audit: Audit,
         tokens: TokenFile | None,
         tell: Callable[[str], None],
+        pages: Pages | None = None,
     ) -> None:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
         self._crowd = Crowd(allowance)
@@ -239,6 +252,9 @@ class Server:
         self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # for clients whose requests wait for their share
         self.opened: list[Callable[[Room], None]] = []
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
+        names = OwnNames(place.host, tls=place.tls is not None, origins=place.origins)
+        tls, wants = place.tls is not None, tokens is not None
+        self._http = HttpAnswers(pages, names, place.origins, self._find, tell, tls=tls, tokens=wants)
 
     def wake(self, name: str) -> None:
         """Have a robot's messages sent: it has said something. In any thread."""
@@ -253,7 +269,7 @@ class Server:
         """Serve until `stop`. `ready` is called with the address once the server listens. Raises OSError if the address
         is taken.
         """
-        self._loop, self.hub = asyncio.get_running_loop(), hub
+        self._loop, self.hub, self._http.hub = asyncio.get_running_loop(), hub, hub
         quiet = logging.Logger("vrs serve", logging.CRITICAL)
         for name in hub.rooms:
             self._follow(name)
@@ -262,8 +278,10 @@ class Server:
             self._place.host or None,
             self._place.port,
             ssl=self._place.tls,
-            origins=[None, *map(Origin, self._place.origins)],
             process_request=self._asked,
+            create_connection=cast(type[Socket], partial(HttpSocket, doorway=Doorway())),
+            open_timeout=BODY_SECONDS,
+            ssl_handshake_timeout=REQUEST_SECONDS if self._place.tls else None,
             extensions=[SharedDeflate()],
             compression=None,
             max_size=self._allowance.message,
@@ -273,7 +291,8 @@ class Server:
             server_header=None,
             logger=quiet,
         ) as listening:
-            ready(self._place.address(listening.sockets[0].getsockname()[1]))
+            self._http.port = listening.sockets[0].getsockname()[1]
+            ready(self._place.address(self._http.port))
             ticking = asyncio.create_task(self._tick())
             await stop.wait()
             ticking.cancel()
@@ -292,44 +311,16 @@ class Server:
     # --- sockets ---
 
     async def _asked(self, socket: Socket, request: Request) -> Response | None:
-        """Answer a request for a mesh. Refuse a connection to an unknown address, or if there are too many, before it
-        is made.
-        """
+        """Answer a request. Refuse a connection to an unknown address, or if there are too many, before it is made."""
         if len(self._links) >= self._allowance.connections:
-            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection\n")
-        path = urlsplit(request.path).path
-        if path not in ("", "/") and not path.startswith(ROBOTS):
-            return socket.respond(HTTPStatus.NOT_FOUND, f"{ROBOTS}NAME is the address of a robot\n")
-        name, _, file = path.removeprefix(ROBOTS).partition(f"/{MESH}/")
-        return await self._mesh(socket, unquote(name), file) if file else None
-
-    async def _mesh(self, socket: Socket, name: str, file: str) -> Response:
-        """Answer with a mesh of a robot. Who knows its address was let in before."""
-        room = self.hub.rooms.get(name)
-        try:
-            if room is None:
-                raise NonexistentFile(file)
-            found = await asyncio.to_thread(room.shapes.glb, file)
-        except VrsError as error:
-            if not isinstance(error, NonexistentFile):
-                self._tell(f"{name}: {error}")
-            return socket.respond(HTTPStatus.NOT_FOUND, "there is no such mesh\n")
-        response = socket.respond(HTTPStatus.OK, "")
-        response.body = found
-        for key, value in (
-            ("Content-Type", "model/gltf-binary"),
-            ("Content-Length", str(len(found))),
-            ("Cache-Control", "private, max-age=31536000, immutable"),
-            ("X-Content-Type-Options", "nosniff"),
-            ("Cross-Origin-Resource-Policy", "same-origin"),
-        ):
-            if key in response.headers:
-                del response.headers[key]
-            response.headers[key] = value
-        return response
+            return refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
+        assert isinstance(socket, HttpSocket)
+        return await self._http.answer(socket, request)
 
     async def _served(self, socket: Socket) -> None:
         """Serve one connection from its begin to its end."""
+        assert isinstance(socket, HttpSocket)
+        socket.let_in()
         connection = ServerConnection(time.monotonic(), self._allowance.message, BACKLOG)
         link = _Link(socket, connection, self._allowance)
         self._links.add(link)
@@ -407,24 +398,33 @@ class Server:
         self._audit.note(name, link.client.name, link.address, "(enter)", "done")
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
-        """Raises RequestRefused."""
+        """Return what a client may do, by its token or, of a page of this server, by its cookie. Raises
+        RequestRefused.
+        """
+        token, socket = hello.token, link.socket
+        if not token and isinstance(socket, HttpSocket) and socket.same_origin and socket.request is not None:
+            token = token_of(socket.request.headers, self._http.port)
+        return self._find(token, link.host)
+
+    def _find(self, token: str, host: str) -> Grant:
+        """Return the grant of a token that comes from a host. Raises RequestRefused."""
         if self._tokens is None:
             return OPEN
-        grant = self._tokens.tokens.find(hello.token, time.time())
+        grant = self._tokens.tokens.find(token, time.time())
         if grant is not None:
             return grant
         now = time.monotonic()
-        if self._crowd.guesses(link.host, now):
+        if self._crowd.guesses(host, now):
             raise RequestRefused("too many wrong tokens came from your address", "try again in a minute")
-        self._crowd.guess(link.host, now)
-        what = "this token is not known here, or has ended" if hello.token else "this server wants a token"
+        self._crowd.guess(host, now)
+        what = "this token is not known here, or has ended" if token else "this server wants a token"
         raise RequestRefused(what, "ask whoever runs the server")
 
     @staticmethod
     def _wanted(link: _Link, hello: messages.Hello) -> str:
         """Return the robot of the address, or of the hello. Raises RequestRefused if they name different ones."""
         request = link.socket.request
-        path = "" if request is None else urlsplit(request.path).path
+        path = "" if request is None else path_of(request)
         named = unquote(path.removeprefix(ROBOTS)).strip("/") if path.startswith(ROBOTS) else ""
         if named and hello.robot and named != hello.robot:
             raise RequestRefused(f"the address says {named}, the client {hello.robot}", "name one robot")

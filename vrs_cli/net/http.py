@@ -1,0 +1,291 @@
+"""Requests of browsers to a server: pages, meshes, a cookie for a token; and which pages may open a connection."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+from collections.abc import Callable, Iterable, Mapping
+from http import HTTPStatus
+from socket import gethostname
+from typing import Any
+from urllib.parse import quote, unquote, urlsplit
+
+from websockets.asyncio.server import ServerConnection as Socket
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from vrs_cli.errors import NonexistentFile, RequestRefused, VrsError
+from vrs_cli.net.pages import VIEW, Pages, explanation, refusal_of, response_of
+from vrs_cli.net.room import Hub
+from vrs_cli.net.served_shapes import MESH
+from vrs_cli.net.tokens import Grant
+
+ROBOTS, ENTER, LEAVE = "/robots/", "/enter/", "/leave/"
+LEAVING = ("X-Vrs", "leave")  # a header that only the page itself can send
+METHOD_CHARS = 8  # of the longest method that is answered, and its space
+OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")
+REQUEST_SECONDS = 10.0  # in which a request has come to its end
+BODY_SECONDS = 60.0  # in which an answer is taken
+MAX_ASKING = 1000  # sockets that have no connection to a robot
+MAX_SENDING = 64_000_000  # bytes of answers that wait for their sockets
+
+
+class Doorway:
+    """What all sockets of a server share until they have a connection: so many are `asking`, and so many bytes of
+    answers are on their way to them (`sending`).
+    """
+
+    def __init__(self) -> None:
+        self.asking = self.sending = 0
+
+
+class HttpSocket(Socket):
+    """A socket that also answers HEAD, closes what is too slow, and refuses other methods in a sentence."""
+
+    same_origin = False  # a page of this server opens the connection
+
+    def __init__(self, *given: Any, doorway: Doorway, **options: Any) -> None:
+        super().__init__(*given, **options)
+        self.asks_head = False
+        self._doorway, self._begin, self._asks = doorway, b"", True
+        self._sent = 0  # bytes of its answer
+        self._slow: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._doorway.asking += 1
+        super().connection_made(transport)
+        if self._doorway.asking > MAX_ASKING:
+            self.transport.abort()
+        self._slow = asyncio.get_running_loop().call_later(REQUEST_SECONDS, self._look)
+
+    def _look(self) -> None:
+        if self.request is None:
+            self.transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.let_in()
+        self._doorway.sending -= self._sent
+        if self._slow is not None:
+            self._slow.cancel()
+        super().connection_lost(exc)
+
+    def let_in(self) -> None:
+        """Count it no longer among those who ask."""
+        self._doorway.asking -= self._asks
+        self._asks = False
+
+    def data_received(self, data: bytes) -> None:
+        if self.request is None:
+            data = self._begin + data
+            method, space, rest = data.partition(b" ")
+            if not space and len(data) < METHOD_CHARS:
+                self._begin = data
+                return
+            self._begin = b""
+            if method in OTHER_METHODS:
+                said = refusal_of(
+                    HTTPStatus.METHOD_NOT_ALLOWED, "only GET and HEAD are answered", ("Allow", "GET, HEAD")
+                )
+                self.transport.write(said.serialize())
+                self.transport.close()
+                return
+            self.asks_head |= method == b"HEAD"
+            data = b"GET " + rest if method == b"HEAD" else data
+        super().data_received(data)
+
+    def answer(self, response: Response) -> Response:
+        """Return a response as it is sent here, within the limits of the server."""
+        if self.asks_head:
+            response.body = b""
+        if self._doorway.sending + len(response.body) > MAX_SENDING:
+            response = refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "too many ask at once", ("Retry-After", "2"))
+        self._sent = len(response.body)
+        self._doorway.sending += self._sent
+        self.close_timeout = BODY_SECONDS
+        return response
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+def is_local(host: str) -> bool:
+    """Return whether only this machine reaches an address."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
+
+
+class OwnNames:
+    """The names that a server answers to browsers by. Another name that leads to it may be one that a hostile site has
+    pointed here, so that its own page counts as one of this server (DNS rebinding). A number cannot be pointed, and
+    with TLS the browser has compared the name with the certificate.
+    """
+
+    def __init__(self, host: str, *, tls: bool, origins: Iterable[str]) -> None:
+        self._any, self._local = tls, is_local(host)
+        own = gethostname().lower()
+        others = () if self._local else (own, f"{own.partition('.')[0]}.local")
+        named = (urlsplit(origin).hostname or "" for origin in origins)
+        self._names = {"localhost", host.lower(), *others, *named} - {""}
+
+    def __contains__(self, host: str) -> bool:
+        """Return whether `host` is one of them: a Host header, with or without a port."""
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False
+        if self._any or name.rstrip(".") in self._names:
+            return bool(name)
+        try:
+            number = ipaddress.ip_address(name)
+        except ValueError:
+            return False
+        return number.is_loopback or not self._local
+
+
+# --- requests ---------------------------------------------------------------------------------------------------------
+
+
+class HttpAnswers:
+    """Answers requests at the port of a server. `find`: the grant of a token that comes from an address, None without
+    one; raises RequestRefused. `tokens`: the server wants them.
+    """
+
+    hub: Hub
+    port = 0
+
+    def __init__(
+        self,
+        pages: Pages | None,
+        names: OwnNames,
+        origins: Iterable[str],
+        find: Callable[[str, str], Grant],
+        tell: Callable[[str], None],
+        *,
+        tls: bool,
+        tokens: bool,
+    ) -> None:
+        self._pages, self._names, self._origins = pages, names, frozenset(origins)
+        self._find, self._tell, self._tls, self._tokens = find, tell, tls, tokens
+
+    async def answer(self, socket: HttpSocket, request: Request) -> Response | None:
+        """Return the answer to a request; None where a connection may be made."""
+        path = path_of(request)
+        if "websocket" in ",".join(request.headers.get_all("Upgrade")).lower():
+            return self._refused(socket, request.headers, path)
+        return socket.answer(await self._page(socket, request.headers, path))
+
+    # --- connections ---
+
+    def _refused(self, socket: HttpSocket, headers: Headers, path: str) -> Response | None:
+        """Say why a connection may not be made. Programs send no origin; browsers send that of the page."""
+        origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
+        if len(origins) > 1 or len(hosts) != 1:
+            return refusal_of(HTTPStatus.BAD_REQUEST, "one Host and one Origin at most are wanted")
+        if origins:
+            own = f"{'https' if self._tls else 'http'}://{hosts[0]}"
+            socket.same_origin = self._pages is not None and origins[0] == own and hosts[0] in self._names
+            if not socket.same_origin and origins[0] not in self._origins:
+                return refusal_of(
+                    HTTPStatus.FORBIDDEN, f"pages of {origins[0][:200]!a} may not connect: vrs serve --origin"
+                )
+        if path not in ("", "/") and not path.startswith(ROBOTS):
+            return refusal_of(HTTPStatus.NOT_FOUND, f"{ROBOTS}NAME is the address of a robot")
+        return None
+
+    # --- pages ---
+
+    async def _page(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
+        name, _, file = path.removeprefix(ROBOTS).partition(f"/{MESH}/")
+        if path.startswith(ROBOTS) and file:
+            return await self._mesh(unquote(name), file)
+        hosts = headers.get_all("Host")
+        if len(hosts) != 1:
+            return refusal_of(HTTPStatus.BAD_REQUEST, "one Host is wanted")
+        if hosts[0] not in self._names:
+            what = f"this server does not answer to {hosts[0][:200]!a}; vrs serve --origin http://NAME:PORT names one"
+            return refusal_of(HTTPStatus.MISDIRECTED_REQUEST, what)
+        if path == "/":
+            address = f"{'wss' if self._tls else 'ws'}://{hosts[0]}"
+            return explanation(address, self.hub.rooms, shown=self._pages is not None, tokens=self._tokens)
+        if path.startswith(ROBOTS):
+            page = f"; its page is {VIEW}{path.removeprefix(ROBOTS)}" if self._pages is not None else ""
+            what = f"this is the address of a robot for programs, as vrs connect{page}"
+            return refusal_of(HTTPStatus.UPGRADE_REQUIRED, what, ("Upgrade", "websocket"))
+        if self._pages is not None and self._pages.cookies and self._tokens and path.startswith((ENTER, LEAVE)):
+            return self._exchange(socket, headers, path)
+        found = None if self._pages is None else self._pages.find(path)
+        if found is None:
+            return refusal_of(HTTPStatus.NOT_FOUND, "there is no such page")
+        if found.guarded and self._tokens:
+            try:
+                self._find(token_of(headers, self.port), socket.remote_address[0])
+            except RequestRefused as error:
+                return refusal_of(HTTPStatus.UNAUTHORIZED, str(error))
+        return found.response(headers)
+
+    async def _mesh(self, name: str, file: str) -> Response:
+        """Answer with a mesh of a robot. Who knows its address was let in before."""
+        room = self.hub.rooms.get(name)
+        try:
+            if room is None:
+                raise NonexistentFile(file)
+            found = await asyncio.to_thread(room.shapes.glb, file)
+        except VrsError as error:
+            if not isinstance(error, NonexistentFile):
+                self._tell(f"{name}: {error}")
+            return refusal_of(HTTPStatus.NOT_FOUND, "there is no such mesh")
+        cache = "Cache-Control", "private, max-age=31536000, immutable"
+        return response_of(HTTPStatus.OK, found, "model/gltf-binary", cache)
+
+    # --- a cookie for a token ---
+
+    def _exchange(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
+        """Give a cookie for a token, for the robots that are the token's own, or take it back. A page of another site
+        cannot ask for that: the headers that are wanted make its browser ask first, which is refused.
+        """
+        leaves, name = path.startswith(LEAVE), unquote(path.partition("/")[2].partition("/")[2])
+        if leaves and headers.get_all(LEAVING[0]) != [LEAVING[1]]:
+            return refusal_of(HTTPStatus.BAD_REQUEST, f"the header {': '.join(LEAVING)} is wanted")
+        token = token_of(headers)
+        try:
+            grant = None if leaves else self._find(token, socket.remote_address[0])
+            names = (name,) if grant is None else (self.hub.chosen(grant, name), *self.hub.own_names(grant))
+        except RequestRefused as error:
+            return refusal_of(HTTPStatus.UNAUTHORIZED, str(error))
+        if not all(one.isascii() and one.replace("-", "").replace("_", "").replace(".", "").isalnum() for one in names):
+            return refusal_of(HTTPStatus.NOT_FOUND, "there is no such robot")
+        paths = (ROBOTS.rstrip("/"),) if grant is not None and grant.teacher else (f"{ROBOTS}{one}" for one in names)
+        rest = f"HttpOnly; SameSite=Strict{'; Secure' if self._tls else ''}{'; Max-Age=0' if leaves else ''}"
+        value = "" if leaves else quote(token, safe="")
+        cookies = [f"{cookie_name(self.port)}={value}; Path={at}; {rest}" for at in dict.fromkeys(paths)]
+        if leaves:
+            cookies.append(f"{cookie_name(self.port)}=; Path={ROBOTS.rstrip('/')}; {rest}")
+        more = (("Set-Cookie", cookie) for cookie in cookies)
+        return response_of(HTTPStatus.NO_CONTENT, b"", "", ("Cache-Control", "no-store"), *more)
+
+
+def path_of(request: Request) -> str:
+    """Return the path of a request as it was sent, without a query; "" if it is none."""
+    path = request.path.partition("?")[0].partition("#")[0]
+    return path if path.startswith("/") else ""
+
+
+def cookie_name(port: int) -> str:
+    """Return the name of a server's cookie: browsers give cookies of a host to all of its ports."""
+    return f"vrs-{port}"
+
+
+def token_of(headers: Headers, port: int = 0) -> str:
+    """Return the token of a request, "" without one: of the header Authorization, or of the cookie of the server that
+    listens at this port.
+    """
+    given = headers.get_all("Authorization")
+    if len(given) == 1 and given[0][:7].lower() == "bearer ":
+        return given[0][7:].strip()
+    found: Mapping[str, str] = {}
+    if port:
+        pairs = (one.strip().partition("=") for one in ";".join(headers.get_all("Cookie")).split(";"))
+        found = {name: value for name, _, value in reversed([*pairs])}  # the first one has the longest path
+    return unquote(found.get(cookie_name(port), ""))
