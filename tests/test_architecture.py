@@ -63,7 +63,7 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
 LIVES_IN = {
     "lark": {"language/text/lalr.py"},
     "prompt_toolkit": {"repl"},
-    "websockets": {"net/client.py", "net/server.py", "view3d/guard.py"},
+    "websockets": {"net/client.py", "net/http.py", "net/pages.py", "net/server.py", "view3d/guard.py"},
     "rich": {"render", "view3d/app.py", "view3d/studio.py"},
     "viser": {"view3d"},
     "mujoco": {"contacts/physics.py"},
