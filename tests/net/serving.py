@@ -22,7 +22,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.limits import USUAL, Allowance
 from vrs_cli.net.messages import Bye, Closing, Done, Hello, Line, Request, ServerMessage, Told, Typed, Welcome
-from vrs_cli.net.pages import Pages
+from vrs_cli.net.pages import ServedPage
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan
@@ -55,7 +55,7 @@ def serving(
     model: RobotModel | None = None,
     origins: tuple[str, ...] = (),
     port: int = 0,
-    pages: Pages | None = None,
+    pages: ServedPage | None = None,
     **plan: Any,
 ) -> Iterator[Serving]:
     told: list[str] = []

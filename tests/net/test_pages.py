@@ -19,7 +19,7 @@ from vrs_cli.errors import NonexistentFile
 from vrs_cli.net import http
 from vrs_cli.net.http import OwnNames
 from vrs_cli.net.messages import Closing, Hello, Welcome
-from vrs_cli.net.pages import Pages
+from vrs_cli.net.pages import ServedPage
 from vrs_cli.net.tokens import add_tokens, take_out
 
 INDEX, WALL, SCRIPT = b"<!doctype html>view" + b"." * 900, b"<!doctype html>wall", b"const a = 1;" * 100
@@ -44,7 +44,7 @@ def built(folder: Path) -> Path:
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
     folder = tmp_path_factory.mktemp("pages")
-    with serving(folder, ("cell1", "cell2"), pages=Pages.read(built(folder))) as it:
+    with serving(folder, ("cell1", "cell2"), pages=ServedPage.read(built(folder))) as it:
         yield it
 
 
@@ -60,7 +60,7 @@ def classroom(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Classroom]:
     folder = tmp_path_factory.mktemp("class")
     file = folder / "tokens.toml"
     tokens = add_tokens(file, ("ada", "bob", "eve")) | add_tokens(file, ("tom",), "teacher")
-    pages = Pages.read(built(folder), cookies=True)
+    pages = ServedPage.read(built(folder), cookies=True)
     pages.add("/recording/day.json", "application/json", b"{}")
     with serving(folder, ("demo",), tokens=file, own=1, pages=pages) as it:
         yield Classroom(it, file, tokens)
@@ -156,7 +156,7 @@ def test_a_server_without_a_page_explains_itself_too(tmp_path: Path) -> None:
 
 def test_where_the_page_is_not_built_the_command_is_told(tmp_path: Path) -> None:
     with pytest.raises(NonexistentFile, match=r"hatch_build\.py"):
-        Pages.read(tmp_path)
+        ServedPage.read(tmp_path)
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------

@@ -81,7 +81,7 @@ def serve(options: Namespace) -> int:
     from vrs_cli.language.text.collector import collect_in_small_parts
     from vrs_cli.net.audit import Audit
     from vrs_cli.net.http import is_local
-    from vrs_cli.net.pages import Pages
+    from vrs_cli.net.pages import ServedPage
     from vrs_cli.net.server import ListenAddress, Server
     from vrs_cli.net.tokens import TokenFile
 
@@ -102,7 +102,7 @@ def serve(options: Namespace) -> int:
         if options.insecure and not options.tls_cert and not is_local(options.host):
             tell("--insecure: whoever is on the way can read the tokens, and drive")
         place = ListenAddress(options.host, options.port, _tls(options), tuple(options.origin))
-        pages = Pages.read(cookies=True) if options.pages else None
+        pages = ServedPage.read(cookies=True) if options.pages else None
         server = Server(place, _allowance(options), audit, tokens, tell, pages)
         hub = _hub(options, server, audit, folder, tell)
         at_end.callback(hub.close)

@@ -15,8 +15,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from vrs_cli.errors import NonexistentFile, RequestRefused, VrsError
-from vrs_cli.net.pages import VIEW, Pages, explanation, refusal_of, response_of
-from vrs_cli.net.room import Hub
+from vrs_cli.net.pages import VIEW, ServedPage, explanation, refusal_of, response_of
 from vrs_cli.net.served_shapes import MESH
 from vrs_cli.net.tokens import Grant
 
@@ -148,26 +147,30 @@ class OwnNames:
 
 
 class HttpAnswers:
-    """Answers requests at the port of a server. `find`: the grant of a token that comes from an address, None without
-    one; raises RequestRefused. `tokens`: the server wants them.
+    """Answers requests at the `port` of a server. `find`: the grant of a token that comes from an address. `tokens`:
+    the server wants them. `robots`: the names of those that are open. `own`: the robots of a grant, with one that is
+    wanted. Both this and `find` raise RequestRefused. `mesh`: a mesh of a robot; raises NonexistentFile.
     """
 
-    hub: Hub
     port = 0
 
     def __init__(
         self,
-        pages: Pages | None,
+        pages: ServedPage | None,
         names: OwnNames,
         origins: Iterable[str],
         find: Callable[[str, str], Grant],
+        robots: Callable[[], Iterable[str]],
+        own: Callable[[Grant, str], tuple[str, ...]],
+        mesh: Callable[[str, str], bytes],
         tell: Callable[[str], None],
         *,
         tls: bool,
         tokens: bool,
     ) -> None:
         self._pages, self._names, self._origins = pages, names, frozenset(origins)
-        self._find, self._tell, self._tls, self._tokens = find, tell, tls, tokens
+        self._find, self._robots, self._own, self._mesh = find, robots, own, mesh
+        self._tell, self._tls, self._tokens = tell, tls, tokens
 
     async def answer(self, socket: HttpSocket, request: Request) -> Response | None:
         """Return the answer to a request; None where a connection may be made."""
@@ -199,7 +202,7 @@ class HttpAnswers:
     async def _page(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
         name, _, file = path.removeprefix(ROBOTS).partition(f"/{MESH}/")
         if path.startswith(ROBOTS) and file:
-            return await self._mesh(unquote(name), file)
+            return await self._glb(unquote(name), file)
         hosts = headers.get_all("Host")
         if len(hosts) != 1:
             return refusal_of(HTTPStatus.BAD_REQUEST, "one Host is wanted")
@@ -208,7 +211,7 @@ class HttpAnswers:
             return refusal_of(HTTPStatus.MISDIRECTED_REQUEST, what)
         if path == "/":
             address = f"{'wss' if self._tls else 'ws'}://{hosts[0]}"
-            return explanation(address, self.hub.rooms, shown=self._pages is not None, tokens=self._tokens)
+            return explanation(address, self._robots(), shown=self._pages is not None, tokens=self._tokens)
         if path.startswith(ROBOTS):
             page = f"; its page is {VIEW}{path.removeprefix(ROBOTS)}" if self._pages is not None else ""
             what = f"this is the address of a robot for programs, as vrs connect{page}"
@@ -225,13 +228,10 @@ class HttpAnswers:
                 return refusal_of(HTTPStatus.UNAUTHORIZED, str(error))
         return found.response(headers)
 
-    async def _mesh(self, name: str, file: str) -> Response:
+    async def _glb(self, name: str, file: str) -> Response:
         """Answer with a mesh of a robot. Who knows its address was let in before."""
-        room = self.hub.rooms.get(name)
         try:
-            if room is None:
-                raise NonexistentFile(file)
-            found = await asyncio.to_thread(room.shapes.glb, file)
+            found = await asyncio.to_thread(self._mesh, name, file)
         except VrsError as error:
             if not isinstance(error, NonexistentFile):
                 self._tell(f"{name}: {error}")
@@ -251,7 +251,7 @@ class HttpAnswers:
         token = token_of(headers)
         try:
             grant = None if leaves else self._find(token, socket.remote_address[0])
-            names = (name,) if grant is None else (self.hub.chosen(grant, name), *self.hub.own_names(grant))
+            names = (name,) if grant is None else self._own(grant, name)
         except RequestRefused as error:
             return refusal_of(HTTPStatus.UNAUTHORIZED, str(error))
         if not all(one.isascii() and one.replace("-", "").replace("_", "").replace(".", "").isalnum() for one in names):

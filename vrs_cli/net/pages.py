@@ -108,7 +108,7 @@ def page_file(data: bytes, kind: str, cache: str = ASK_FIRST, *, guarded: bool =
     return PageFile(data, kind, mark, cache, zipped if len(zipped) < len(data) else b"", guarded)
 
 
-class Pages:
+class ServedPage:
     """The files of the page by their paths at the server. `cookies`: a token can be exchanged for a cookie, so that a
     reload needs no token.
     """
@@ -117,7 +117,7 @@ class Pages:
         self._files, self.cookies = dict(files), cookies
 
     @classmethod
-    def read(cls, folder: Path | None = None, *, cookies: bool = False) -> Pages:
+    def read(cls, folder: Path | None = None, *, cookies: bool = False) -> ServedPage:
         """Read the built page, by default that of the package. Raises NonexistentFile, which tells how it is built, and
         FileError.
         """

@@ -28,7 +28,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import OPEN as SOCKET_OPEN
 from websockets.typing import ExtensionParameter
 
-from vrs_cli.errors import LimitReached, RequestRefused, VrsError
+from vrs_cli.errors import LimitReached, NonexistentFile, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
@@ -45,7 +45,7 @@ from vrs_cli.net.http import (
     token_of,
 )
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
-from vrs_cli.net.pages import Pages, refusal_of
+from vrs_cli.net.pages import ServedPage, refusal_of
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Hub, Room
 from vrs_cli.net.stream import WINDOW_BITS, Packet
@@ -239,7 +239,7 @@ class Server:
         audit: Audit,
         tokens: TokenFile | None,
         tell: Callable[[str], None],
-        pages: Pages | None = None,
+        pages: ServedPage | None = None,
     ) -> None:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
         self._crowd = Crowd(allowance)
@@ -254,7 +254,18 @@ class Server:
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
         names = OwnNames(place.host, tls=place.tls is not None, origins=place.origins)
         tls, wants = place.tls is not None, tokens is not None
-        self._http = HttpAnswers(pages, names, place.origins, self._find, tell, tls=tls, tokens=wants)
+        self._http = HttpAnswers(
+            pages,
+            names,
+            place.origins,
+            self._find,
+            lambda: self.hub.rooms,
+            lambda grant, name: (self.hub.chosen(grant, name), *self.hub.own_names(grant)),
+            self._mesh,
+            tell,
+            tls=tls,
+            tokens=wants,
+        )
 
     def wake(self, name: str) -> None:
         """Have a robot's messages sent: it has said something. In any thread."""
@@ -269,7 +280,7 @@ class Server:
         """Serve until `stop`. `ready` is called with the address once the server listens. Raises OSError if the address
         is taken.
         """
-        self._loop, self.hub, self._http.hub = asyncio.get_running_loop(), hub, hub
+        self._loop, self.hub = asyncio.get_running_loop(), hub
         quiet = logging.Logger("vrs serve", logging.CRITICAL)
         for name in hub.rooms:
             self._follow(name)
@@ -316,6 +327,13 @@ class Server:
             return refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
         assert isinstance(socket, HttpSocket)
         return await self._http.answer(socket, request)
+
+    def _mesh(self, name: str, file: str) -> bytes:
+        """Return a mesh of a robot. Raises NonexistentFile, and what makes the mesh fail."""
+        room = self.hub.rooms.get(name)
+        if room is None:
+            raise NonexistentFile(file)
+        return room.shapes.glb(file)
 
     async def _served(self, socket: Socket) -> None:
         """Serve one connection from its begin to its end."""
