@@ -1,0 +1,68 @@
+// Light or dark: as the system says, or as was chosen here.
+export type Theme = "system" | "light" | "dark";
+
+const listeners = new Set<() => void>();
+const system = matchMedia("(prefers-color-scheme: dark)");
+const resolved = new Map<string, string>();
+
+/** Reads what this browser remembers; null where it remembers nothing. */
+export function remembered(name: string): string | null {
+  try {
+    return localStorage.getItem(`vrs ${name}`);
+  } catch {
+    return null; // a page that is a file, or a browser that keeps nothing
+  }
+}
+/** Has this browser remember a text under a name; null forgets it. */
+export function remember(name: string, text: string | null): void {
+  try {
+    if (text === null) localStorage.removeItem(`vrs ${name}`);
+    else localStorage.setItem(`vrs ${name}`, text);
+  } catch {
+    // see above
+  }
+}
+
+export function chosenTheme(): Theme {
+  const theme = document.documentElement.dataset.theme;
+  return theme === "light" || theme === "dark" ? theme : "system";
+}
+/** Whether the page is dark now. */
+export function isDark(): boolean {
+  const chosen = chosenTheme();
+  return chosen === "dark" || (chosen === "system" && system.matches);
+}
+export function chooseTheme(theme: Theme): void {
+  remember("theme", theme === "system" ? null : theme);
+  apply(theme);
+}
+/** Calls `changed` whenever the colours change. */
+export function onTheme(changed: () => void): void {
+  listeners.add(changed);
+}
+/** Returns a custom property such as "--accent" as a colour that a canvas takes: rgb(...). */
+export function colour(property: string): string {
+  let found = resolved.get(property);
+  if (found === undefined) {
+    const probe = document.createElement("span");
+    probe.style.color = `var(${property})`;
+    document.documentElement.append(probe);
+    resolved.set(property, (found = getComputedStyle(probe).color));
+    probe.remove();
+  }
+  return found;
+}
+
+function apply(theme: Theme): void {
+  if (theme === "system") delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = theme;
+  tell();
+}
+function tell(): void {
+  resolved.clear();
+  for (const changed of listeners) changed();
+}
+
+const kept = remembered("theme");
+if (kept === "light" || kept === "dark") apply(kept);
+system.addEventListener("change", tell);
