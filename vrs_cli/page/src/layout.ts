@@ -48,6 +48,9 @@ export function makeLayout(): (name: Slot) => HTMLElement {
   };
   PHONE.addEventListener("change", arrange);
   arrange();
+  const filled = new MutationObserver(() => tabs.dispatchEvent(new Event("refresh")));
+  for (const name of ["drives", "questions", "prompt", "pose", "curves", ...TABS.map((name) => `tab:${name}` as const)] as Slot[])
+    filled.observe(slots.get(name)!, { childList: true });
   return (name) => slots.get(name)!;
 }
 
@@ -97,7 +100,6 @@ function makeTabs(panels: HTMLElement[]): HTMLElement {
   });
   list.append(...tabs);
   list.addEventListener("refresh", refresh);
-  for (const panel of panels) for (const slot of panel.querySelectorAll("[data-slot]")) new MutationObserver(refresh).observe(slot, { childList: true });
   refresh();
   return list;
 }
