@@ -1,19 +1,22 @@
-"""Write docs/words.md from the tables of the language.
+"""Write docs/words.md, and the words that the editor of the page colours, from the tables of the language.
 
 python docs/make_words.py
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
-from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.instructions import CONNECTIVES, CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Control, Word, WordRow
+from vrs_cli.render.scan import LINKING
 
 PAGE = Path(__file__).parent / "words.md"
+EDITOR = Path(__file__).parent.parent / "vrs_cli/page/src/panels/words.json"
 HEAD = """# Every word
 
 All words that the shell knows, from the tables that HELP, completion and the analyzer read. `1` is a word of VAL, `2`
@@ -37,6 +40,20 @@ SIGILS = {"$": "string-", "#": "precision-"}  # a sigil in an anchor
 def page() -> str:
     """The whole page."""
     return "\n".join((HEAD, *(_table(title, sort, rows.values()) for title, sort, rows in TABLES)))
+
+
+def editor_words() -> str:
+    """The words of each ink as JSON, as `vrs_cli/render/scan.py` colours them."""
+    links = CONNECTIVES | {lead for word in COMMANDS.values() for lead in word.leads} | LINKING
+    words = {
+        "command": COMMANDS,
+        "instruction": INSTRUCTIONS,
+        "control": CONTROL,
+        "function": FUNCTIONS,
+        "constant": (name for name, row in FUNCTIONS.items() if row.constant),
+        "link": links | set(OPERATOR_WORDS),
+    }
+    return json.dumps({ink: sorted(names) for ink, names in words.items()}, indent=1) + "\n"
 
 
 def _table(title: str, sort: str, rows: Iterable[WordRow]) -> str:
@@ -67,3 +84,4 @@ def _cells(row: WordRow) -> Iterator[str]:
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    EDITOR.write_text(editor_words(), encoding="utf-8")

@@ -21,6 +21,11 @@ def test_the_page_is_what_the_tables_say() -> None:
     assert text == maker("make_words").page(), "run python docs/make_words.py"
 
 
+def test_the_editor_of_the_page_colours_what_the_tables_say() -> None:
+    made = maker("make_words")
+    assert made.EDITOR.read_text(encoding="utf-8") == made.editor_words(), "run python docs/make_words.py"
+
+
 def test_every_word_has_an_anchor_of_its_own() -> None:
     found = re.findall(r'^\| <a id="([a-z0-9.-]+)"></a>`', (DOCS / "words.md").read_text("utf-8"), re.MULTILINE)
     assert len(set(found)) == len(found)

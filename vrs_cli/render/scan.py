@@ -22,6 +22,8 @@ _TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name th
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # behind a label
 
+LINKING = frozenset({"AT", "IN", "DO", "GOTO", "MONITOR"})  # words that link beside those of the tables
+
 _INKS: Mapping[str, Ink] = {
     "comment": Ink.COMMENT,
     "string": Ink.STRING,
@@ -53,7 +55,7 @@ def _inner_words() -> Mapping[str, Ink]:
     from vrs_cli.language.words.monitor import COMMANDS
 
     leads = {lead for word in COMMANDS.values() for lead in word.leads}
-    links = CONNECTIVES | leads | {"AT", "IN", "DO", "GOTO", "MONITOR"}
+    links = CONNECTIVES | leads | LINKING
     inks = dict.fromkeys(FUNCTIONS, Ink.FUNCTION) | dict.fromkeys(links, Ink.CONTROL)
     return inks | dict.fromkeys(OPERATOR_WORDS, Ink.OPERATOR)
 

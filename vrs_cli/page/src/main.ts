@@ -4,7 +4,7 @@ import { Connection } from "./core/connection";
 import { LiveSource } from "./core/source";
 import { makeLayout } from "./layout";
 import { makeScene } from "./scene/scene";
-import { makePrompt } from "./panels/prompt";
+import { makeDriving } from "./panels/driving";
 
 const fragment = new URLSearchParams(location.hash.slice(1));
 if (fragment.has("token")) {
@@ -21,7 +21,7 @@ const end = connection.on("change", () => {
   end();
   const app = new App(new LiveSource(connection), connection);
   document.title = app.source.title;
-  makeScene(app, slot("canvas"));
-  makePrompt(app, slot("prompt"), slot("output"));
+  const scene = makeScene(app, slot("canvas"));
+  makeDriving(app, slot, scene);
   Object.assign(window, { app }); // for tests and the curious
 });

@@ -1,19 +1,227 @@
-import type { App } from "../app";
+import {
+  acceptCompletion, autocompletion, closeCompletion, completionStatus, type CompletionContext, type CompletionResult,
+  moveCompletionSelection, selectedCompletion, startCompletion,
+} from "@codemirror/autocomplete";
+import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
+import { EditorState, Prec, StateEffect, StateField } from "@codemirror/state";
+import { Decoration, type DecorationSet, EditorView, keymap, placeholder } from "@codemirror/view";
+import type { Message } from "../core/connection";
 import { h } from "../dom";
+import type { Commands } from "./commands";
+import { colours } from "./language";
 
-/** Makes a line of VAL-II and what was said of it. */
-export function makePrompt(app: App, slot: HTMLElement, output: HTMLElement): void {
-  const say = (text: string): void => output.append(h("div", { text }));
-  const field = h("input", { "aria-label": "a line of VAL-II" });
-  slot.append(h("form", { onsubmit: (event: Event) => { event.preventDefault(); void send(); } }, field));
-  app.connection?.on("told", (message) => {
-    for (const line of message.lines ?? []) say(line.map((run: [string, string]) => run[0]).join(""));
-  });
-  async function send(): Promise<void> {
-    const text = field.value;
-    field.value = "";
-    say(`. ${text}`);
-    const done = await app.connection!.ask("line", { text });
-    if (done.refusal) say(done.refusal.message);
+const MAX_SUGGESTIONS = 50;
+const PATIENCE = 1; // [s] that a line waits to be looked at for mistakes before it is sent
+const PAUSE = 0.15; // [s] without a key until a line is looked at while it is typed
+const STOPPING = /^\s*AB/i; // lines that wait for nothing
+
+const markMistake = StateEffect.define<{ from: number; to: number } | null>();
+const mistakes = StateField.define<DecorationSet>({
+  create: () => Decoration.none,
+  update(marks, change) {
+    marks = marks.map(change.changes);
+    for (const effect of change.effects)
+      if (effect.is(markMistake))
+        marks = effect.value ? Decoration.set(Decoration.mark({ class: "mistake" }).range(effect.value.from, effect.value.to)) : Decoration.none;
+    return marks;
+  },
+  provide: (field) => EditorView.decorations.from(field),
+});
+
+/** Makes the line of VAL-II: history, completion, mistakes marked in place; a line with a mistake stays. */
+export function makePrompt(commands: Commands, slot: HTMLElement): void {
+  if (!commands.moves) return;
+  const { connection } = commands;
+  let at = 0; // how many lines before the newest of the history the field shows; 0: none
+  let draft = ""; // what was typed before the history was gone through
+  let searching = false;
+  let lines: string[] = []; // that are ended, and not sent yet
+  let checking = false;
+  let look = 0;
+  const mistake = h("div", { class: "note bad prompt-mistake", role: "status", hidden: true });
+  const sign = h("span", { class: "prompt-sign code", "aria-hidden": "true" });
+
+  const text = (): string => view.state.doc.toString();
+  function put(to: string): void {
+    view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: to }, selection: { anchor: to.length } });
   }
+
+  // --- mistakes ---
+
+  function show(found: Message | null, line: string): void {
+    mistake.hidden = !found;
+    if (found) {
+      const { detail, hint } = found;
+      mistake.textContent = `${found.text}${detail ? `: ${detail}` : ""}${hint ? ` (${hint})` : ""}`;
+    }
+    const to = found && Math.min(found.span.end - 1, line.length);
+    const from = found && Math.min(found.span.column - 1, Math.max(to! - 1, 0));
+    view.dispatch({ effects: markMistake.of(found && to! > from! && text().startsWith(line) ? { from: from!, to: to! } : null) });
+  }
+  /** Marks a mistake while the line is typed, but not in the word that is being typed. */
+  async function lookAt(line: string): Promise<void> {
+    if (!line.trim() || line.includes("\n") || !commands.open) return show(null, line);
+    const found = (await connection.ask("check", { text: line })).mistake as Message | undefined;
+    if (text() !== line) return;
+    const head = view.state.selection.main.head;
+    const typing = found && (found.span.end > head || found.span.end > line.trimEnd().length);
+    show(found && !typing ? found : null, line);
+  }
+
+  // --- sending ---
+
+  function enter(): boolean {
+    const line = text();
+    at = 0;
+    searching = false;
+    if (!line.trim() && !commands.status.in_program) return true;
+    put("");
+    show(null, "");
+    if (STOPPING.test(line)) commands.type(line);
+    else if (!commands.open) drop(line);
+    else {
+      lines.push(line);
+      void next();
+    }
+    return true;
+  }
+  /** Sends the lines that are ended, one after the other; one with a mistake is put back, and those after it go. */
+  async function next(): Promise<void> {
+    if (checking) return;
+    checking = true;
+    for (let line = lines.shift(); line !== undefined; line = lines.shift()) {
+      const patience = new Promise<Message>((done) => setTimeout(done, 1000 * PATIENCE, {}));
+      const { mistake: found } = await Promise.race([connection.ask("check", { text: line }), patience]);
+      if (found) {
+        lines.splice(0).forEach((other) => commands.remember(other));
+        if (!text()) put(line);
+        show(found, line);
+      } else if (commands.open) commands.type(line);
+      else drop(line);
+    }
+    checking = false;
+  }
+  /** Keeps a line that is not sent in the history. */
+  function drop(line: string): void {
+    commands.remember(line);
+    commands.note(`Not given, for there is no connection to the robot: ${line.trim()}`, "warning");
+  }
+
+  // --- completion and history ---
+
+  async function complete(context: CompletionContext): Promise<CompletionResult | null> {
+    if (searching) return search();
+    const line = context.state.doc.lineAt(context.pos);
+    const before = line.text.slice(0, context.pos - line.from);
+    if (!before.trim() && !context.explicit) return null;
+    const { choices = [] } = await connection.ask("complete", { text: before, ...(context.explicit ? { everything: true } : {}) });
+    return suggestions(choices, context.pos);
+  }
+  function search(): CompletionResult | null {
+    const wanted = text().toLowerCase();
+    const found = [...new Set([...commands.history].reverse())].filter((line) => line.toLowerCase().includes(wanted));
+    if (!found.length) return null;
+    const options = found.slice(0, MAX_SUGGESTIONS).map((line) => ({ label: line, displayLabel: line.split("\n")[0], apply: take }));
+    return { from: 0, options, filter: false };
+  }
+  function take(_view: EditorView, option: { label: string }): void {
+    searching = false;
+    put(option.label);
+  }
+  function recall(by: 1 | -1): boolean {
+    const to = Math.min(Math.max(at + by, 0), commands.history.length);
+    if (to === at) return true;
+    if (at === 0) draft = text();
+    at = to;
+    put(at ? commands.history[commands.history.length - at] : draft);
+    return true;
+  }
+  /** Up and down go through the menu where it is open, then through the rows of the text, then through the history. */
+  const vertical = (by: 1 | -1) => (): boolean => {
+    if (completionStatus(view.state) === "active" && (searching || by < 0 || selectedCompletion(view.state)))
+      return moveCompletionSelection(by < 0)(view);
+    const { number } = view.state.doc.lineAt(view.state.selection.main.head);
+    if (number !== (by > 0 ? 1 : view.state.doc.lines)) return false;
+    closeCompletion(view);
+    return recall(by);
+  };
+  const keys = [
+    { key: "Enter", run: () => (selectedCompletion(view.state) ? acceptCompletion(view) : enter()) },
+    { key: "Shift-Enter", run: () => (view.dispatch(view.state.replaceSelection("\n")), true) },
+    { key: "Tab", run: () => tab() },
+    { key: "ArrowUp", run: vertical(1) },
+    { key: "ArrowDown", run: vertical(-1) },
+    { key: "Ctrl-r", run: () => ((searching = true), startCompletion(view)) },
+    { key: "Ctrl-c", run: () => interrupt() },
+    { key: "Escape", run: () => ((searching = false), closeCompletion(view) || (show(null, ""), false)) },
+  ];
+  /** Takes the suggestion that is chosen, or the first one; leaves the line where nothing is suggested in an empty one. */
+  function tab(): boolean {
+    if (completionStatus(view.state) !== "active") return text().trim() ? startCompletion(view) : false;
+    if (!selectedCompletion(view.state)) moveCompletionSelection(true)(view);
+    return acceptCompletion(view);
+  }
+  /** Ctrl-C, where nothing is selected that would be copied: drops the line, or the program that is typed. */
+  function interrupt(): boolean {
+    if (!view.state.selection.main.empty) return false;
+    if (text()) put("");
+    else if (commands.status.in_program) void commands.act({ kind: "LeaveEntry" });
+    else connection.send({ type: "interrupt" });
+    return true;
+  }
+
+  const view = new EditorView({
+    parent: h("div", { class: "prompt-line field" }),
+    state: EditorState.create({
+      extensions: [
+        Prec.highest(keymap.of(keys)),
+        history(), keymap.of([...historyKeymap, ...defaultKeymap]),
+        autocompletion({ override: [complete], defaultKeymap: false, selectOnOpen: false, icons: false, maxRenderedOptions: MAX_SUGGESTIONS }),
+        colours, mistakes, EditorView.lineWrapping,
+        placeholder("A line of VAL-II, for example: MOVE READY or ?"),
+        EditorView.contentAttributes.of({ "aria-label": "A line of VAL-II", autocapitalize: "off", autocorrect: "off", spellcheck: "false", enterkeyhint: "send" }),
+        EditorView.updateListener.of((update) => {
+          if (!update.docChanged) return;
+          clearTimeout(look);
+          mistake.hidden = true;
+          if (!text()) searching = false;
+          look = window.setTimeout(() => void lookAt(text()), 1000 * PAUSE);
+        }),
+      ],
+    }),
+  });
+  const button = (label: string, title: string, act: () => void): HTMLElement =>
+    h("button", { class: "button quiet", type: "button", text: label, title, onclick: act });
+  slot.append(
+    h("div", { class: "prompt" }, sign, view.dom.parentElement!,
+      h("button", { class: "button primary", type: "button", text: "Send", title: "Carry it out (Enter)", onclick: () => (enter(), view.focus()) })),
+    mistake,
+    h("div", { class: "row" },
+      button("↑", "The line before (arrow up; Ctrl-R searches)", () => (recall(1), view.focus())),
+      button("↓", "The next line (arrow down)", () => (recall(-1), view.focus())),
+      button("Undo", "Take back the last motion", () => void commands.command("UNDO", "")),
+      button("Redo", "Do again what was taken back", () => void commands.command("REDO", ""))),
+  );
+  commands.onChange(() => {
+    const { in_program, prompt } = commands.status;
+    sign.textContent = in_program ? prompt.trim() : prompt?.trim() || ".";
+  });
+}
+
+/** Turns choices of the robot into a menu behind `pos`. */
+export function suggestions(choices: Message[], pos: number): CompletionResult | null {
+  if (!choices.length) return null;
+  const length = Math.max(...choices.map((one) => one.length));
+  const seen = new Map(choices.map((one) => [one.text, one]));
+  const options = [...seen.values()].slice(0, MAX_SUGGESTIONS).map((one) => ({
+    label: one.text as string,
+    detail: one.meta?.replace(/^[^:]*: /, ""),
+    apply: (view: EditorView, _option: unknown, _from: number, to: number) =>
+      view.dispatch({
+        changes: { from: pos - one.length, to, insert: one.text },
+        selection: { anchor: pos - one.length + one.text.length },
+        userEvent: "input.complete",
+      }),
+  }));
+  return { from: pos - length, options, filter: false };
 }

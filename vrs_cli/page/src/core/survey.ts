@@ -1,0 +1,96 @@
+import type { Connection, Message } from "./connection";
+
+const PERIOD = 0.2; // [s] between two surveys at least
+const PATIENCE = 5; // [s] until a survey without an answer is asked for again
+const STEPS_BEFORE = 20; // steps that are shown before the present one
+const MAX_STEPS = 100; // of one survey, as the server has it
+const HAPPENED = ["told", "status", "activity", "lease", "welcome", "change"] as const;
+
+/** Asks what the robot has beside its timeline (places, programs, steps, branches, tasks, signals, speeds), once for all parts. */
+export class Survey {
+  /** All that is known, null at first. */
+  found: Message | null = null;
+  private program = "";
+  private asked = { program: "", first: 1 };
+  private askedAt = -Infinity;
+  private pending = false;
+  private due = 0;
+
+  /** `surveyed` is called with each answer. */
+  constructor(private readonly connection: Connection, private readonly surveyed: (found: Message) => void) {
+    for (const topic of HAPPENED) connection.on(topic, () => this.happened());
+    connection.on("welcome", () => {
+      this.pending = false;
+      this.askedAt = -Infinity;
+      this.happened();
+    });
+    this.happened();
+  }
+
+  /** The robot program that runs, or has stopped. */
+  get task(): Message | null {
+    return this.found?.tasks[0] ?? null;
+  }
+
+  /** The program whose steps are asked for: the one that was chosen, or the one that runs. */
+  get chosen(): string {
+    return this.program || this.task?.program || "";
+  }
+
+  /** Chooses the program whose steps are wanted; "" for the one that runs. */
+  choose(program: string): void {
+    this.program = program;
+    this.happened();
+  }
+
+  /** Notes that something may have changed: asks soon. */
+  happened(): void {
+    if (this.due) return;
+    const since = performance.now() / 1000 - this.askedAt;
+    const wait = Math.max((this.pending ? PATIENCE : PERIOD) - since, 0);
+    this.due = window.setTimeout(() => {
+      this.due = 0;
+      void this.ask();
+    }, 1000 * wait);
+  }
+
+  private async ask(): Promise<void> {
+    if (this.connection.state !== "open") return;
+    const askedAt = (this.askedAt = performance.now() / 1000);
+    this.pending = true;
+    this.asked = this.wanted();
+    const known = (this.found?.marks ?? []) as string[];
+    const end = await this.connection.ask("at", { act: { kind: "Survey", ...this.asked, known } });
+    if (askedAt !== this.askedAt) return;
+    this.pending = false;
+    if (this.due) {
+      clearTimeout(this.due);
+      this.due = 0;
+      this.happened();
+    }
+    if (end.found?.kind !== "Surveyed") return;
+    this.found = merged(this.found, end.found);
+    this.surveyed(this.found);
+    if (this.task?.running || this.wanted().program !== this.asked.program) this.happened();
+  }
+
+  /** The steps around the present one; those that are known, where it is among them. */
+  private wanted(): { program: string; first: number } {
+    const program = this.chosen;
+    const task = this.task;
+    const step = task && task.program.toLowerCase() === program.toLowerCase() && task.step ? (task.step as number) : 1;
+    let first = program === this.asked.program ? this.asked.first : 1;
+    if (step < first || step >= first + MAX_STEPS) first = Math.max(step - STEPS_BEFORE, 1);
+    return { program, first };
+  }
+}
+
+/** Completes an answer by the lists that it leaves out because they are known; an empty mark is that of no program. */
+export function merged(before: Message | null, now: Message): Message {
+  return {
+    ...now,
+    places: now.places ?? before?.places ?? null,
+    programs: now.programs ?? before?.programs ?? null,
+    text: now.text ?? (now.marks[2] ? (before?.text ?? null) : null),
+  };
+}

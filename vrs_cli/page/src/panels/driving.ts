@@ -1,0 +1,28 @@
+import type { App } from "../app";
+import { Survey } from "../core/survey";
+import type { Slot } from "../layout";
+import type { Scene } from "../scene/scene";
+import "../style/driving.css";
+import { Commands } from "./commands";
+import { makeDrives } from "./drives";
+import { makePrompt } from "./prompt";
+import { makeQuestions } from "./questions";
+import { makeStop } from "./stop";
+import { Transcript } from "./transcript";
+
+/** Makes all panels that command the robot; those that the role of this user forbids are not there. */
+export function makeDriving(app: App, slot: (name: Slot) => HTMLElement, scene: Scene): Commands {
+  const connection = app.connection!;
+  const survey = new Survey(connection, (found) => {
+    app.surveyed = found;
+    app.wake();
+  });
+  const transcript = new Transcript(slot("output"), `vrs said ${connection.welcome!.robot}`);
+  const commands = new Commands(app, connection, survey, transcript);
+  commands.replied = (told) => told.sketch && scene.explain(told.sketch);
+  makeStop(commands, slot("stop"));
+  makeDrives(commands, slot("drives"));
+  makeQuestions(commands, slot("questions"));
+  makePrompt(commands, slot("prompt"));
+  return commands;
+}

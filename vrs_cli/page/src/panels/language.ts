@@ -1,0 +1,76 @@
+import { RangeSetBuilder } from "@codemirror/state";
+import { Decoration, type DecorationSet, EditorView, ViewPlugin, type ViewUpdate } from "@codemirror/view";
+import words from "./words.json";
+
+/** A text and what it is: `number`, `error`, ...; the names of `Ink` in vrs_cli/render/colours.py. */
+export type Run = [text: string, ink: string];
+
+const TOKEN =
+  /(;.*)|("[^"]*"?)|(\^[BHD]?[0-9A-F]+|'.|(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?)|([#$%.]?[A-Z][\w.]*)|(\s+)|(.)/gisu;
+const SORTS = ["comment", "string", "number", "word", "text", "operator"];
+const ASSIGNED = /^\s*(?:\[[^\]]*\]\s*)?=(?!=)/; // what follows a name that is assigned
+const MAX_COLOURED = 2000; // characters of a line; the rest is plain
+const of = (list: string[]): Set<string> => new Set(list);
+const FIRST = [["command", of(words.command)], ["instruction", of(words.instruction)], ["control", of(words.control)]] as const;
+const [FUNCTIONS, CONSTANTS, LINKS] = [of(words.function), of(words.constant), of(words.link)];
+
+/** The ink of a word that starts a statement, also of one that is cut short; null where it starts none. */
+function firstInk(word: string): string | null {
+  const exact = FIRST.find(([, list]) => list.has(word));
+  if (exact) return exact[0];
+  if (word.length < 2 || FUNCTIONS.has(word) || LINKS.has(word)) return null;
+  return FIRST.find(([, list]) => [...list].some((one) => one.startsWith(word)))?.[0] ?? null;
+}
+
+/** Divides a line of VAL-II into runs: a quick look at its words, as vrs_cli/render/scan.py does it. */
+export function scan(line: string): Run[] {
+  const runs: Run[] = [];
+  let first = true;
+  for (const found of line.slice(0, MAX_COLOURED).matchAll(TOKEN)) {
+    const text = found[0];
+    let ink = SORTS[found.slice(1).findIndex((group) => group !== undefined)];
+    if (ink === "word") {
+      const word = text.toUpperCase();
+      const rest = line.slice(found.index + text.length);
+      const starts = first && !ASSIGNED.test(rest) ? firstInk(word) : null;
+      if (word.startsWith(".")) ink = "control";
+      else if (starts) ink = starts;
+      else if (FUNCTIONS.has(word) && (CONSTANTS.has(word) || rest.startsWith("("))) ink = "function";
+      else ink = LINKS.has(word) && !first ? "control" : "name";
+      first = first && (word === "DO" || word === "EXPLAIN");
+    }
+    runs.push([text, ink]);
+  }
+  if (line.length > MAX_COLOURED) runs.push([line.slice(MAX_COLOURED), "text"]);
+  return runs;
+}
+
+/** Colours the lines of VAL-II that are seen in an editor. */
+export const colours = ViewPlugin.fromClass(
+  class {
+    decorations: DecorationSet;
+    constructor(view: EditorView) {
+      this.decorations = coloured(view);
+    }
+    update(update: ViewUpdate): void {
+      if (update.docChanged || update.viewportChanged) this.decorations = coloured(update.view);
+    }
+  },
+  { decorations: (plugin) => plugin.decorations },
+);
+
+function coloured(view: EditorView): DecorationSet {
+  const builder = new RangeSetBuilder<Decoration>();
+  for (const { from, to } of view.visibleRanges) {
+    for (let at = from; at <= to; ) {
+      const line = view.state.doc.lineAt(at);
+      let begin = line.from;
+      for (const [text, ink] of scan(line.text)) {
+        if (ink !== "text") builder.add(begin, begin + text.length, Decoration.mark({ class: `ink-${ink}` }));
+        begin += text.length;
+      }
+      at = line.to + 1;
+    }
+  }
+  return builder.finish();
+}

@@ -1,0 +1,131 @@
+import { h } from "../dom";
+import { type Run, scan } from "./language";
+
+const MAX_LINES = 2000; // in the document; older ones go
+const MAX_LINE_CHARS = 4000;
+const MAX_KEPT_LINES = 400; // over a reload
+const MAX_KEPT_CHARS = 200_000;
+const NEAR_END = 24; // [px] from the end, where the newest is followed
+
+/** What was said, the newest last: a bounded list of lines of styled runs, which is there again after a reload. */
+export class Transcript {
+  private lines: { runs: Run[]; element?: HTMLElement }[] = [];
+  private again = { key: "", from: 0 };
+  private open = false;
+  private drawing = 0;
+  private following = true;
+  private readonly list = h("div", { class: "transcript" });
+  private readonly newest = h("button", { class: "button transcript-newest", type: "button", text: "↓ Newest", hidden: true });
+
+  /** `key`: under which the lines are kept for a reload. */
+  constructor(private readonly slot: HTMLElement, private readonly key: string) {
+    slot.append(this.list, this.newest);
+    slot.addEventListener("scroll", () => this.follow(slot.scrollHeight - slot.scrollTop - slot.clientHeight < NEAR_END));
+    this.newest.addEventListener("click", () => this.toEnd());
+    new ResizeObserver(() => this.following && this.toEnd()).observe(slot);
+    window.addEventListener("pagehide", () => this.keep());
+    document.addEventListener("visibilitychange", () => document.hidden && this.keep());
+    for (const runs of kept(key)) this.add(runs);
+  }
+
+  /** Adds lines that were typed. `again`: what they are another one of: if they come one after the other, the last stays. */
+  echo(prompt: string, text: string, again = ""): void {
+    if (again && again === this.again.key) this.lines.splice(this.again.from).forEach((line) => line.element?.remove());
+    const from = this.lines.length;
+    for (const line of text.split("\n")) this.add([[prompt, "note"], ...scan(line).map(([said, ink]): Run => [said, `${ink} typed`])]);
+    this.again = { key: again, from };
+  }
+
+  /** Adds lines of runs, as replies have them. */
+  say(lines: Run[][]): void {
+    for (const runs of lines) this.add(runs);
+  }
+
+  note(text: string, ink = "note"): void {
+    for (const line of text.split("\n")) this.add([[line, ink]]);
+  }
+
+  /** Adds what a program TYPEs; a line may come in parts. */
+  type(text: string, newline: boolean): void {
+    const [first, ...others] = text.split("\n");
+    const last = this.lines[this.lines.length - 1];
+    if (this.open && last) {
+      last.runs = shortened([[last.runs[0][0] + first, "text"]]);
+      if (last.element) fill(last.element, last.runs);
+      this.draw();
+    } else this.add([[first, "text"]]);
+    for (const line of others) this.add([[line, "text"]]);
+    this.open = !newline;
+  }
+
+  private add(runs: Run[]): void {
+    this.open = false;
+    this.again = { key: "", from: 0 };
+    this.lines.push({ runs: shortened(runs) });
+    this.draw();
+  }
+
+  /** Draws what is new at the next frame; what would go at once is never drawn. */
+  private draw(): void {
+    if (this.lines.length > 2 * MAX_LINES) this.drop();
+    if (this.drawing) return;
+    this.drawing = window.setTimeout(() => {
+      this.drawing = 0;
+      this.drop();
+      const fresh = this.lines.filter((line) => !line.element);
+      for (const line of fresh) fill((line.element = h("div", {})), line.runs);
+      this.list.append(...fresh.map((line) => line.element!));
+      if (this.following) this.toEnd();
+      else this.newest.hidden = false;
+    }, 30);
+  }
+
+  private drop(): void {
+    const gone = this.lines.splice(0, Math.max(this.lines.length - MAX_LINES, 0));
+    for (const { element } of gone) element?.remove();
+    this.again.from -= gone.length;
+    if (this.again.from < 0) this.again = { key: "", from: 0 };
+  }
+
+  private follow(following: boolean): void {
+    this.following = following;
+    if (following) this.newest.hidden = true;
+  }
+
+  private toEnd(): void {
+    this.slot.scrollTop = this.slot.scrollHeight;
+    this.follow(true);
+  }
+
+  private keep(): void {
+    const lines = this.lines.slice(-MAX_KEPT_LINES).map((line) => line.runs);
+    while (JSON.stringify(lines).length > MAX_KEPT_CHARS) lines.splice(0, Math.ceil(lines.length / 4));
+    try {
+      sessionStorage.setItem(this.key, JSON.stringify(lines));
+    } catch {
+      sessionStorage.removeItem(this.key); // the browser has no room: the page begins empty
+    }
+  }
+}
+
+function fill(element: HTMLElement, runs: Run[]): void {
+  element.replaceChildren(...runs.map(([text, ink]) => h("span", { class: ink.split(" ").map((one) => `ink-${one}`).join(" "), text })));
+}
+
+function shortened(runs: Run[]): Run[] {
+  let left = MAX_LINE_CHARS;
+  const shown: Run[] = [];
+  for (const [text, ink] of runs) {
+    if (left > 0) shown.push([text.length > left ? `${text.slice(0, left)} ...` : text, String(ink)]);
+    left -= text.length;
+  }
+  return shown;
+}
+
+function kept(key: string): Run[][] {
+  try {
+    return JSON.parse(sessionStorage.getItem(key) ?? "[]") as Run[][];
+  } catch {
+    return [];
+  }
+}
