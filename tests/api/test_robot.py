@@ -368,6 +368,22 @@ def test_undo_and_redo(new: New) -> None:
         r.undo()
 
 
+def test_a_chunk_is_followed_and_taken_back(new: New) -> None:
+    r = moved(new)
+    before, start = r.timeline, r.where(r.end).joints
+    times = r.end + np.arange(0.5, 2.5, 0.05)
+    rows = start + 5.0 * (1.0 - np.cos(times - times[0]))[:, None] * [1.0, 1.0, -1.0, 0.0, 0.0, 1.0]
+    found = r.follow(times, rows)
+    assert max(found.worst) < 0.5  # degrees
+    assert r.where(found.end).joints == pytest.approx(rows[-1], abs=1e-9)
+    assert r.commands[-1].text == "FOLLOW"
+    with pytest.raises(vrs.VrsError, match="not after"):
+        r.follow([5.0, 4.0], rows[:2])
+    with pytest.raises(ValueError, match=r"times \(N,\) and joints \(N, n\) are wanted"):
+        r.follow([[5.0]], rows[:1])
+    assert r.undo().timeline == before
+
+
 def test_branches(new: New) -> None:
     r = moved(new)
     before = r.timeline

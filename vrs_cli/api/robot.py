@@ -46,6 +46,7 @@ from vrs_cli.values.acts import (
     Compare,
     Evaluate,
     Explain,
+    FollowChunk,
     Goal,
     ListBranches,
     ListCommands,
@@ -57,7 +58,7 @@ from vrs_cli.values.acts import (
 )
 from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.results import CommandRecord
+from vrs_cli.values.results import CommandRecord, FollowReport
 
 SCENE_HEIGHT = 420  # [px] below a cell
 MOST_SAMPLES = 5_000_000  # of 256 bytes each
@@ -146,9 +147,7 @@ class Robot:
         self, target: Target, text: str, at: float | None, speed: float | None, *, straight: bool = False
     ) -> Robot:
         executed = None if at is None else number(at, "at")
-        fraction = None if speed is None else number(speed, "speed") / 100.0
-        if fraction is not None and not 0.0 < fraction <= 1.0:
-            raise ValueError(f"speed: percent of nominal are wanted, more than 0 and up to 100, not {speed}")
+        fraction = _fraction(speed)
         text += "" if executed is None else f" AT {plain(executed)}"
         self._robot.move(target, straight=straight, executed=executed, speed=fraction, text=text)
         return self
@@ -162,6 +161,22 @@ class Robot:
         joints = self._joints(given, "joints")
         shown = ", ".join(plain(x) for x in numbers_of(joints, self._model.units))
         return JointTarget(joints), f"#PPOINT({shown})"
+
+    def follow(self, times: ArrayLike, joints: ArrayLike, *, speed: float | None = None) -> FollowReport:
+        """Follow a chunk of joints (N, n) at increasing `times` (N,) [s of the robot's clock], such as a policy sends.
+
+        It takes the place of everything from `times[0]` on, out of whatever motion is under way then, and ends at rest
+        at the last sample. Velocity, acceleration and jerk stay inside the limits: what cannot be met is approached. In
+        real time samples that come too late are passed over. `speed`: percent of full speed, up to 100. The errors in
+        what is returned are in the units of this robot. Raises MotionError, IllegalValue, ValueError, TypeError.
+        """
+        instants, rows = numbers(times, "times"), numbers(joints, "joints", self._model.joint_count) / self._scales
+        if instants.ndim != 1 or rows.ndim != 2:
+            raise ValueError(f"times (N,) and joints (N, n) are wanted, not {instants.shape} and {rows.shape}")
+        chunk = FollowChunk(tuple(instants.tolist()), tuple(map(tuple, rows.tolist())), _fraction(speed))
+        found = self._robot.act(chunk)
+        mean, worst = (tuple((np.array(errors) * self._scales).tolist()) for errors in (found.mean, found.worst))
+        return structs.replace(found, mean=mean, worst=worst)
 
     @contextmanager
     def without_waiting(self) -> Iterator[Robot]:
@@ -583,6 +598,14 @@ def load(
     robot = Robot.of(port, units)
     robot._folders.fixed = folder is not None
     return robot
+
+
+def _fraction(speed: float | None) -> float | None:
+    """Return percent of nominal speed as a fraction. Raises ValueError."""
+    fraction = None if speed is None else number(speed, "speed") / 100.0
+    if fraction is not None and not 0.0 < fraction <= 1.0:
+        raise ValueError(f"speed: percent of nominal are wanted, more than 0 and up to 100, not {speed}")
+    return fraction
 
 
 def _in_order(answers: Iterable[str]) -> Answers:

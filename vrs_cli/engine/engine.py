@@ -7,16 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+import numpy as np
 from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
+from vrs_cli.engine.chunk import Chunk, plan_chunk
 from vrs_cli.engine.clock import RobotClock, VirtualClock
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.history import History, HistoryStep, begins
 from vrs_cli.engine.one_motion import rounding_begins, slowing_down
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan, plan_steering
-from vrs_cli.engine.position import destination_at, finish_after, joints_at, position_at, world_pose
+from vrs_cli.engine.position import destination_at, finish_after, joints_at, position_at, positions_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Standpoint, reach_of
 from vrs_cli.engine.settings import Altered, Settings
@@ -33,13 +35,15 @@ from vrs_cli.engine.targets import (
     resolve,
     select,
 )
-from vrs_cli.errors import AlterNotOn, IllegalValue, LocationTooFar, PowerOff, TooLate
+from vrs_cli.errors import AlterNotOn, IllegalValue, LocationTooFar, MotionError, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Configuration, Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, angle_between, compose
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
+from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import (
@@ -70,7 +74,7 @@ from vrs_cli.values.motion import (
     Start,
     ToolOffsetTarget,
 )
-from vrs_cli.values.results import Position, Reach
+from vrs_cli.values.results import FollowReport, Position, Reach
 
 NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
 SLACK = 1e-6  # [m] of the width of a hand: rounding
@@ -504,6 +508,42 @@ class Engine:
         else:
             delta = delta._replace(issued=executed if issued is None else on_grid(issued))
             self.book.commit([HistoryStep.of(self.timeline, delta, self.now, insert=False)])
+
+    def follow(
+        self, chunk: Chunk, *, speed: float = 1.0, text: str = "FOLLOW", issued: float | None = None
+    ) -> FollowReport:
+        """Replace everything from the first sample of a chunk on: the joints chase its samples at limited velocity,
+        acceleration and jerk, and come to rest at the last one. In real time samples before now are passed over; in
+        virtual time the clock goes on to the rest.
+
+        Each chunk is one command, which UNDO takes back. Raises PowerOff, TooLate, MotionError.
+        """
+        self._check_power()
+        begin, late = chunk.since(self.now if self.realtime else self.timeline.start)
+        begin = up_to_grid(begin)
+        motion = self._after(begin).motion(
+            Start.AT, tuple(chunk.joints[-1].tolist()), fraction_of_full(speed, self.settings), text=text
+        )
+        profile = motion.profile if LAWS[motion.profile].smooth else Profile.SCURVE
+        motion = motion._replace(kind=MotionKind.STEERED, profile=profile)
+        if self.settings.moves:
+            sent = on_grid(self.now if issued is None else issued)
+            try:
+                delta = plan_chunk(self.arm, self.timeline, motion, sent, begin, chunk)
+            except NoRoomToStop:
+                raise MotionError("the motion under way has no room to give way", "send samples for later") from None
+            self.check(self.timeline, delta)
+            self.book.commit([HistoryStep.of(self.timeline, delta, self.now, insert=False)])
+        if not self.realtime:
+            self.clock.advance(self.end)
+        return self._followed(chunk, begin, late)
+
+    def _followed(self, chunk: Chunk, begin: float, late: int) -> FollowReport:
+        """Compare the timeline with a chunk, from `begin` on."""
+        times = chunk.times[late:]
+        errors = np.abs(positions_at(self.arm, self.timeline, times).joints - chunk.joints[late:])
+        mean, worst = (tuple(found.tolist()) for found in (errors.mean(axis=0), errors.max(axis=0)))
+        return FollowReport(begin, self.end, late, chunk.held, mean, worst)
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         now = on_grid(self.now)

@@ -34,7 +34,7 @@ from vrs_cli.values.replies import (
     ReachReport,
     TimelineTable,
 )
-from vrs_cli.values.results import CommandRecord, RunResult, Untrue
+from vrs_cli.values.results import CommandRecord, FollowReport, RunResult, Untrue
 from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
 
 
@@ -144,6 +144,16 @@ class Go(RobotAct[None], frozen=True, omit_defaults=True):
     executed: float | None = None
     speed: float | None = None
     text: str = ""
+
+
+class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
+    """A chunk of time-stamped joints, which takes the place of everything from its first time on: `times` [s] in
+    increasing order, `joints` [rad, m] at each; `speed` the fraction of nominal.
+    """
+
+    times: tuple[float, ...]
+    joints: tuple[Joints, ...]
+    speed: float | None = None
 
 
 class Rest(RobotAct[None], frozen=True):

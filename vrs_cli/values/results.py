@@ -251,6 +251,19 @@ class StoppedTask(Struct, frozen=True):
         return f"task {self.number} at {self.at:.3f} s"
 
 
+class FollowReport(Spoken, frozen=True):
+    """How a chunk is followed from `begin` until the robot rests at `end` [s]: how many samples were too `late` for it,
+    or `held` at the end of a range, and the mean and the worst error of each joint at the others [rad, m].
+    """
+
+    begin: float
+    end: float
+    late: int
+    held: int
+    mean: Joints
+    worst: Joints
+
+
 class RunResult(Spoken, frozen=True):
     """A run of a program: cycles completed, robot clock at begin and end [s], what it typed, what went wrong.
 

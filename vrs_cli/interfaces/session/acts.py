@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 from weakref import WeakKeyDictionary
 
 from vrs_cli.engine.book import Parts
+from vrs_cli.engine.chunk import Chunk
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
@@ -47,6 +48,7 @@ from vrs_cli.values.acts import (
     Evaluate,
     Execute,
     Explain,
+    FollowChunk,
     Go,
     ListBranches,
     ListCommands,
@@ -77,7 +79,7 @@ from vrs_cli.values.motion import (
     PoseTarget,
 )
 from vrs_cli.values.replies import ListedStep, NamedLocation, ReachReport
-from vrs_cli.values.results import RunResult
+from vrs_cli.values.results import FollowReport, RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.codec import mark_of
 from vrs_cli.wire.line_pieces import LinePieces
@@ -108,12 +110,24 @@ def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
 
 
 def _go(session: Session, act: Go) -> None:
-    for number in (act.executed, act.speed):
-        _finite(() if number is None else (number,))
-    if act.speed is not None and not 0.0 < act.speed <= 1.0:
-        raise IllegalValue(f"{act.speed:g} of nominal speed", "more than 0, at most 1", value=act.speed)
+    _finite(() if act.executed is None else (act.executed,))
+    _fraction(act.speed)
     move = move_of(act, session.user_state.times)
     session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.user_state.issued))
+
+
+def _follow(session: Session, act: FollowChunk) -> FollowReport:
+    speed = _fraction(act.speed)
+    times = [session.user_state.times.executed(t) for t in act.times]
+    chunk = Chunk(session.engine.model, times, act.joints)
+    return session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
+
+
+def _fraction(speed: float | None) -> float | None:
+    """Raises IllegalValue for what is no fraction of nominal speed."""
+    if speed is not None and not 0.0 < speed <= 1.0:
+        raise IllegalValue(f"{speed:g} of nominal speed", "more than 0, at most 1", value=speed)
+    return speed
 
 
 def _rest(session: Session, _act: Rest) -> None:
@@ -303,6 +317,7 @@ def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
 
 ACTS: Mapping[type[Act[Any]], _Row] = {
     Go: _as("MOVE", _go),
+    FollowChunk: _as("MOVE", _follow),
     Rest: _as("BREAK", _rest),
     Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
     Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),
