@@ -9,6 +9,7 @@ from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from io import TextIOWrapper, UnsupportedOperation
+from keyword import iskeyword
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
@@ -22,7 +23,7 @@ BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 class Subcommand(NamedTuple):
     """A row of the table of subcommands. For `where` the module has `where_parser(prog)` and `where(options)`, which
-    returns the status, or None where all went well.
+    returns the status, or None where all went well. A name that is a keyword of Python has an underscore: `class_`.
     """
 
     module: str
@@ -50,6 +51,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "experiment": Subcommand("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Subcommand("serve", "", "serve robots to others over the network"),
     "token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),
+    "class": Subcommand("classroom", "new|links|collect|forget FOLDER", "a class in browsers: links, hand-ins"),
     "put": Subcommand("remote", "FILE URL", "put a file into the folder of a robot that is served"),
     "get": Subcommand("remote", "NAME URL", "get a file from there"),
     "view": Subcommand("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
@@ -125,7 +127,7 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
     module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
     options = getattr(module, f"{name}_parser")(prog).parse(arguments)
-    status: int | None = getattr(module, name)(options)
+    status: int | None = getattr(module, f"{name}_" if iskeyword(name) else name)(options)
     return status or OK
 
 

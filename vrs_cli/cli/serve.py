@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.net.audit import Audit
+    from vrs_cli.net.class_folder import ClassFolder
     from vrs_cli.net.limits import Allowance
     from vrs_cli.net.room import Hub
     from vrs_cli.net.server import Server
@@ -73,6 +74,7 @@ Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
 
 def serve(options: Namespace) -> int:
     """Serve until a signal says to end."""
+    folder_of_class = _take_class(options)
     _check(options)
     import asyncio
     import time
@@ -105,11 +107,33 @@ def serve(options: Namespace) -> int:
         pages = ServedPage.read(cookies=True) if options.pages else None
         server = Server(place, _allowance(options), audit, tokens, tell, pages)
         hub = _hub(options, server, audit, folder, tell)
+        if folder_of_class is not None:
+            from vrs_cli.net.class_board import ClassBoard
+
+            rooms, grants = (lambda: hub.rooms), server.grants
+            server.board = ClassBoard(folder_of_class, rooms, grants, hub.own_names, time.time)
         at_end.callback(hub.close)
         _warm()
         hub.open_all()
         sys.setswitchinterval(TURN)
         return asyncio.run(_served(options, server, hub, tell))
+
+
+def _take_class(options: Namespace) -> ClassFolder | None:
+    """Take the options of a class: its tokens, its folders, and the page. Raises CommandLineError."""
+    if options.class_folder is None:
+        return None
+    from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
+
+    found = ClassFolder(Path(options.class_folder))
+    for name in ("tokens", "journal", "folder"):
+        if getattr(options, name) is not None:
+            raise CommandLineError(f"--class has its own --{name}", f"leave out --{name}")
+    if not found.tokens.exists():
+        raise CommandLineError(f"{found.root} is no class", f"vrs class new {found.root} NAME ...")
+    options.tokens, options.journal, options.folder = str(found.tokens), str(found.journal), str(found.files)
+    options.robots_per_token, options.pages = options.robots_per_token or OWN_ROBOTS, True
+    return found
 
 
 async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
@@ -180,6 +204,7 @@ def serve_parser(prog: str) -> Parser:
         ),
         group(
             "a class",
+            option("--class", dest="class_folder", metavar="FOLDER", help="of vrs class new: all that a class needs"),
             option("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes"),
             option("--robots-per-token", metavar="N", type=size, default=0, help="robots that each token has alone"),
             option(

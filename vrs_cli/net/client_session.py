@@ -198,13 +198,13 @@ class ClientSession(UserSession):
         self.beat()
         try:
             until = message.until if isinstance(message, messages.Command) and not waited else None
-            if until is not None and (late := self._wall() - until) > 0.0 and not self._is_stop(message):
+            if until is not None and (late := self._wall() - until) > 0.0 and not self.is_stop(message):
                 what = f"it was held up on the way, and arrived {late:.1f} s too late: it was not done"
                 raise RequestRefused(what, "give it again")
             self.carry_out(message, self.send)
         except Exception as error:
             if what := _deed(message):
-                self._note(what, f"refused: {error}")
+                self.note(what, f"refused: {error}")
             self.refuse(message, error, self.send)
 
     def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
@@ -235,10 +235,13 @@ class ClientSession(UserSession):
                 self._use_folder(message, outlet)
             case messages.Bye():
                 pass  # the connection has done it
+            case _ if isinstance(message, messages.OF_CLASS):
+                raise RequestRefused("this server has no class", "vrs serve --class serves one")
             case _:
                 super().carry_out(message, outlet)
 
-    def _is_stop(self, message: messages.ClientMessage) -> bool:
+    def is_stop(self, message: messages.ClientMessage) -> bool:
+        """Return whether a message stops the robot."""
         match message:
             case messages.Abort() | messages.At(act=StopProgram() | StopJog()):
                 return True
@@ -264,7 +267,7 @@ class ClientSession(UserSession):
         """Keep a request, of `size` bytes, that has to wait; return False if it goes first, or need not wait. Of the
         requests of one kind that a line being typed causes, only the newest waits: older ones get an empty answer.
         """
-        if isinstance(message, AT_ONCE) or self._is_stop(message):
+        if isinstance(message, AT_ONCE) or self.is_stop(message):
             return False
         if not self._parked and not self.wait(message):
             return False
@@ -377,9 +380,9 @@ class ClientSession(UserSession):
             case messages.LeaseAct.RELEASE:
                 driving.change(lambda lease, now: lease.give(name, "", now))
         self.tell(messages.Done(message.id, version=self.timeline.version))
-        self._note(_deed(message), "done")
+        self.note(_deed(message), "done")
 
-    def _note(self, what: str, result: str) -> None:
+    def note(self, what: str, result: str) -> None:
         """Write a line of the audit."""
         self._robot.audit.note(self._robot.name, self.name, self.address, what, result)
 
@@ -445,7 +448,7 @@ class ClientSession(UserSession):
         if what := _deed(pending.message):
             error = ticket.error(0.0)
             wrong = str(error) if error is not None else None if pending.wrong is None else _wrong(pending.wrong)
-            self._note(what, "done" if wrong is None else f"refused: {wrong}")
+            self.note(what, "done" if wrong is None else f"refused: {wrong}")
 
     def types(self, ticket: Ticket[Any]) -> bool:
         """Return whether a request helps a user to type a line, or is for the prompt. In any thread."""
@@ -459,6 +462,20 @@ class ClientSession(UserSession):
     def _changed(self, status: PromptStatus) -> messages.ServerMessage | None:
         before, self._status = self._status, status
         return None if status == before else messages.Status(status)
+
+
+def commands(client: ClientSession, message: messages.ClientMessage) -> bool:
+    """Return whether a message moves or changes something, and does not stop a robot."""
+    match message:
+        case messages.Line() | messages.At(act=Say()):
+            return not client.is_stop(message)
+        case messages.At(act=UserAct() as act):
+            return type(act) in CHANGING and not client.is_stop(message)
+        case messages.At(act=act):
+            return ACTS[type(act)].role is not Role.OBSERVER
+        case messages.Drag(pose=pose):
+            return pose is not None
+    return isinstance(message, messages.Drive | messages.Put)
 
 
 def check_short(text: str) -> None:

@@ -46,7 +46,7 @@ from vrs_cli.wire.messages import (
     Typed,
     Withdrawn,
 )
-from vrs_cli.wire.records import Columns, Count, DeltaRecord, Joints, Length, Name, Number, Time
+from vrs_cli.wire.records import Columns, Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
 from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import SnapshotRecord
 from vrs_cli.wire.steered import SteeredRecord
@@ -197,6 +197,49 @@ class Names(Request, frozen=True):
     """Ask for the list of files in the robot's folder. `listed` answers."""
 
 
+# --- from the client: a class ---------------------------------------------------------------------------------------
+
+
+class AskHelp(Command, frozen=True):
+    """A student asks the teacher for help, or does so no longer (`wanted` false). `student`: a teacher answers that
+    student's wish.
+    """
+
+    wanted: bool = True
+    student: Name = ""
+
+
+class HandIn(Command, frozen=True):
+    """A student hands in a program, the text of a .v2 file; `name`: how the student calls it."""
+
+    name: Name
+    text: str
+
+
+class WatchClass(Command, frozen=True):
+    """A teacher wants `classstate` of all students from now on."""
+
+
+class Announce(Command, frozen=True):
+    """A teacher says something to all students, or to one. `announced` tells them."""
+
+    text: Text
+    student: Name = ""
+
+
+class Freeze(Command, frozen=True):
+    """A teacher has all commands of students refused, but those that stop a robot, until `frozen` is false."""
+
+    frozen: bool = True
+
+
+class Collect(Request, frozen=True):
+    """A teacher asks for the newest program of each student as a ZIP file. `fetched` answers."""
+
+
+TEACHING = WatchClass | Announce | Freeze | Collect
+OF_CLASS = AskHelp | HandIn | TEACHING
+
 FromClient = (
     Hello
     | Ping
@@ -219,6 +262,12 @@ FromClient = (
     | Put
     | Get
     | Names
+    | AskHelp
+    | HandIn
+    | WatchClass
+    | Announce
+    | Freeze
+    | Collect
 )
 
 
@@ -399,6 +448,41 @@ class Listed(Result, frozen=True):
     files: tuple[StoredFile, ...] = ()
 
 
+# --- from the server: a class ---------------------------------------------------------------------------------------
+
+
+class StudentState(Struct, frozen=True, omit_defaults=True):
+    """A student: the own robots, and how many connections of this student are at them. `help`: the seconds since 1970
+    when help was asked for, null if it is not. `lesson`, `step`, `of`: where the student is in the lessons.
+    `handed_in`: the names of the files that were handed in, the newest last.
+    """
+
+    name: str
+    robots: tuple[str, ...] = ()
+    here: Count = 0
+    help: float | None = None
+    lesson: str = ""
+    step: Count = 0
+    of: Count = 0
+    handed_in: tuple[str, ...] = ()
+
+
+class ClassState(ServerMessage, frozen=True):
+    """The state of the class, told when it changes: to a student the own one, to a teacher who sent `watchclass` that
+    of all. `frozen`: commands of students are refused.
+    """
+
+    frozen: bool = False
+    students: tuple[StudentState, ...] = ()
+
+
+class Announced(Numbered, frozen=True):
+    """A teacher says something to this student."""
+
+    by: str
+    text: str
+
+
 FromServer = (
     Welcome
     | Refused
@@ -426,4 +510,6 @@ FromServer = (
     | Present
     | Fetched
     | Listed
+    | ClassState
+    | Announced
 )

@@ -465,6 +465,14 @@ class Hub:
                 self.rooms = {**self.rooms, name: room}
             return room
 
+    def drop_forgotten(self) -> tuple[Room, ...]:
+        """Take away the rooms that are no token's any more, and return them: they are to be closed."""
+        with self._opening:
+            kept = {*self._robots, *(name for grant in self._grants() for name in self.own_names(grant))}
+            gone = tuple(room for name, room in self.rooms.items() if name not in kept)
+            self.rooms = {name: room for name, room in self.rooms.items() if name in kept}
+        return gone
+
     def open_all(self) -> None:
         """Open the shared robots. Raises VrsError."""
         for name in self._robots:

@@ -32,6 +32,7 @@ from vrs_cli.errors import LimitReached, NonexistentFile, RequestRefused, VrsErr
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
+from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.client_session import TYPING, ClientSession
 from vrs_cli.net.http import (
     BODY_SECONDS,
@@ -248,9 +249,11 @@ class Server:
         self._due: dict[str, asyncio.Event] = {}
         self._told, self._internal_errors = "", 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._broadcasts: set[asyncio.Task[None]] = set()
+        self._broadcasts: dict[str, asyncio.Task[None]] = {}  # by robot
+        self._dropping: asyncio.Task[None] | None = None
         self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # for clients whose requests wait for their share
         self.opened: list[Callable[[Room], None]] = []
+        self.board: ClassBoard | None = None  # of a class, if it serves one
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
         names = OwnNames(place.host, tls=place.tls is not None, origins=place.origins)
         tls, wants = place.tls is not None, tokens is not None
@@ -311,7 +314,7 @@ class Server:
 
     async def _take_leave(self, listening: Listening) -> None:
         """Tell every client that the server ends."""
-        for task in self._broadcasts:
+        for task in self._broadcasts.values():
             task.cancel()
         for link in tuple(self._links):
             link.connection.close("the server ends")
@@ -374,6 +377,8 @@ class Server:
         if isinstance(message, messages.Hello):
             await self._enter(link, message)
         elif client is not None and room is not None:
+            if self.board is not None and await self.board.receive(client, message):
+                return
             if link.fast and not isinstance(message, messages.Abort | messages.Interrupt):
                 client.refuse(message, self._too_fast, client.send)
                 return
@@ -414,6 +419,9 @@ class Server:
         link.room, link.client = room, room.enter(grant, hello, link)
         room.pump()
         self._audit.note(name, link.client.name, link.address, "(enter)", "done")
+        if self.board is not None:
+            self.board.forget(link.client)
+            self.board.tell()
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
         """Return what a client may do, by its token or, of a page of this server, by its cookie. Raises
@@ -465,8 +473,7 @@ class Server:
             room.pump()  # what it has said before anybody was there to be woken
             for hear in self.opened:
                 hear(room)
-            task = asyncio.create_task(self._broadcast(name))
-            self._broadcasts.add(task)
+            self._broadcasts[name] = asyncio.create_task(self._broadcast(name))
 
     async def _broadcast(self, name: str) -> None:
         due, cast = self._due[name], self.hub.rooms[name].broadcast
@@ -498,6 +505,8 @@ class Server:
             if now - self._looked > LOOK:
                 self._looked = now
                 self._guarded(self._look_at_tokens)
+                if self.board is not None:
+                    self._guarded(self.board.tell)
 
     def _guarded(self, act: Callable[[], None]) -> bool:
         """Call `act`; report an internal error, and let all else go on. Return whether there was none."""
@@ -515,7 +524,8 @@ class Server:
         tokens = self._tokens
         if tokens is None:
             return
-        tokens.look()
+        if tokens.look():
+            self._dropping = asyncio.create_task(self._drop_forgotten())
         if tokens.wrong and tokens.wrong != self._told:
             self._tell(tokens.wrong)
         self._told = tokens.wrong
@@ -528,3 +538,14 @@ class Server:
                     client.link.connection.close(refused.detail, Refusal.of(refused))
                     client.flush()
                 room.leave(client)
+
+    async def _drop_forgotten(self) -> None:
+        """Close the robots of tokens that are no longer in the file."""
+        for room in await asyncio.to_thread(self.hub.drop_forgotten):
+            if (task := self._broadcasts.pop(room.name, None)) is not None:
+                task.cancel()
+            self._due.pop(room.name, None)
+            try:
+                await asyncio.to_thread(room.close)
+            except VrsError as error:
+                self._tell(f"{room.name}: {error}")

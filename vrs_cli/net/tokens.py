@@ -217,10 +217,12 @@ def add_tokens(
     role: str = "supervisor",
     robots: Sequence[str] | None = None,
     until: datetime | date | None = None,
+    *,
+    plain: bool = False,
 ) -> dict[str, str]:
     """Make a token for each name, all with the same rights, and add their hashes to a file, which is made if need be.
-    Return the tokens by name; nobody can find them out later. Raises FileError, FileDamaged, and UsageError for a name
-    that is there already.
+    Return the tokens by name; nobody can find them out later, unless the file has them `plain`. Raises FileError,
+    FileDamaged, and UsageError for a name that is there already.
     """
     made, before, known = {name: secrets.token_urlsafe(BYTES) for name in names}, "", set[str]()
     if path.exists():
@@ -241,10 +243,20 @@ def add_tokens(
         given.append(f"robots = [{listed}]")
     if until is not None:
         given.append(f"expires = {until.isoformat()}")
-    heads = (f'[[token]]\nname = "{name}"\nsha256 = "{digest_of(token).hex()}"' for name, token in made.items())
+    kept = {
+        name: f'token = "{token}"' if plain else f'sha256 = "{digest_of(token).hex()}"' for name, token in made.items()
+    }
+    heads = (f'[[token]]\nname = "{name}"\n{secret}' for name, secret in kept.items())
     parts = [before, *("\n".join((head, *given)) for head in heads)]
     write_atomically(path, "\n\n".join(part for part in parts if part) + "\n")
     return made
+
+
+def plain_tokens(path: Path) -> dict[str, str]:
+    """Return the tokens that a file has as they are, by name. Raises FileError, FileDamaged."""
+    read_tokens(path)
+    rows = tomllib.loads(path.read_text(encoding="utf-8")).get("token", [])
+    return {row["name"]: row["token"] for row in rows if "token" in row}
 
 
 def take_out(path: Path, names: Iterable[str]) -> None:

@@ -1,0 +1,73 @@
+"""`vrs class`, from the names of students to their removal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+from vrs_cli.cli.main import run
+from vrs_cli.net.class_folder import ClassFolder
+from vrs_cli.net.tokens import read_tokens
+
+
+def test_a_class_from_its_names_to_its_programs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("names.txt").write_text("bob\n\ncarl\n")
+    assert run(["class", "new", "9b", "ada", "--names", "names.txt"]) == 0
+    assert "3 students" in capsys.readouterr().out
+    assert (Path("9b").stat().st_mode & 0o77, Path("9b/tokens.toml").stat().st_mode & 0o77) == (0, 0)
+    assert run(["class", "new", "9b", "dora"]) == 0
+    capsys.readouterr()
+    assert run(["class", "links", "9b", "--at", "https://robots.school:8765"]) == 0
+    links = dict(line.split() for line in capsys.readouterr().out.splitlines())
+    assert list(links) == ["teacher", "ada", "bob", "carl", "dora"]
+    assert links["teacher"].startswith("https://robots.school:8765/wall#token=")
+    assert links["ada"].startswith("https://robots.school:8765/view/ada#token=")
+    for name, link in links.items():
+        grant = read_tokens(Path("9b/tokens.toml")).find(unquote(link.partition("#token=")[2]), 0.0)
+        assert grant is not None
+        assert (grant.name, grant.teacher) == (name, name == "teacher")
+    ClassFolder(Path("9b")).hand_in("ada", "pick", "DRIVE 1, 10", 0.0)
+    assert run(["class", "collect", "9b", "--to", "monday"]) == 0
+    assert "1 program in monday; nothing of bob, carl, dora" in capsys.readouterr().out
+    assert Path("monday/ada.v2").read_text() == "DRIVE 1, 10"
+    assert run(["class", "forget", "9b", "ada"]) == 0
+    assert not Path("9b/hand-ins/ada").exists()
+    assert run(["class", "links", "9b", "ada"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["new", "new"], "students"),
+        (["new", "9b", "ada"], "ada"),
+        (["new", "9b", "x y"], "no name"),
+        (["new", "9b", "Teacher"], "no name"),
+        (["new", "9b", "eve", "EVE"], "twice"),
+        (["new", "9b", "ada-2"], "for itself"),
+        (["new", "9b", "--names", "none.txt"], "none.txt"),
+        (["links", "none"], "no class"),
+        (["links", "9b", "eve"], "eve"),
+        (["links", "9b", "--at", "robots.school"], "--at"),
+        (["links", "9b", "--to", "x"], "--to"),
+        (["collect", "9b", "ada"], "all"),
+        (["forget", "9b"], "whom"),
+        (["forget", "9b", "../9b"], "no student"),
+        (["burn", "9b"], "burn"),
+    ],
+)
+def test_mistakes_change_nothing(
+    arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ClassFolder(Path("9b")).make(["ada"])
+    before = Path("9b/tokens.toml").read_bytes()
+    assert run(["class", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert Path("9b/tokens.toml").read_bytes() == before

@@ -1,0 +1,122 @@
+"""`vrs class`: the folder of a class that works in browsers, its links, what was handed in, and students who leave."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import quote, urlsplit
+
+from vrs_cli.cli.command_line import CommandLineError, command, option
+from vrs_cli.errors import FileDamaged
+from vrs_cli.values.numbers import count
+
+if TYPE_CHECKING:
+    from vrs_cli.net.class_folder import ClassFolder
+
+ACTIONS = ("new", "links", "collect", "forget")
+
+class_parser = command(
+    "A class in browsers: each student has a robot, and enters by a link. Nobody but the teacher needs Python.",
+    """\
+  vrs class new 9b ada bob carl              make the folder 9b, with a token for each and one for the teacher
+  vrs class new 9b --names names.txt         names from a file, one in each line; to add some, do it again
+  vrs serve --class 9b --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem
+  vrs class links 9b --at https://robots.school:8765
+  vrs class collect 9b --to monday           the newest program of each, as vrs grade takes them
+  vrs grade pick monday
+  vrs class forget 9b ada                    remove ada: the token, and all files
+
+A link lets in whoever has it: give each student the own one alone. See docs/serve.md.
+""",
+    option("action", metavar="new|links|collect|forget", choices=ACTIONS, help="what to do"),
+    option("folder", metavar="FOLDER", help="the folder of the class"),
+    option("students", metavar="NAME", nargs="*", help="of new and forget: students; of links: only theirs"),
+    option("--names", metavar="FILE", help="new: names of students, one in each line"),
+    option("--at", metavar="URL", help="links: the address of the server (default: http://127.0.0.1:8765)"),
+    option("--to", metavar="FOLDER", help="collect: where to (default: the folder collected of the class)"),
+)
+
+
+def class_(options: Namespace) -> None:
+    """Do what is asked of a class. Raises CommandLineError, FileError, UsageError."""
+    from vrs_cli.net.class_folder import ClassFolder
+
+    folder = ClassFolder(Path(options.folder))
+    own = {"names": "new", "at": "links", "to": "collect"}
+    if wrong := next(
+        (name for name, action in own.items() if getattr(options, name) and options.action != action), None
+    ):
+        raise CommandLineError(f"--{wrong} is for vrs class {own[wrong]}")
+    if options.action != "new" and not folder.tokens.exists():
+        raise CommandLineError(f"{folder.root} is no class", f"vrs class new {folder.root} NAME ...")
+    {"new": _make, "links": _print_links, "collect": _collect, "forget": _forget}[options.action](folder, options)
+
+
+def _make(folder: ClassFolder, options: Namespace) -> None:
+    """Make a class, or add students to it."""
+    from vrs_cli.files.atomic import write_atomically
+    from vrs_cli.net.class_folder import OWN_ROBOTS, TEACHER_NAME
+    from vrs_cli.net.tokens import NAME_RULE, TokenFile, good_name
+
+    names = [*options.students, *([] if options.names is None else _names_in(Path(options.names)))]
+    for name in names:
+        if not good_name(name) or name.casefold() == TEACHER_NAME:
+            raise CommandLineError(f"{name!r} is no name for a student", NAME_RULE)
+        if [one.casefold() for one in names].count(name.casefold()) > 1:
+            raise CommandLineError(f"{name} is there twice", "give each a name of its own")
+    if not names:
+        raise CommandLineError("a class has students", f"vrs class new {folder.root} NAME ..., or --names FILE")
+    before = folder.tokens.read_bytes() if folder.tokens.exists() else None
+    folder.make(names)
+    try:
+        TokenFile(folder.tokens, (), OWN_ROBOTS)
+    except FileDamaged as error:  # two students would have one robot: nothing is changed
+        if before is None:
+            folder.tokens.unlink()
+        else:
+            write_atomically(folder.tokens, before.decode())
+        raise CommandLineError(error.detail, error.hint) from None
+    print(f"{folder.root}: {count(len(folder.students()), 'student')}; vrs class links {folder.root} tells their links")
+
+
+def _names_in(path: Path) -> list[str]:
+    """Read names, one in each line. Raises FileError."""
+    from vrs_cli.files.opening import text_at
+
+    return [line.strip() for line in text_at(str(path), 100_000).splitlines() if line.strip()]
+
+
+def _print_links(folder: ClassFolder, options: Namespace) -> None:
+    """Print a line for each: the name, and the link."""
+    at = urlsplit(options.at or "http://127.0.0.1:8765")
+    if at.scheme not in ("http", "https") or not at.netloc or at.path.strip("/") or at.query or at.fragment:
+        raise CommandLineError(f"--at {options.at}", "https://HOST:PORT, as students reach the server")
+    students, teachers = folder.students(), folder.teachers()
+    wanted = options.students or [*teachers, *students]
+    if unknown := next((name for name in wanted if name not in {**students, **teachers}), None):
+        raise CommandLineError(f"{unknown} is not in {folder.root}", f"there is {', '.join(students) or 'nobody'}")
+    for name in wanted:
+        where, token = (f"view/{name}", students[name]) if name in students else ("wall", teachers[name])
+        print(f"{name} {at.scheme}://{at.netloc}/{where}#token={quote(token, safe='')}")
+
+
+def _collect(folder: ClassFolder, options: Namespace) -> None:
+    """Copy the newest program of each student, and tell who has handed in nothing."""
+    if options.students:
+        raise CommandLineError("collect takes the programs of all", f"vrs class collect {folder.root}")
+    target = Path(options.to) if options.to else folder.collected
+    found = folder.collect(target)
+    for student, path in found.items():
+        print(f"{student} {path.name}")
+    missing = [student for student in folder.students() if student not in found]
+    print(f"{count(len(found), 'program')} in {target}" + (f"; nothing of {', '.join(missing)}" if missing else ""))
+
+
+def _forget(folder: ClassFolder, options: Namespace) -> None:
+    """Remove students, with their tokens and all their files."""
+    if not options.students:
+        raise CommandLineError("whom to forget?", f"vrs class forget {folder.root} NAME")
+    for student in options.students:
+        folder.forget(student)
+        print(f"{student} is removed, with all files")

@@ -1,0 +1,154 @@
+"""A class at a server: who wants help, what is handed in, what the teacher says to all, and whether they may go on."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable, Mapping
+
+from vrs_cli.errors import LimitReached, RequestRefused
+from vrs_cli.net import messages
+from vrs_cli.net.class_folder import ClassFolder
+from vrs_cli.net.client_session import ClientSession, commands
+from vrs_cli.net.messages import ClassState, StudentState
+from vrs_cli.net.room import Room
+from vrs_cli.net.tokens import Grant
+
+MAX_CHARS = 4000  # of what a teacher says to all
+MAX_LISTED = 20  # files that were handed in, of one student
+
+
+class ClassBoard:
+    """The state of a class. `rooms`: the open robots of the server; `grants`: those of all tokens; `own`: the robots of
+    a grant; `wall`: seconds since 1970. All methods belong to the thread of the connections.
+    """
+
+    def __init__(
+        self,
+        folder: ClassFolder,
+        rooms: Callable[[], Mapping[str, Room]],
+        grants: Callable[[], Iterable[Grant]],
+        own: Callable[[Grant], tuple[str, ...]],
+        wall: Callable[[], float],
+    ) -> None:
+        self._folder, self._rooms, self._grants, self._own, self._wall = folder, rooms, grants, own, wall
+        self.frozen_by = ""
+        self._help: dict[str, float] = {}
+        self._handed_in: dict[str, tuple[str, ...]] = {}
+        self._watching: set[ClientSession] = set()
+        self._told: dict[ClientSession, ClassState] = {}
+
+    # --- what is said ---
+
+    async def receive(self, client: ClientSession, message: messages.ClientMessage) -> bool:
+        """Carry out a message of a class, or refuse a command while the class is frozen; return whether that was it."""
+        try:
+            if isinstance(message, messages.OF_CLASS):
+                if isinstance(message, messages.TEACHING) and not _teaches(client):
+                    raise RequestRefused("that is for the teacher", "ask the teacher")
+                await self._carry_out(client, message)
+                if not isinstance(message, messages.Collect):
+                    client.tell(messages.Done(message.id, version=client.timeline.version))
+            elif self.frozen_by and not client.grant.teacher and commands(client, message):
+                raise RequestRefused(
+                    f"{self.frozen_by} has stopped the class: nothing is done now", "wait for the teacher"
+                )
+            else:
+                return False
+        except Exception as error:
+            client.refuse(message, error, client.send)
+        client.flush()
+        return True
+
+    async def _carry_out(self, client: ClientSession, message: messages.ClientMessage) -> None:
+        match message:
+            case messages.AskHelp(wanted=wanted, student=student):
+                self._ask_help(client, student, wanted=wanted)
+            case messages.HandIn(name=name, text=text):
+                student = client.grant.name
+                file = await asyncio.to_thread(self._folder.hand_in, student, name, text, self._wall())
+                self._handed_in[student] = (*self._files_of(student), file)[-MAX_LISTED:]
+                client.note(f"(hand in {file}, {len(text)} characters)", "done")
+            case messages.WatchClass():
+                self._watching.add(client)
+            case messages.Announce(text=text, student=student):
+                self._announce(client, text, student)
+            case messages.Freeze(frozen=frozen):
+                self.frozen_by = client.name if frozen else ""
+                client.note("(freeze the class)" if frozen else "(let the class go on)", "done")
+            case messages.Collect(id):
+                data = await asyncio.to_thread(self._folder.archive)
+                client.send(messages.Fetched(id, "hand-ins.zip", data))
+        self.tell()
+
+    def _ask_help(self, client: ClientSession, student: str, *, wanted: bool) -> None:
+        name = client.grant.name
+        if _teaches(client):
+            if wanted or student not in self._help:
+                raise RequestRefused(f"{student or name} does not ask for help", "students ask")
+            name = student
+        elif student and student != name:
+            raise RequestRefused("that is for the teacher", "ask for yourself")
+        if wanted:
+            self._help.setdefault(name, self._wall())
+        else:
+            self._help.pop(name, None)
+
+    def _announce(self, client: ClientSession, text: str, student: str) -> None:
+        if len(text) > MAX_CHARS:
+            raise LimitReached(f"{len(text)} characters at once, {MAX_CHARS} at most", "say it in parts")
+        known = {grant.name for grant in self._grants() if not grant.teacher}
+        if student and student not in known:
+            raise RequestRefused(f"there is no student {student}", f"there is {', '.join(sorted(known)) or 'none'}")
+        for other in self._clients():
+            if not other.grant.teacher and student in ("", other.grant.name):
+                other.tell(messages.Announced(client.name, text))
+                other.flush()
+        client.note(f"(say to {student or 'all'}: {text[:200]})", "done")
+
+    # --- what all are told ---
+
+    def tell(self) -> None:
+        """Tell everybody what has changed. To be called some times a second, too."""
+        clients = [client for client in self._clients() if client.link is not None]
+        self._watching &= set(clients)
+        here = dict[str, int]()
+        for client in clients:
+            here[client.grant.name] = here.get(client.grant.name, 0) + 1
+        students = {grant.name: grant for grant in self._grants() if not grant.teacher}
+        self._help = {name: at for name, at in self._help.items() if name in students}
+        states = {name: self._state(grant, here.get(name, 0)) for name, grant in students.items()}
+        whole = ClassState(bool(self.frozen_by), tuple(states.values()))
+        told = dict[ClientSession, ClassState]()
+        for client in clients:
+            if client in self._watching:
+                state = whole
+            elif client.grant.name in states:
+                state = ClassState(bool(self.frozen_by), (states[client.grant.name],))
+            else:
+                continue
+            told[client] = state
+            if self._told.get(client) != state:
+                client.say(state)
+                client.flush()
+        self._told = told
+
+    def forget(self, client: ClientSession) -> None:
+        """Tell a client the state again: it has a new connection."""
+        self._told.pop(client, None)
+
+    def _state(self, grant: Grant, here: int) -> StudentState:
+        name = grant.name
+        return StudentState(name, self._own(grant), here, self._help.get(name), handed_in=self._files_of(name))
+
+    def _files_of(self, student: str) -> tuple[str, ...]:
+        if student not in self._handed_in:
+            files = self._folder.programs(student)[-MAX_LISTED:]
+            self._handed_in[student] = tuple(path.name for path in files)
+        return self._handed_in[student]
+
+    def _clients(self) -> list[ClientSession]:
+        return [client for room in self._rooms().values() for client in room.clients.values()]
+
+
+def _teaches(client: ClientSession) -> bool:
+    return client.grant.teacher and bool(client.grant.name)
