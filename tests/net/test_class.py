@@ -57,7 +57,7 @@ def room(tmp_path: Path) -> Iterator[Class]:
     folder = ClassFolder(tmp_path)
     folder.make(["ada", "bob"])
     with serving(tmp_path, (), tokens=folder.tokens, own=OWN_ROBOTS) as it:
-        it.server.board = ClassBoard(folder, lambda: it.hub.rooms, it.server.grants, it.hub.own_names, lambda: 1e9)
+        it.server.board = ClassBoard(folder, it.hub.clients, it.server.grants, it.hub.own_names, lambda: 1e9)
         yield Class(it, folder)
 
 

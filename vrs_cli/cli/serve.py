@@ -110,8 +110,7 @@ def serve(options: Namespace) -> int:
         if folder_of_class is not None:
             from vrs_cli.net.class_board import ClassBoard
 
-            rooms, grants = (lambda: hub.rooms), server.grants
-            server.board = ClassBoard(folder_of_class, rooms, grants, hub.own_names, time.time)
+            server.board = ClassBoard(folder_of_class, hub.clients, server.grants, hub.own_names, time.time)
         at_end.callback(hub.close)
         _warm()
         hub.open_all()

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 
 from vrs_cli.errors import LimitReached, RequestRefused
 from vrs_cli.net import messages
 from vrs_cli.net.class_folder import ClassFolder
 from vrs_cli.net.client_session import ClientSession, commands
 from vrs_cli.net.messages import ClassState, StudentState
-from vrs_cli.net.room import Room
 from vrs_cli.net.tokens import Grant
 
 MAX_CHARS = 4000  # of what a teacher says to all
@@ -18,19 +17,19 @@ MAX_LISTED = 20  # files that were handed in, of one student
 
 
 class ClassBoard:
-    """The state of a class. `rooms`: the open robots of the server; `grants`: those of all tokens; `own`: the robots of
+    """The state of a class. `clients`: those of all robots; `grants`: those of all tokens; `own`: the robots of
     a grant; `wall`: seconds since 1970. All methods belong to the thread of the connections.
     """
 
     def __init__(
         self,
         folder: ClassFolder,
-        rooms: Callable[[], Mapping[str, Room]],
+        clients: Callable[[], Iterable[ClientSession]],
         grants: Callable[[], Iterable[Grant]],
         own: Callable[[Grant], tuple[str, ...]],
         wall: Callable[[], float],
     ) -> None:
-        self._folder, self._rooms, self._grants, self._own, self._wall = folder, rooms, grants, own, wall
+        self._folder, self._clients, self._grants, self._own, self._wall = folder, clients, grants, own, wall
         self.frozen_by = ""
         self._help: dict[str, float] = {}
         self._handed_in: dict[str, tuple[str, ...]] = {}
@@ -145,9 +144,6 @@ class ClassBoard:
             files = self._folder.programs(student)[-MAX_LISTED:]
             self._handed_in[student] = tuple(path.name for path in files)
         return self._handed_in[student]
-
-    def _clients(self) -> list[ClientSession]:
-        return [client for room in self._rooms().values() for client in room.clients.values()]
 
 
 def _teaches(client: ClientSession) -> bool:

@@ -465,6 +465,10 @@ class Hub:
                 self.rooms = {**self.rooms, name: room}
             return room
 
+    def clients(self) -> tuple[ClientSession, ...]:
+        """The clients of all robots that are open."""
+        return tuple(client for room in self.rooms.values() for client in room.clients.values())
+
     def drop_forgotten(self) -> tuple[Room, ...]:
         """Take away the rooms that are no token's any more, and return them: they are to be closed."""
         with self._opening:
