@@ -6,10 +6,12 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+BUILT_PAGE = Path(__file__).resolve().parent / "page" / "built"
+
 
 def how_to_install(package: str) -> str:
     """Return the command for the Python that runs, which works wherever vrs itself was installed from."""
-    python = f'"{sys.executable}"' if " " in sys.executable else sys.executable
+    python = _quoted(sys.executable)
     pip = f"{python} -m pip install" if find_spec("pip") else f"uv pip install --python {python}"
     return f"{pip} {package}"
 
@@ -19,3 +21,32 @@ def shipped_folder(name: str) -> Path:
     package = Path(__file__).resolve().parent
     inside = package / name
     return inside if inside.is_dir() else package.parent / name
+
+
+def built_page() -> Path | None:
+    """Return the folder of the built page of the browser (`index.html`, `assets/`, ...); None where it is not built."""
+    return BUILT_PAGE if (BUILT_PAGE / "index.html").is_file() else None
+
+
+def how_to_build_page() -> str:
+    """Return the command that builds the page: of this checkout, or a new installation from where it came from."""
+    builder = BUILT_PAGE.parent / "hatch_build.py"
+    if builder.is_file():
+        return f"{_quoted(sys.executable)} {_quoted(str(builder))}"
+    return how_to_install(f"--force-reinstall --no-deps --no-cache-dir {_quoted(_origin())}")
+
+
+def _origin() -> str:
+    """The folder or address that vrs was installed from, or its name at the package index."""
+    import json
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    try:
+        told = distribution("vrs-cli").read_text("direct_url.json")
+    except PackageNotFoundError:
+        told = None
+    return str(json.loads(told)["url"]) if told else "vrs-cli"
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"' if " " in word else word

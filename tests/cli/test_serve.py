@@ -54,7 +54,7 @@ def test_a_wrong_command_line_is_one_message(
     arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(pages, "PAGE_FOLDER", tmp_path / "built")
+    monkeypatch.setattr(pages, "BUILT_PAGE", tmp_path / "built")
     Path("file").write_text("")
     Path("t.toml").write_text("")
     assert run(["serve", "--port", "0", *arguments]) == 2

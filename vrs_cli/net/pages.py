@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from gzip import compress
@@ -17,9 +16,9 @@ from websockets.datastructures import Headers
 from websockets.http11 import Response
 
 from vrs_cli.errors import NonexistentFile
+from vrs_cli.extras import BUILT_PAGE, how_to_build_page
 from vrs_cli.files.opening import unreadable
 
-PAGE_FOLDER = Path(__file__).resolve().parents[1] / "page" / "built"
 VIEW, WALL = "/view/", "/wall"
 KINDS: Mapping[str, str] = {
     ".html": "text/html; charset=utf-8",
@@ -56,12 +55,6 @@ body { max-width: 40rem; margin: 3rem auto; padding: 0 1rem; }
 code { font-family: ui-monospace, monospace; overflow-wrap: anywhere; }
 li { padding: 0.3rem 0; }
 """
-
-
-def build_command() -> str:
-    """Return the command that builds the page."""
-    python = f'"{sys.executable}"' if " " in sys.executable else sys.executable
-    return f"{python} {PAGE_FOLDER.parent / 'hatch_build.py'}"
 
 
 def response_of(status: HTTPStatus, body: bytes = b"", kind: str = KINDS[".txt"], *more: tuple[str, str]) -> Response:
@@ -121,9 +114,9 @@ class ServedPage:
         """Read the built page, by default that of the package. Raises NonexistentFile, which tells how it is built, and
         FileError.
         """
-        folder = folder or PAGE_FOLDER
+        folder = folder or BUILT_PAGE
         if not (folder / "index.html").is_file():
-            raise NonexistentFile(f"the page is not built here ({folder})", f"this builds it: {build_command()}")
+            raise NonexistentFile(f"the page is not built here ({folder})", f"this builds it: {how_to_build_page()}")
         files = dict[str, PageFile]()
         for path in sorted(folder.rglob("*")):
             name = f"/{path.relative_to(folder).as_posix()}"

@@ -5,14 +5,14 @@ export default defineConfig(({ mode }) =>
   mode === "replay"
     ? {
         build: {
-          outDir: "built", emptyOutDir: false, target: "es2022",
+          outDir: "built", emptyOutDir: false, target: "es2022", license: { fileName: "licences_replay.txt" },
           lib: { entry: "src/replay.ts", formats: ["iife"], name: "vrs", fileName: () => "replay.js", cssFileName: "replay" },
         },
       }
     : {
         base: "/",
         build: {
-          outDir: "built", emptyOutDir: true, target: "es2022", assetsInlineLimit: 0,
+          outDir: "built", emptyOutDir: true, target: "es2022", assetsInlineLimit: 0, license: { fileName: "licences.txt" },
           rolldownOptions: { input: ["index.html", "wall.html"] },
         },
       },
