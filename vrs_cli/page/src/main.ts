@@ -23,5 +23,5 @@ const end = connection.on("change", () => {
   document.title = app.source.title;
   const scene = makeScene(app, slot("canvas"));
   makeDriving(app, slot, scene);
-  Object.assign(window, { app }); // for tests and the curious
+  Object.assign(window, { app, scene }); // for tests and the curious
 });

@@ -1,0 +1,177 @@
+"""Chromium for tests of the page, driven by Playwright: one browser for a module, one window for a test.
+
+Playwright's synchronous calls run an event loop in the thread of the tests while the browser is open: a module with
+these fixtures calls no `asyncio.run` of its own.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from getpass import getuser
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from filelock import FileLock
+from numpy.typing import NDArray
+
+from tests.live import PATIENCE
+from tests.net.serving import Serving
+from vrs_cli.extras import BUILT_PAGE, built_page
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+SIZE = (1280, 720)  # of the window [px]
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",  # root may not have one
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-gpu-sandbox",
+    "--disable-dev-shm-usage",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-extensions",
+)
+REQUIRED = "VRS_PAGE_REQUIRED"  # where this is set, nothing that these tests need may be missing
+BUILDER = BUILT_PAGE.parent / "hatch_build.py"
+
+Picture = NDArray[np.uint8]  # (height, width, 3)
+
+
+def missing() -> str:
+    """Return what a test of the page lacks here; empty where nothing is missing."""
+    if CHROMIUM is None:
+        return "no chromium: apt-get install chromium"
+    lacking = [name for name in ("playwright", "PIL") if find_spec(name) is None]
+    return f"no {', '.join(lacking)}: pip install 'vrs-cli[dev]'" if lacking else ""
+
+
+def leave_out(reason: str) -> None:
+    """Skip the test, or fail it where the page is required."""
+    if os.environ.get(REQUIRED):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+def page_folder() -> Path:
+    """Return the built page, built of the sources that are here: once, by the first of all processes that needs it."""
+    if BUILDER.is_file():
+        with FileLock(Path(tempfile.gettempdir()) / f"page-of-tests-{getuser()}.lock"):
+            ended = subprocess.run([sys.executable, BUILDER], check=False, capture_output=True, text=True)
+        if ended.returncode:
+            leave_out(ended.stderr.strip())
+    folder = built_page()
+    if folder is None:
+        leave_out("the page is not built, and its sources are not here")
+    assert folder is not None
+    return folder
+
+
+def alone() -> FileLock:
+    """Return the lock of browsers on this machine: drawing by software takes all cores that there are."""
+    return FileLock(Path(tempfile.gettempdir()) / f"chromium-of-tests-{getuser()}.lock")
+
+
+@contextmanager
+def running_chromium() -> Iterator[Browser]:
+    """A browser without a window."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS), headless=True)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def window(browser: Browser, *, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Page]:
+    """An empty window with storage of its own. `options`: those of Playwright's `new_context` (`color_scheme`,
+    `has_touch`, ...). When it closes, the test fails where the page threw an error, wrote one to the console, broke its
+    security policy or asked anybody but this machine.
+    """
+    width, height = size
+    context = browser.new_context(viewport={"width": width, "height": height}, **options)
+    context.set_default_timeout(1000 * PATIENCE)
+    faults: list[str] = []
+    page = context.new_page()
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+    page.on("request", lambda request: None if _stays(request.url) else faults.append(f"asked {request.url}"))
+    try:
+        yield page
+    finally:
+        context.close()
+    faults = [fault for fault in faults if "ERR_CONNECTION_REFUSED" not in fault]  # of a server that a test has ended
+    assert not faults, "\n".join(faults)
+
+
+def _stays(url: str) -> bool:
+    """Return whether a request stays on this machine."""
+    parts = urlsplit(url)
+    return parts.scheme in ("blob", "data", "file", "about") or parts.hostname in ("127.0.0.1", "localhost", "::1")
+
+
+def address(served: Serving, robot: str = "cell1") -> str:
+    """Return the address of the page of a robot."""
+    return f"{served.address.replace('ws', 'http', 1)}/view/{robot}"
+
+
+def open_robot(page: Page, served: Serving, robot: str = "cell1") -> None:
+    """Show a robot, and wait until it is drawn."""
+    page.goto(address(served, robot))
+    drawn(page)
+
+
+def until(page: Page, expression: str, value: object = None) -> None:
+    """Wait until an expression of JavaScript holds, which has `value` as `x`. (Playwright's own `wait_for_function`
+    evaluates a string in the page, which the page's security policy forbids.)
+    """
+    held = page.evaluate(
+        f"""x => new Promise((done) => {{
+            const deadline = performance.now() + {1000 * PATIENCE};
+            const look = () =>
+                ({expression}) ? done(true) : performance.now() > deadline ? done(false) : setTimeout(look, 20);
+            look();
+        }})""",
+        value,
+    )
+    assert held, f"not so after {PATIENCE:g} s: {expression}"
+
+
+def drawn(page: Page) -> None:
+    """Wait until the page has drawn a picture."""
+    until(page, "window.scene?.stage.pictures > 0")
+
+
+def line(page: Page, text: str) -> None:
+    """Have the robot of a page do a line, as if somebody had typed it."""
+    done = page.evaluate("text => app.connection.ask('line', { text })", text)
+    assert done["type"] == "done", done
+    assert done.get("ok", True), done
+
+
+def picture(page: Page, selector: str = "canvas") -> Picture:
+    """Return a picture of an element as it is drawn."""
+    from PIL import Image
+
+    return np.array(Image.open(io.BytesIO(page.locator(selector).first.screenshot())).convert("RGB"))
+
+
+def changed(a: Picture, b: Picture, by: int = 16) -> float:
+    """Return which part of two pictures differs by more than `by` in a colour."""
+    return float(np.mean(np.any(np.abs(a.astype(int) - b.astype(int)) > by, axis=2)))

@@ -1,0 +1,52 @@
+"""The page in a real browser, beside a robot that is served in this process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.net.serving import Serving, serving
+from tests.page.browser import alone, leave_out, missing, open_robot, page_folder, running_chromium, window
+from vrs_cli.net.pages import ServedPage
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+
+@pytest.fixture(scope="session")
+def built() -> Path:
+    """The folder of the built page."""
+    return page_folder()
+
+
+@pytest.fixture(scope="module")
+def chromium(built: Path) -> Iterator[Browser]:  # noqa: ARG001
+    """One browser for the tests of a module."""
+    if missing():
+        leave_out(missing())
+    with running_chromium() as browser:
+        yield browser
+
+
+@pytest.fixture
+def page(chromium: Browser) -> Iterator[Page]:
+    """An empty window for one test, which has the machine for itself."""
+    with alone(), window(chromium) as page:
+        yield page
+
+
+@pytest.fixture
+def served(built: Path, tmp_path: Path) -> Iterator[Serving]:
+    """A server with one robot, `cell1`, and the page."""
+    with serving(tmp_path, pages=ServedPage.read(built)) as it:
+        yield it
+
+
+@pytest.fixture
+def shown(page: Page, served: Serving) -> Page:
+    """The page of that robot, drawn."""
+    open_robot(page, served)
+    return page
