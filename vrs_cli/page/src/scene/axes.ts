@@ -1,6 +1,7 @@
 import * as THREE from "three";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { AXES } from "./colours";
+import { matrixOf } from "./figure";
 
 const MATERIAL = new THREE.MeshBasicMaterial({ vertexColors: true });
 const TURNS = [new THREE.Matrix4().makeRotationZ(-Math.PI / 2), new THREE.Matrix4(), new THREE.Matrix4().makeRotationX(Math.PI / 2)];
@@ -38,11 +39,7 @@ export class AxesCloud {
     this.mesh = null;
     if (!poses.length) return;
     this.mesh = new THREE.InstancedMesh(axesGeometry(this.length), MATERIAL, poses.length);
-    const matrix = new THREE.Matrix4();
-    poses.forEach((T, i) => {
-      matrix.set(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
-      this.mesh!.setMatrixAt(i, matrix);
-    });
+    poses.forEach((T, i) => this.mesh!.setMatrixAt(i, matrixOf(T)));
     this.root.add(this.mesh);
   }
 }

@@ -1,8 +1,6 @@
 import * as THREE from "three";
-import type { Model } from "../core/kinematics";
-import { frames } from "../core/kinematics";
-import type { Bodies } from "./figure";
-import { roomOf } from "./figure";
+import { frames, type Model } from "../core/kinematics";
+import { roomOf, type Bodies } from "./figure";
 
 /** From the robot to who looks at it: from the front, on its left, from above. */
 export const HOME = new THREE.Vector3(0.8, 0.55, 0.38);
@@ -19,6 +17,5 @@ export function homeBall(model: Model, bodies: Bodies): THREE.Sphere {
   const ready = model.poses.ready ?? zero;
   const far = ready.map((x, i) => (model.joints[i].kind === "prismatic" ? model.joints[i].upper : x));
   const room = roomOf(bodies, [ready, model.poses.nest ?? ready, far].map((q) => frames(model, q)));
-  const ball = room.isEmpty() ? new THREE.Sphere(new THREE.Vector3(), 1) : room.getBoundingSphere(new THREE.Sphere());
-  return ball;
+  return room.isEmpty() ? new THREE.Sphere(new THREE.Vector3(), 1) : room.getBoundingSphere(new THREE.Sphere());
 }

@@ -6,10 +6,14 @@ import { identity, multiply, rotation, transformOf, type Transform } from "../co
 import { shapeColour } from "./colours";
 import { geometry } from "./shapes";
 
+/** Returns a transformation as a matrix of three.js. */
+export const matrixOf = (T: ArrayLike<number>): THREE.Matrix4 =>
+  new THREE.Matrix4(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
+
 /** Sets the pose of an object that is not moved otherwise. */
 export function setPose(object: THREE.Object3D, T: Transform): void {
   object.matrixAutoUpdate = false;
-  object.matrix.set(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
+  object.matrix.copy(matrixOf(T));
   object.matrixWorldNeedsUpdate = true;
 }
 
@@ -125,8 +129,12 @@ function coloured(from: THREE.BufferGeometry): THREE.BufferGeometry {
 
 const body = (first: Shape, parts: THREE.BufferGeometry[]): Body => ({ link: first.link, geometry: mergeGeometries(parts), opens: openings(first), holes: false });
 
-/** What a figure is drawn with: a material of its own, or the colours of the shapes. */
-export type Look = (body: Body) => THREE.Material;
+/** How a ghost is drawn: its material, its place in the order of drawing, and perhaps another surface for each of a body. */
+export interface Look {
+  material: THREE.Material;
+  order: number;
+  surface?(of: THREE.BufferGeometry): THREE.BufferGeometry;
+}
 
 const OWN = new THREE.MeshLambertMaterial({ vertexColors: true });
 const OWN_HOLES = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
@@ -163,8 +171,9 @@ export class Figure {
 
   private add(bodies: Body[]): void {
     for (const body of bodies) {
-      const mesh = new THREE.Mesh(body.geometry, this.material(body));
+      const mesh = new THREE.Mesh(this.look?.surface?.(body.geometry) ?? body.geometry, this.material(body));
       mesh.castShadow = !this.look;
+      mesh.renderOrder = this.look?.order ?? 0;
       mesh.matrixAutoUpdate = false;
       if (body.opens.length && this.hand >= 0) setPose(mesh, opened(body.opens, this.hand));
       this.meshes.push({ body, mesh });
@@ -174,7 +183,7 @@ export class Figure {
 
   private material(body: Body): THREE.Material {
     const paint = this.paints.get(body.link);
-    if (this.look) return this.look(body);
+    if (this.look) return this.look.material;
     return paint ? paintOf(paint) : (body.material ?? (body.holes ? OWN_HOLES : OWN));
   }
 
@@ -203,11 +212,10 @@ export class Figure {
 /** Returns the least box around the robot at some postures of it (T_robot_link), in its own frame [m]. */
 export function roomOf(bodies: Bodies, postures: Transform[][]): THREE.Box3 {
   const room = new THREE.Box3();
-  const point = new THREE.Vector3(), matrix = new THREE.Matrix4();
+  const point = new THREE.Vector3();
   for (const frames of postures)
     for (const { link, geometry } of bodies.all) {
-      const T = frames[link];
-      matrix.set(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
+      const matrix = matrixOf(frames[link]);
       const positions = geometry.getAttribute("position");
       for (let i = 0; i < positions.count; i++) room.expandByPoint(point.fromBufferAttribute(positions, i).applyMatrix4(matrix));
     }

@@ -1,19 +1,179 @@
+import * as THREE from "three";
+import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
 import type { Transform } from "../core/transform";
+import { multiply, inverse } from "../core/transform";
+import { matrixOf } from "./figure";
+import type { Labels } from "./labels";
+import type { InWorld } from "./scene";
+import type { Stage } from "./stage";
 
-/** Who else looks at the gizmo: the panel that drives the robot. */
+const AGAIN = 100; // [ms] after which a wish that stays is said again: the robot knows that the hand is there
+const LIT = 0.09; // of the reach: the ball at a joint that is at its limit
+const [STEP, TURN] = [0.005, Math.PI / 90]; // [m, rad] of a key; a tenth of it with Shift
+const [SIZE, TOUCH_SIZE] = [0.85, 1.25]; // of the arrows: their targets have 24 px, 44 where fingers point
+const KEYS: Record<string, [axis: number, sign: number, turns: boolean]> = {
+  ArrowRight: [0, 1, false], ArrowLeft: [0, -1, false], ArrowUp: [1, 1, false], ArrowDown: [1, -1, false], PageUp: [2, 1, false], PageDown: [2, -1, false],
+  x: [0, 1, true], X: [0, -1, true], y: [1, 1, true], Y: [1, -1, true], z: [2, 1, true], Z: [2, -1, true],
+};
+
+/** The arrows and rings with which the tool is dragged. Who drives the robot hears of the wishes by `onDrag`. */
 export class Gizmo {
-  /** Called with the wished T_world_tool while the gizmo is dragged (again at least each 100 ms), and with null when it is let go. */
+  /** Called with the wished T_world_tool while the gizmo is dragged, again each 100 ms, and with null when it is let go. */
   onDrag: (wish: Transform | null) => void = () => {};
-  /** Whether the gizmo is seen: for one who may drive, while the robot is followed. */
+  /** Whether the gizmo may be seen: for one who may drive, while the robot is followed. */
   enabled = false;
+  private readonly proxy = new THREE.Object3D();
+  private readonly move: TransformControls;
+  private readonly turn: TransformControls;
+  private readonly ball: THREE.Mesh;
+  private along: "tool" | "world" = "tool";
+  private kind: "both" | "move" | "turn" = "both";
+  private tool: Transform | null = null; // T_world_tool, shown last
+  private T_gizmo_tool: Transform | null = null; // while it is dragged
+  private repeats = 0;
+  private held = { text: "", joint: 0 };
+
+  constructor(private readonly stage: Stage, private readonly labels: Labels) {
+    stage.scene.add(this.proxy);
+    this.move = this.control("translate");
+    this.turn = this.control("rotate");
+    this.ball = new THREE.Mesh(new THREE.SphereGeometry(LIT * stage.reach, 24, 16), new THREE.MeshBasicMaterial({ color: "#d63a2e", transparent: true, opacity: 0.45, depthWrite: false }));
+    this.ball.visible = false;
+    stage.scene.add(this.ball);
+    this.arrange();
+  }
+
+  private control(mode: "translate" | "rotate"): TransformControls {
+    const made = new TransformControls(this.stage.camera, this.stage.view);
+    made.setMode(mode);
+    made.attach(this.proxy);
+    made.enabled = false;
+    made.showXYZE = made.showE = false; // a ring square to the view is taken by mistake for one of the axes
+    const fingers = matchMedia("(pointer: coarse)").matches;
+    made.setSize((fingers ? TOUCH_SIZE : SIZE) * (mode === "rotate" ? 1 : 0.8));
+    made.addEventListener("change", () => this.stage.change());
+    made.addEventListener("axis-changed", () => this.oneAtATime(made));
+    made.addEventListener("mouseDown", () => this.take());
+    made.addEventListener("objectChange", () => this.wish());
+    made.addEventListener("mouseUp", () => this.letGo());
+    const helper = made.getHelper();
+    helper.visible = false;
+    this.stage.scene.add(helper);
+    return made;
+  }
+
   /** Whether the arrows stand along the axes of the tool or of the world. */
-  axes: "tool" | "world" = "tool";
+  get axes(): "tool" | "world" {
+    return this.along;
+  }
+  set axes(to: "tool" | "world") {
+    this.along = to;
+    this.arrange();
+  }
   /** What the gizmo can do. */
-  motions: "both" | "move" | "turn" = "both";
+  get motions(): "both" | "move" | "turn" {
+    return this.kind;
+  }
+  set motions(to: "both" | "move" | "turn") {
+    this.kind = to;
+    this.arrange();
+  }
   /** Whether somebody holds it now. */
-  readonly dragged = false;
-  /** Shows what holds the tool back: a text at the tool, and a ball at the joint (counted from 1; 0: none) at its limit. */
-  showHeld(_text: string, _joint: number): void {}
-  /** Lets go, as if the user did: at a cut of the connection. */
-  drop(): void {}
+  get dragged(): boolean {
+    return this.T_gizmo_tool !== null;
+  }
+
+  private arrange(): void {
+    for (const control of [this.move, this.turn]) control.setSpace("local"); // the proxy itself stands along the world, or the tool
+    this.stage.change();
+  }
+
+  /** The arrows are not taken while a ring is under the pointer, and the other way round. */
+  private oneAtATime(active: TransformControls): void {
+    const other = active === this.move ? this.turn : this.move;
+    if (!this.dragged) other.enabled = this.seen(other) && active.axis === null;
+  }
+
+  private seen(control: TransformControls): boolean {
+    return control.getHelper().visible;
+  }
+
+  private take(): void {
+    if (!this.tool) return;
+    this.stage.controls.enabled = false;
+    this.onDrag(null); // what a cut has broken off is let go only now
+    this.T_gizmo_tool = multiply(inverse(this.gizmo), this.tool);
+    this.repeats = window.setInterval(() => this.wish(), AGAIN);
+  }
+
+  private get gizmo(): Transform {
+    this.proxy.updateMatrix();
+    const e = this.proxy.matrix.elements;
+    return Float64Array.of(e[0], e[4], e[8], e[12], e[1], e[5], e[9], e[13], e[2], e[6], e[10], e[14]);
+  }
+
+  private wish(): void {
+    if (this.T_gizmo_tool) this.onDrag(multiply(this.gizmo, this.T_gizmo_tool));
+  }
+
+  private letGo(): void {
+    if (this.T_gizmo_tool) this.wish();
+    this.drop();
+  }
+
+  /** Lets go of the gizmo, as its user does: also at a cut of the connection. */
+  drop(): void {
+    window.clearInterval(this.repeats);
+    this.stage.controls.enabled = true;
+    if (this.dragged) this.onDrag(null);
+    this.T_gizmo_tool = null;
+    this.stage.change();
+  }
+
+  /**
+   * Moves the tool by a key, and says whether it is one of its keys: arrows along X and Y, Page Up and Page Down along Z, x y z about the axes
+   * (Shift: the other way round; Alt: a tenth).
+   */
+  key(event: KeyboardEvent): boolean {
+    const found = KEYS[event.key];
+    if (!found || !this.tool || !this.enabled || event.ctrlKey || event.metaKey) return false;
+    const [axis, sign, turns] = found;
+    const step = sign * (turns ? TURN : STEP) * (event.altKey ? 0.1 : 1);
+    if (!this.dragged) this.take();
+    const unit = new THREE.Vector3().setComponent(axis, 1);
+    if (turns) this.proxy.rotateOnAxis(unit, step);
+    else this.proxy.translateOnAxis(unit, step);
+    this.wish();
+    window.clearTimeout(this.keyTimer);
+    this.keyTimer = window.setTimeout(() => this.letGo(), 4 * AGAIN);
+    return true;
+  }
+  private keyTimer = 0;
+
+  /** Shows what holds the tool back: a text at the tool, and a ball at the joint (counted from 1; 0: none) that is at its limit. */
+  showHeld(text: string, joint: number): void {
+    if (text === this.held.text && joint === this.held.joint) return;
+    this.held = { text, joint };
+    this.stage.change();
+  }
+
+  show({ T_world_tool, T_world_robot, frames }: InWorld): void {
+    this.tool = T_world_tool;
+    for (const [control, other] of [[this.move, "turn"], [this.turn, "move"]] as const) {
+      const on = (this.enabled || this.dragged) && this.kind !== other;
+      const helper = control.getHelper();
+      if (helper.visible === on) continue;
+      helper.visible = control.enabled = on;
+      this.stage.change();
+    }
+    if (!this.dragged) {
+      matrixOf(T_world_tool).decompose(this.proxy.position, this.proxy.quaternion, this.proxy.scale);
+      if (this.along === "world") this.proxy.quaternion.identity();
+    }
+    const { text, joint } = this.held;
+    if (text) this.labels.set("held", "held", text, [T_world_tool[3], T_world_tool[7], T_world_tool[11]]);
+    else this.labels.remove("held");
+    this.ball.visible = joint > 0;
+    if (joint > 0) this.ball.position.setFromMatrixPosition(matrixOf(multiply(T_world_robot, frames[joint - 1])));
+  }
 }

@@ -19,6 +19,23 @@ interface Label {
 const PLACES = [[0, -1], [0, 0], [-1, -1], [-1, 0], [-0.5, -1.5], [-0.5, 0.5]];
 const GAP = 7; // [px] between a point and its label
 
+/** Returns the upper left corners of labels beside their points [px], the first ones first; null for what finds no room. */
+export function arrange(labels: { x: number; y: number; width: number; height: number }[], width: number, height: number): ([number, number] | null)[] {
+  const taken: [number, number, number, number][] = [];
+  return labels.map((label) => {
+    for (const [dx, dy] of PLACES) {
+      const left = label.x + dx * label.width + (dx === 0 ? GAP : dx === -1 ? -GAP : 0);
+      const top = label.y + dy * label.height + (dy > -0.5 ? 1 : -1) * (dx === -0.5 ? GAP : GAP / 2);
+      const [right, bottom] = [left + label.width, top + label.height];
+      if (left < 0 || top < 0 || right > width || bottom > height) continue;
+      if (taken.some((other) => left < other[2] && right > other[0] && top < other[3] && bottom > other[1])) continue;
+      taken.push([left, top, right, bottom]);
+      return [left, top];
+    }
+    return null;
+  });
+}
+
 /** Texts at points of the picture, as elements above the canvas. None covers another one; what finds no place is left out. */
 export class Labels {
   private readonly layer = h("div", { class: "labels" });
@@ -55,24 +72,18 @@ export class Labels {
   /** Puts all labels where they have room. */
   private place(): void {
     const { camera, width, height } = this.stage;
-    const taken: [number, number, number, number][] = [];
     const point = new THREE.Vector3();
     const order = [...this.all.values()].sort((a, b) => RANKS.indexOf(a.kind) - RANKS.indexOf(b.kind));
     for (const label of order)
       if (label.width < 0) [label.width, label.height] = [label.element.offsetWidth, label.element.offsetHeight];
-    for (const label of order) {
+    const seen = order.map((label) => {
       point.copy(label.at).project(camera);
-      const [x, y] = [((point.x + 1) / 2) * width, ((1 - point.y) / 2) * height];
-      const free = point.z > 1 || point.z < -1 ? undefined : PLACES.map(([dx, dy]) => {
-        const left = x + dx * label.width + (dx === 0 ? GAP : dx === -1 ? -GAP : 0);
-        const top = y + dy * label.height + (dy > -0.5 ? GAP : -GAP) * (Math.abs(dx) === 0.5 ? 1 : 0.5);
-        return [left, top, left + label.width, top + label.height] as [number, number, number, number];
-      }).find(([l, t, r, b]) => l >= 0 && t >= 0 && r <= width && b <= height && !taken.some((o) => l < o[2] && r > o[0] && t < o[3] && b > o[1]));
-      if (free) taken.push(free);
-      const shown = free ? `translate(${Math.round(free[0])}px,${Math.round(free[1])}px)` : "";
-      if (shown === label.shown) continue;
-      label.shown = shown;
-      label.element.style.transform = shown || "translate(-10000px,0)";
-    }
+      const before = Math.abs(point.z) <= 1; // the camera, not behind it
+      return { x: before ? ((point.x + 1) / 2) * width : -Infinity, y: ((1 - point.y) / 2) * height, width: label.width, height: label.height };
+    });
+    arrange(seen, width, height).forEach((at, i) => {
+      const shown = at ? `translate(${Math.round(at[0])}px,${Math.round(at[1])}px)` : "translate(-10000px,0)";
+      if (shown !== order[i].shown) order[i].element.style.transform = order[i].shown = shown;
+    });
   }
 }

@@ -1,15 +1,18 @@
 import "./scene.css";
 import * as THREE from "three";
 import type { App, Shown } from "../app";
-import type { Message } from "../core/connection";
 import { frames } from "../core/kinematics";
 import { identity, inverse, multiply, transformOf, type Transform } from "../core/transform";
 import { axes } from "./axes";
 import { DIRECTIONS, HOME, homeBall } from "./camera";
 import { GREY } from "./colours";
-import { Bodies, Figure, reachOf, roomOf, setPose } from "./figure";
+import { Bodies, Figure, matrixOf, reachOf, roomOf, setPose } from "./figure";
+import { BranchView, GoalView, PredictionView } from "./ghosts";
 import { Gizmo } from "./gizmo";
 import { Labels } from "./labels";
+import { PathView } from "./path";
+import { PlacesView, ReasonView, type Sketch } from "./places";
+import { RangesView, ReachView } from "./reach";
 import { Stage } from "./stage";
 
 /** Something in the picture that the menu Show switches on and off. */
@@ -37,8 +40,10 @@ export interface Scene {
   readonly layers: Layer[];
   readonly cameras: CameraAction[];
   readonly gizmo: Gizmo;
-  /** Draws a report of WHY or EXPLAIN (or `sketch`es of it) until the timeline changes; null takes it away. */
-  explain(report: Message | null): void;
+  readonly labels: Labels;
+  readonly figure: Figure;
+  /** Draws what WHY or EXPLAIN says until the timeline changes; null takes it away. Sketches of `told` are drawn without this. */
+  explain(sketch: Sketch | null): void;
 }
 
 /** The moment that is shown, in the world: T_robot_world is the BASE of the motion under way. */
@@ -63,31 +68,45 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   const triads = { world: axes(0.22 * reach), base: axes(0.22 * reach), tool: axes(0.22 * reach) };
   stage.scene.add(figure.root, ...Object.values(triads));
 
+  const path = new PathView(stage, labels, model);
+  const places = new PlacesView(stage, labels, model);
+  const reasons = new ReasonView(stage, labels);
+  stage.scene.add(path.root, places.root, reasons.root);
+  const goal = new GoalView(stage, bodies, model);
+  const prediction = new PredictionView(stage, bodies, model);
+  const ranges = new RangesView(stage, labels, model, bodies, figure);
+  const gizmo = new Gizmo(stage, labels);
+  const { connection } = app;
+  const branches = connection && new BranchView(stage, labels, bodies, model, connection);
+  const boundary = connection && model.joints[0].kind !== "prismatic" ? new ReachView(stage, figure, connection) : null;
+  connection?.on("told", ({ sketch }) => sketch && reasons.explain(sketch));
+
   // --- what can be switched ---
-  const layer = (name: string, label: string, hint: string, on: boolean, set: (on: boolean) => void = () => {}): Layer => ({
-    name, label, hint, on,
-    set(to: boolean) {
-      Object.assign(this, { on: to });
-      set(to);
-      stage.change();
-    },
+  const layers: Layer[] = [];
+  const layer = (name: string, label: string, hint: string, on: boolean, set: (on: boolean) => void): void => {
+    layers.push({
+      name, label, hint, on,
+      set(to: boolean) {
+        Object.assign(this, { on: to });
+        set(to);
+        at = "";
+        stage.change();
+      },
+    });
+  };
+  layer("path", "Path", "The way of the tool: past blue, planned orange, lighter where motions blend", true, (on) => (path.visible = on));
+  layer("commands", "Commands", "The text of each command where its motion begins", false, (on) => (path.commands = on));
+  layer("goal", "Goal", "The outline of the arm as it will stand when the motion ends", true, (on) => (goal.visible = on));
+  if (branches) layer("branches", "Branches", "The arm as other branches move it", true, (on) => (branches.visible = on));
+  layer("places", "Places", "The locations that have names", true, (on) => (places.visible = on));
+  layer("ranges", "Joint ranges", "How far each joint goes, and where it is", false, (on) => (ranges.visible = on));
+  if (boundary) layer("reach", "Reach", "How far the tool gets in this configuration", false, (on) => (boundary.visible = on));
+  let framed = true;
+  layer("frames", "Frames", "The axes of world, base and tool", true, (on) => {
+    framed = on;
+    for (const triad of Object.values(triads)) triad.visible = on;
+    if (!on) labels.remove("frame ");
   });
-  const layers = [
-    layer("path", "Path", "The way of the tool: past blue, planned orange, lighter where motions blend", true),
-    layer("commands", "Commands", "The text of each command where its motion begins", false),
-    layer("goal", "Goal", "The outline of the arm as it will stand when the motion ends", true),
-    layer("branches", "Branches", "The arm as other branches move it", true),
-    layer("places", "Places", "The locations that have names", true),
-    layer("ranges", "Joint ranges", "How far each joint goes, and where it is", false),
-    layer("reach", "Reach", "How far the tool gets in this configuration", false),
-    layer("frames", "Frames", "The axes of world, base and tool", true, (on) => {
-      for (const [name, triad] of Object.entries(triads)) {
-        triad.visible = on;
-        if (!on) labels.remove(`frame ${name}`);
-      }
-      at = "";
-    }),
-  ];
 
   // --- the camera ---
   let base = identity(); // T_world_robot
@@ -95,7 +114,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   let follows = false;
   let tip: THREE.Vector3 | null = null;
   const inWorld = (ball: THREE.Sphere): THREE.Sphere => {
-    ball.center.applyMatrix4(new THREE.Matrix4().fromArray([...base, 0, 0, 0, 1]).transpose());
+    ball.center.applyMatrix4(matrixOf(base));
     return ball;
   };
   const home = (towards = HOME): void => stage.look(inWorld(homeBall(model, bodies)), towards);
@@ -150,6 +169,8 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
       }
       stage.change(true);
     }
+    for (const part of [path, places, reasons, goal, ranges, gizmo, branches, boundary]) part?.show(here);
+    prediction.show(here, app.playback.following);
     stage.draw(app.playback.moves);
   };
   const draw = ({ frames, hand, T_world_robot, T_world_tool }: InWorld): void => {
@@ -159,7 +180,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     setPose(triads.base, T_world_robot);
     setPose(triads.tool, T_world_tool);
     const moved = T_world_robot.some((x, i) => x !== identity()[i]);
-    if (layers.find((one) => one.name === "frames")!.on) {
+    if (framed) {
       triads.base.visible = moved;
       labels.set("frame world", "frame", "world", [0, 0, 0]);
       labels.set("frame tool", "frame", "tool", [T_world_tool[3], T_world_tool[7], T_world_tool[11]]);
@@ -170,6 +191,12 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     if (follows && tip) stage.pan(place.clone().sub(tip));
     tip = place;
   };
+  stage.view.addEventListener("keydown", (event) => {
+    if (gizmo.key(event)) {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    }
+  }, { capture: true });
   app.add({ show });
-  return { stage, layers, cameras, gizmo: new Gizmo(), explain: () => {} };
+  return { stage, layers, cameras, gizmo, labels, figure, explain: (sketch) => reasons.explain(sketch) };
 }

@@ -1,0 +1,134 @@
+import * as THREE from "three";
+import { delayed } from "./ghosts";
+import type { InWorld } from "./scene";
+import type { Labels } from "./labels";
+import { Dots, Lines, type Piece } from "./lines";
+import type { Stage } from "./stage";
+import { Way, type Point, type WayLine } from "./way";
+
+const AROUND = 60; // [s] of the way to either side of the present
+const STEP = 20; // [s] after which that is looked at anew
+const WIDTH = 3; // [px] of lines
+const WIDE = 8; // [px] of what is not confirmed and of what was shown wrongly, behind the lines
+const [DOT, MARK] = [5, 9]; // [px] between two segments, and where a command takes over
+const MAX_TEXTS = 40; // of commands
+const COST = 10; // times as long as it took to draw the way, it is not drawn again
+const RECENT = 60; // [s] that what was shown wrongly stays in the picture
+
+/** Returns the texts at each place; places nearer to each other than that [m] are one. */
+export function gather(named: { at: Point; text: string }[], near: number): { at: Point; texts: string[] }[] {
+  const found: { at: Point; texts: string[] }[] = [];
+  for (const { at, text } of named) {
+    const here = found.find((one) => one.at.every((x, i) => Math.abs(x - at[i]) < near));
+    if (here) here.texts.push(text);
+    else found.push({ at, texts: [text] });
+  }
+  return found;
+}
+
+/** The way of the tool, past and planned, and where each command takes over. */
+export class PathView {
+  readonly root = new THREE.Group();
+  commands = false;
+  private readonly way: Way;
+  private readonly lines = new Lines(WIDTH);
+  private readonly wide = new Lines(WIDE);
+  private readonly dots = new Dots(DOT);
+  private readonly marks = new Dots(MARK);
+  private drawn: unknown[] = [];
+  private sides: unknown[] = [];
+  private near: WayLine[] = [];
+  private wait = 0; // [ms] until when the way is not drawn again
+  private timer = 0;
+
+  constructor(private readonly stage: Stage, private readonly labels: Labels, model: ConstructorParameters<typeof Way>[0]) {
+    this.way = new Way(model);
+    this.wide.mesh.renderOrder = -1;
+    this.wide.mesh.material.depthWrite = false;
+    this.root.add(this.wide.mesh, this.lines.mesh, this.dots.points, this.marks.points);
+    stage.onPaint.add(() => this.redraw());
+  }
+
+  set visible(on: boolean) {
+    this.root.visible = on;
+    this.redraw();
+  }
+
+  /** Has the way drawn anew at the next moment. */
+  redraw(): void {
+    this.drawn = [];
+  }
+
+  show(shown: InWorld): void {
+    if (!this.root.visible) {
+      if (this.drawn.length) this.labels.remove("command ");
+      this.drawn = [];
+      return;
+    }
+    const { t, timeline } = shown;
+    const wanted = [timeline, timeline.version, timeline.number, timeline.segments.length, Math.floor(t / STEP), this.commands];
+    if (wanted.some((x, i) => x !== this.drawn[i])) {
+      const begin = performance.now();
+      if (begin < this.wait && this.drawn.length) {
+        window.clearTimeout(this.timer);
+        this.timer = window.setTimeout(() => this.stage.change(), this.wait - begin + 1);
+      } else {
+        this.draw(shown);
+        this.drawn = wanted;
+        this.wait = performance.now() + COST * (performance.now() - begin);
+      }
+    }
+    this.lines.now = t;
+    this.showSides(shown);
+  }
+
+  private draw({ t, timeline }: InWorld): void {
+    const at = Math.floor(t / STEP) * STEP;
+    const { colours, reach } = this.stage;
+    const [past, planned, pastBlend, plannedBlend] = [colours.past, colours.planned, colours.pastBlend, colours.plannedBlend].map((c) => new THREE.Color(c));
+    this.near = this.way.lines(timeline, at - AROUND, at + STEP + AROUND, t);
+    const pieces: Piece[] = [];
+    for (const { begin, times, points, blends } of this.near)
+      for (let i = 1; i < points.length; i++)
+        pieces.push({
+          a: points[i - 1], b: points[i], from: begin + times[i - 1], to: begin + times[i],
+          early: blends ? pastBlend : past, late: blends ? plannedBlend : planned,
+        });
+    this.lines.set(pieces);
+    const starts = this.near.filter((line) => line.starts);
+    this.dots.set(this.near.filter((line) => !line.steers).map((line) => line.points[line.points.length - 1]), colours.dot);
+    this.marks.set(starts.map((line) => line.points[0]), colours.mark);
+    this.labels.remove("command ");
+    if (!this.commands) return;
+    const shown = starts.sort((a, b) => Math.abs(a.begin - t) - Math.abs(b.begin - t)).slice(0, MAX_TEXTS).sort((a, b) => a.begin - b.begin);
+    const written = shown.map((line) => ({ at: line.points[0], text: line.segment.motion.text ?? "" })).filter(({ text }) => text);
+    gather(written, 0.02 * reach).forEach(({ at, texts }, k) => this.labels.set(`command ${k}`, "command", texts.join("\n"), at));
+  }
+
+  /** Draws what is not confirmed, and what was shown wrongly a while ago, of a robot behind a line with delays. */
+  private showSides({ t, now, source }: InWorld): void {
+    const preview = delayed(source);
+    const since = preview ? preview.unconfirmed(now) : Infinity;
+    const flagged = (preview?.flagged ?? []).filter(([begin, end]) => t - RECENT < end && begin < t + RECENT);
+    const wanted = [...this.drawn, since === Infinity ? since : Math.round(20 * since), ...flagged.flat()];
+    if (wanted.length === this.sides.length && wanted.every((x, i) => x === this.sides[i])) return;
+    this.sides = wanted;
+    const { unconfirmed, flagged: wrong } = this.stage.colours;
+    this.wide.set([...this.cut(since, Infinity, unconfirmed), ...flagged.flatMap(([begin, end]) => this.cut(begin, end, wrong))]);
+  }
+
+  /** Returns the pieces of the way between two times. */
+  private cut(begin: number, end: number, colour: string): Piece[] {
+    const paint = new THREE.Color(colour);
+    const pieces: Piece[] = [];
+    for (const line of this.near)
+      for (let i = 1; i < line.points.length; i++) {
+        const [from, to] = [line.begin + line.times[i - 1], line.begin + line.times[i]];
+        const [first, last] = [Math.max(begin, from), Math.min(end, to)];
+        if (first >= last) continue;
+        const at = (t: number): number[] => line.points[i].map((x, k) => line.points[i - 1][k] + ((t - from) / (to - from)) * (x - line.points[i - 1][k]));
+        pieces.push({ a: at(first), b: at(last), from: first, to: last, early: paint, late: paint });
+      }
+    return pieces;
+  }
+}

@@ -1,0 +1,128 @@
+import * as THREE from "three";
+import type { Message } from "../core/connection";
+import { frames, type Model } from "../core/kinematics";
+import { identity, inverse, multiply, transformOf, type Transform } from "../core/transform";
+import { AxesCloud } from "./axes";
+import type { Labels } from "./labels";
+import { Lines, type Piece } from "./lines";
+import { gather } from "./path";
+import type { InWorld } from "./scene";
+import type { Stage } from "./stage";
+import type { Point } from "./way";
+
+const LONG = 0.055; // of the reach: the axes
+const NEAR = 0.01; // of the reach: names of places so near to each other stand in one label
+const DASH = 0.02; // of the reach: a dash of what cannot be followed, and the gap behind it
+const BALL = 0.02; // of the reach
+const MAX_CHARS = 300; // of the text of a picture
+
+const pointOf = (T: ArrayLike<number>): Point => [T[3], T[7], T[11]];
+
+/** The named locations of the robot: small frames with their names. A precision point is where its joints bring the tool. */
+export class PlacesView {
+  readonly root = new THREE.Group();
+  private readonly axes: AxesCloud;
+  private drawn = "";
+
+  constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly model: Model) {
+    this.axes = new AxesCloud(LONG * stage.reach);
+    this.root.add(this.axes.root);
+  }
+
+  set visible(on: boolean) {
+    this.root.visible = on;
+    this.drawn = "";
+    if (!on) this.labels.remove("place ");
+  }
+
+  show({ surveyed }: InWorld): void {
+    const rows: Message[] | undefined = surveyed?.places?.rows;
+    if (!this.root.visible || !rows) return;
+    const now = JSON.stringify([rows, surveyed!.base, surveyed!.tool]);
+    if (now === this.drawn) return;
+    this.drawn = now;
+    const placed = rows.flatMap((row) => {
+      const T = this.pose(row, surveyed!);
+      return T ? [{ text: row.name as string, T, at: pointOf(T) }] : [];
+    });
+    this.axes.show(placed.map(({ T }) => T));
+    this.labels.remove("place ");
+    gather(placed, NEAR * this.stage.reach).forEach(({ at, texts }, k) => this.labels.set(`place ${k}`, "place", texts.join("\n"), at));
+    this.stage.change();
+  }
+
+  /** Returns the pose in the world; null for joints of another robot, and for what is not defined. */
+  private pose(row: Message, { base, tool }: Message): Transform | null {
+    if (row.pose) return transformOf(row.pose);
+    if (row.joints?.length !== this.model.joints.length) return null;
+    const all = frames(this.model, row.joints);
+    const T_robot_tool = multiply(all[all.length - 1], tool ? transformOf(tool) : identity());
+    return multiply(base ? inverse(transformOf(base)) : identity(), T_robot_tool);
+  }
+}
+
+/** An explanation as a picture, in the world [m]. */
+export interface Sketch {
+  text: string;
+  at: Point;
+  /** Lines that the arm can follow, and that it cannot. */
+  followed?: [Point, Point][];
+  refused?: [Point, Point][];
+  balls?: [name: string, at: Point, kind: "good" | "bad" | "stop"][];
+  frames?: number[][];
+}
+
+/** Returns the dashes of a line, with gaps as long as they are. */
+export function dashes([a, b]: [Point, Point], long: number): [Point, Point][] {
+  const count = Math.round(Math.hypot(...b.map((x, i) => x - a[i])) / long);
+  const at = (k: number): Point => a.map((x, i) => x + ((b[i] - x) * k) / count) as Point;
+  return Array.from({ length: Math.ceil(count / 2) }, (_, k) => [at(2 * k), at(Math.min(2 * k + 1, count))]);
+}
+
+/** What WHY and EXPLAIN say, as a picture at the robot, until the robot does something else. */
+export class ReasonView {
+  readonly root = new THREE.Group();
+  private readonly lines = new Lines(3);
+  private readonly axes: AxesCloud;
+  private readonly balls = new THREE.Group();
+  private sketch: Sketch | null = null;
+  private drawn: Sketch | null = null;
+  private version = -1;
+
+  constructor(private readonly stage: Stage, private readonly labels: Labels) {
+    this.axes = new AxesCloud(LONG * stage.reach);
+    this.root.add(this.lines.mesh, this.axes.root, this.balls);
+    stage.onPaint.add(() => this.draw());
+  }
+
+  explain(sketch: Sketch | null): void {
+    this.sketch = sketch;
+    this.stage.change();
+  }
+
+  show({ timeline }: InWorld): void {
+    if (this.sketch !== this.drawn) this.version = timeline.version;
+    else if (!this.drawn || timeline.version === this.version) return;
+    else this.sketch = null;
+    this.drawn = this.sketch;
+    this.draw();
+  }
+
+  private draw(): void {
+    const { colours, reach } = this.stage;
+    const { text, at, followed = [], refused = [], balls = [], frames = [] } = this.drawn ?? { text: "", at: [0, 0, 0] as Point };
+    const [good, bad] = [new THREE.Color(colours.good), new THREE.Color(colours.bad)];
+    const piece = (colour: THREE.Color) => ([a, b]: [Point, Point]): Piece => ({ a, b, from: 0, to: 0, early: colour, late: colour });
+    this.lines.set([...followed.map(piece(good)), ...refused.flatMap((line) => dashes(line, DASH * reach)).map(piece(bad))]);
+    this.balls.clear();
+    for (const [, place, kind] of balls) {
+      const ball = new THREE.Mesh(new THREE.SphereGeometry(BALL * reach, 16, 12), new THREE.MeshLambertMaterial({ color: colours[kind] }));
+      ball.position.set(...place);
+      this.balls.add(ball);
+    }
+    this.axes.show(frames);
+    if (text) this.labels.set("why", "why", text.length > MAX_CHARS ? `${text.slice(0, MAX_CHARS)} ...` : text, at);
+    else this.labels.remove("why");
+    this.stage.change();
+  }
+}
