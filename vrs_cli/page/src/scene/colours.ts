@@ -60,17 +60,5 @@ const SHAPES: Record<string, string> = {
 /** Returns the colour of a shape by its name, or by #rrggbb. */
 export const shapeColour = (name = "cream"): Color => new Color(SHAPES[name] ?? name);
 
-/** Whether the page is dark: by its attribute data-theme, else as the system wishes it. */
-export function isDark(): boolean {
-  const { theme } = document.documentElement.dataset;
-  return theme ? theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-}
-
-/** Returns the colours of the theme that the page has now. */
-export const palette = (): Palette => (isDark() ? DARK : LIGHT);
-
-/** Calls `changed` when the theme of the page changes. */
-export function onTheme(changed: () => void): void {
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
-  new MutationObserver(changed).observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
-}
+/** Returns the colours of a theme. */
+export const palette = (dark: boolean): Palette => (dark ? DARK : LIGHT);

@@ -42,7 +42,7 @@ export interface Scene {
   readonly gizmo: Gizmo;
   readonly labels: Labels;
   readonly figure: Figure;
-  /** Draws what WHY or EXPLAIN says until the timeline changes; null takes it away. Sketches of `told` are drawn without this. */
+  /** Draws what WHY or EXPLAIN says until the timeline changes; null takes it away. */
   explain(sketch: Sketch | null): void;
 }
 
@@ -79,7 +79,6 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   const { connection } = app;
   const branches = connection && new BranchView(stage, labels, bodies, model, connection);
   const boundary = connection && model.joints[0].kind !== "prismatic" ? new ReachView(stage, figure, connection) : null;
-  connection?.on("told", ({ sketch }) => sketch && reasons.explain(sketch));
 
   // --- what can be switched ---
   const layers: Layer[] = [];

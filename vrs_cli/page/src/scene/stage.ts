@@ -1,7 +1,8 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { h } from "../dom";
-import { onTheme, palette, type Palette } from "./colours";
+import { isDark, onTheme } from "../style/theme";
+import { palette, type Palette } from "./colours";
 import { Floor } from "./floor";
 import { QualityControl } from "./quality";
 
@@ -31,7 +32,7 @@ export class Stage {
   readonly floor: Floor;
   /** Pictures drawn so far. */
   pictures = 0;
-  colours: Palette = palette();
+  colours: Palette = palette(isDark());
   width = 1;
   height = 1;
   /** Called before each picture with whether the size or the colours have changed since the last one. */
@@ -181,7 +182,7 @@ export class Stage {
   }
 
   private paint(): void {
-    this.colours = palette();
+    this.colours = palette(isDark());
     this.renderer.setClearColor(this.colours.background);
     this.sky.color.set(this.colours.sky);
     this.sky.groundColor.set(this.colours.ground);
