@@ -1,0 +1,328 @@
+import type { App, Part, Shown } from "../app";
+import type { Message } from "../core/connection";
+import type { Playback } from "../core/playback";
+import type { Timeline } from "../core/timeline";
+import { h } from "../dom";
+import { colour, onTheme } from "../style/theme";
+
+/** A span of time [s]. */
+export interface Span {
+  low: number;
+  high: number;
+}
+
+export const PHASES = ["rest", "cruise", "accelerate", "decelerate", "blend"] as const;
+/** [s] of the timeline that are shown, one after the other. */
+export const ZOOMS = [Infinity, 60, 20, 5];
+const [AXIS, BAND, NAMES] = [15, 18, 16]; // [px] of the numbers, the phases, and the names of commands
+const DENSE = 3; // [px] between two commands, below which they are counted instead of named
+const BIN = 4; // [px] in which they are counted
+const MIN_NAME = 26; // [px] that a name needs at least
+const REDRAW = 100; // [ms] between two drawings at least
+const STEPS = [1, 2, 5, 10];
+
+/** What is in doubt of a timeline: times that are not confirmed, that were shown wrong, and of commands that failed. */
+export interface Doubts {
+  unconfirmed: number;
+  flagged: [number, number][];
+  late: { t: number; text: string }[];
+  untrue: { t: number; text: string }[];
+}
+
+/** Returns the first of the segments that ends after t. */
+export function segmentAt(timeline: Timeline, t: number): number {
+  let [low, high] = [0, timeline.segments.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (timeline.segments[middle].finish > t) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}
+
+/** A step of 1, 2 or 5 times a power of ten, so that a length has at most so many. */
+export function roundStep(length: number, most: number): number {
+  const power = 10 ** Math.floor(Math.log10(length / most));
+  return power * STEPS.find((step) => step * power * most >= length * (1 - 1e-9))!;
+}
+
+/** Returns what is shown of time: all, between round times, or the page of a zoom in which t is. */
+export function spanOf(playback: Playback, zoom: number, t: number): Span {
+  if (zoom !== Infinity) {
+    const low = Math.floor(t / zoom) * zoom;
+    return { low, high: low + zoom };
+  }
+  const high = Math.max(playback.end, playback.begin + 1);
+  const step = roundStep(high - playback.begin, 20);
+  return { low: Math.floor(playback.begin / step) * step, high: Math.ceil((high - 1e-9) / step) * step };
+}
+
+/** Returns the share of each phase in each of `columns` equal parts of a span: rows of PHASES; the rest is rest. */
+export function shares(timeline: Timeline, span: Span, columns: number): Float32Array {
+  const found = new Float32Array(columns * PHASES.length);
+  const scale = columns / (span.high - span.low);
+  for (let i = segmentAt(timeline, span.low); i < timeline.segments.length; i++) {
+    const segment = timeline.segments[i];
+    const phase = PHASES.indexOf(segment.phase as (typeof PHASES)[number]);
+    const from = Math.max((segment.start - span.low) * scale, 0);
+    const to = Math.min((segment.finish - span.low) * scale, columns);
+    if (from >= columns) break;
+    if (phase <= 0) continue;
+    for (let column = Math.floor(from); column < to; column++)
+      found[column * PHASES.length + phase] += Math.min(to, column + 1) - Math.max(from, column);
+  }
+  return found;
+}
+
+/** Returns when commands begin in a span, with their texts. */
+export function commandsIn(timeline: Timeline, span: Span): { t: number; text: string }[] {
+  const found = [];
+  for (let i = segmentAt(timeline, span.low); i < timeline.segments.length; i++) {
+    const { start, motion } = timeline.segments[i];
+    if (start >= span.high) break;
+    if (motion.text && start >= span.low && timeline.segments[i - 1]?.motion.number !== motion.number) found.push({ t: start, text: motion.text });
+  }
+  return found;
+}
+
+/** What the robot does at t: the text of the command, and its phase. */
+export function doingAt(timeline: Timeline, t: number): { text: string; phase: string } {
+  const [segment] = timeline.locate(t);
+  if (t < segment.start || t >= segment.finish || segment.phase === "rest") return { text: "at rest", phase: "rest" };
+  return { text: segment.motion.text || segment.motion.kind, phase: segment.phase };
+}
+
+function doubtsOf(shown: Shown): Doubts {
+  const { preview } = shown.source as { preview?: { unconfirmed(now: number): number; flagged: [number, number][]; expected: Message[] } };
+  const untrue: Message[] = shown.surveyed?.untrue ?? [];
+  return {
+    unconfirmed: preview?.unconfirmed(shown.now) ?? Infinity,
+    flagged: preview?.flagged ?? [],
+    late: (preview?.expected ?? []).filter((one) => one.refused !== undefined).map((one) => ({ t: one.issued, text: `${one.text}: ${one.refused}` })),
+    untrue: untrue.map((one) => ({ t: one.time, text: untrueText(one) })),
+  };
+}
+function untrueText({ signal, name, on, changed, command, place }: Message): string {
+  const given = command ? `${command} was given` : "a program went on";
+  return `${given} when ${name ? `${signal} (${name})` : signal} ${changed ? "came" : "was"} ${on ? "on" : "off"}; it no longer ${changed ? "does" : "is"}${place ? ` (${place})` : ""}`;
+}
+
+/** Makes the timeline as a strip: phases by colour, commands by name, what is in doubt; it is where time is sought. */
+export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }): void {
+  const canvas = h("canvas", { "aria-hidden": "true" });
+  const [cursor, present] = [h("div", { class: "cursor" }), h("div", { class: "present" })];
+  const tip = h("div", { class: "tip", hidden: true });
+  const strip = h("div", { class: "strip", role: "slider", tabindex: "0", "aria-label": "Time", "aria-orientation": "horizontal" }, canvas, present, cursor);
+  slot.append(strip, tip);
+  let shown: Shown | null = null;
+  let span: Span = { low: 0, high: 1 };
+  let doubts: Doubts = { unconfirmed: Infinity, flagged: [], late: [], untrue: [] };
+  let drawn = "";
+  let drawnAt = -REDRAW;
+  let told = "";
+  let width = 1;
+  let hovered: number | null = null;
+  const place = (t: number): number => ((t - span.low) / (span.high - span.low)) * width;
+  const timeAt = (x: number): number => span.low + (x / width) * (span.high - span.low);
+  new ResizeObserver(() => {
+    width = Math.max(strip.clientWidth, 1);
+    drawn = "";
+    app.wake();
+  }).observe(strip);
+  onTheme(() => {
+    drawn = "";
+    app.wake();
+  });
+
+  // --- seeking ---
+  const local = (event: PointerEvent): number => Math.min(Math.max(event.clientX - strip.getBoundingClientRect().left, 0), width);
+  let dragging = false;
+  strip.addEventListener("pointerdown", (event) => {
+    if (event.button) return;
+    dragging = true;
+    strip.setPointerCapture(event.pointerId);
+    app.playback.seek(timeAt(local(event)));
+  });
+  strip.addEventListener("pointermove", (event) => {
+    hovered = local(event);
+    if (dragging) app.playback.seek(timeAt(hovered));
+    showTip();
+  });
+  strip.addEventListener("lostpointercapture", () => (dragging = false));
+  strip.addEventListener("pointerleave", () => {
+    hovered = null;
+    showTip();
+  });
+  strip.addEventListener("focus", () => showTip());
+  strip.addEventListener("blur", () => showTip());
+  strip.addEventListener("keydown", (event) => {
+    const by = (event.shiftKey ? 0.05 : 0.005) * (span.high - span.low);
+    const to = { ArrowLeft: -by, ArrowDown: -by, ArrowRight: by, ArrowUp: by }[event.key];
+    if (to === undefined || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    app.playback.seek(app.playback.time + to);
+  });
+
+  /** Tells of the time under the pointer; of the time that is shown where the strip has the keyboard. */
+  function showTip(): void {
+    const focused = strip.matches(":focus-visible");
+    tip.hidden = !shown || (hovered === null && !focused);
+    if (tip.hidden || !shown) return;
+    const x = hovered ?? place(Math.min(Math.max(shown.t, span.low), span.high));
+    const near = (3 / width) * (span.high - span.low);
+    const begins = commandsIn(shown.timeline, { low: timeAt(x) - near, high: timeAt(x) + near });
+    const t = hovered !== null && begins.length === 1 && !dragging ? begins[0].t : timeAt(x);
+    const doing = doingAt(shown.timeline, t);
+    const lines = [`${t.toFixed(2)} s  ${doing.phase}`, begins.length > 1 ? `${begins.length} commands begin here, the first: ${begins[0].text}` : doing.text];
+    if (t >= doubts.unconfirmed) lines.push("not confirmed by the robot");
+    if (doubts.flagged.some(([begin, end]) => t >= begin - near && t <= end + near)) lines.push("something wrong was shown of this time");
+    for (const one of [...doubts.late, ...doubts.untrue]) if (Math.abs(one.t - t) < 2 * near) lines.push(one.text);
+    tip.replaceChildren(...lines.map((text) => h("div", { text })));
+    const at = strip.getBoundingClientRect();
+    const left = Math.min(Math.max(at.left + x - tip.offsetWidth / 2, 4), innerWidth - tip.offsetWidth - 4);
+    tip.style.transform = `translate(${Math.round(left)}px, ${Math.round(at.top - tip.offsetHeight - 6)}px)`;
+  }
+
+  // --- each moment ---
+  function show(now: Shown): void {
+    shown = now;
+    const { timeline, t } = now;
+    span = spanOf(app.playback, zoom.seconds, t);
+    doubts = doubtsOf(now);
+    const unconfirmed = Number.isFinite(doubts.unconfirmed) ? Math.round(place(doubts.unconfirmed)) : "";
+    const key = [timeline.number, timeline.version, timeline.first, timeline.segments.length, span.low, span.high, width, unconfirmed, doubts.flagged.length, doubts.late.length, doubts.untrue.map((one) => one.t)].join();
+    if (key !== drawn && performance.now() >= drawnAt + REDRAW) {
+      drawn = key;
+      drawnAt = performance.now();
+      draw(canvas, timeline, span, doubts, width);
+    } else if (key !== drawn) app.wake();
+    cursor.style.transform = `translateX(${place(Math.min(Math.max(t, span.low), span.high))}px)`;
+    present.style.transform = `translateX(${place(now.now)}px)`;
+    present.hidden = app.playback.following || now.now < span.low || now.now > span.high;
+    const text = `${t.toFixed(1)} s, ${doingAt(timeline, t).text}`;
+    if (text !== told) {
+      told = text;
+      for (const [name, to] of Object.entries({ valuemin: span.low.toFixed(1), valuemax: span.high.toFixed(1), valuenow: t.toFixed(1), valuetext: text })) strip.setAttribute(`aria-${name}`, to);
+      if (!tip.hidden) showTip();
+    }
+  }
+  app.add({ show } satisfies Part);
+}
+
+function draw(canvas: HTMLCanvasElement, timeline: Timeline, span: Span, doubts: Doubts, width: number): void {
+  const height = AXIS + BAND + NAMES;
+  const ratio = devicePixelRatio || 1;
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  canvas.style.height = `${height}px`;
+  const pen = canvas.getContext("2d")!;
+  pen.scale(ratio, ratio);
+  pen.font = `11px ${getComputedStyle(document.body).fontFamily}`;
+  pen.textBaseline = "middle";
+  const place = (t: number): number => ((t - span.low) / (span.high - span.low)) * width;
+  drawAxis(pen, span, width, place);
+  drawPhases(pen, shares(timeline, span, canvas.width), 1 / ratio, width);
+  drawDoubts(pen, doubts, span, width, place);
+  drawCommands(pen, commandsIn(timeline, span), width, place);
+  for (const [marks, property] of [[doubts.late, "--stop"], [doubts.untrue, "--warn"]] as const) {
+    pen.fillStyle = colour(property);
+    for (const { t } of marks) {
+      const x = place(t);
+      pen.fillRect(x - 1, AXIS - 3, 2, BAND + 6);
+      pen.beginPath();
+      pen.moveTo(x - 4, AXIS - 6);
+      pen.lineTo(x + 4, AXIS - 6);
+      pen.lineTo(x, AXIS + 1);
+      pen.fill();
+    }
+  }
+}
+
+function drawAxis(pen: CanvasRenderingContext2D, span: Span, width: number, place: (t: number) => number): void {
+  const step = roundStep(span.high - span.low, Math.max(width / 70, 2));
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  pen.fillStyle = colour("--muted");
+  for (let i = Math.ceil(span.low / step - 1e-9); i * step <= span.high + 1e-9; i++) {
+    const text = `${(i * step).toFixed(digits)}${i * step >= span.high - 1e-9 ? " s" : ""}`;
+    const half = pen.measureText(text).width / 2;
+    const x = place(i * step);
+    pen.textAlign = "center";
+    pen.fillText(text, Math.min(Math.max(x, half), width - half), AXIS / 2 - 1);
+    pen.fillRect(Math.min(x, width - 1), AXIS - 3, 1, 3);
+  }
+}
+
+/** Fills each column with the phases in it, one above the other; runs of columns with one phase in one piece. */
+function drawPhases(pen: CanvasRenderingContext2D, found: Float32Array, column: number, width: number): void {
+  pen.fillStyle = colour("--rest");
+  pen.fillRect(0, AXIS, width, BAND);
+  const n = PHASES.length;
+  const colours = PHASES.map((phase) => colour(`--${phase}`));
+  const columns = found.length / n;
+  for (let phase = 1; phase < n; phase++) {
+    pen.fillStyle = colours[phase];
+    for (let i = 0; i < columns; i++) {
+      const share = found[i * n + phase];
+      if (share < 0.01) continue;
+      let below = 0;
+      for (let other = 1; other < phase; other++) below += found[i * n + other];
+      let run = 1;
+      if (share > 0.99) while (i + run < columns && found[(i + run) * n + phase] > 0.99) run++;
+      const bottom = AXIS + BAND * (1 - Math.min(below, 1));
+      pen.fillRect(i * column, bottom - BAND * share, run * column, BAND * share);
+      i += run - 1;
+    }
+  }
+}
+
+function drawDoubts(pen: CanvasRenderingContext2D, doubts: Doubts, span: Span, width: number, place: (t: number) => number): void {
+  const hatch = (from: number, to: number, property: string, sign: number): void => {
+    pen.save();
+    pen.beginPath();
+    pen.rect(from, AXIS, Math.max(to - from, 3), BAND);
+    pen.clip();
+    pen.strokeStyle = colour(property);
+    pen.lineWidth = 3;
+    pen.beginPath();
+    for (let x = from - BAND - (from % 8); x < to + BAND; x += 8) {
+      pen.moveTo(x, sign > 0 ? AXIS + BAND : AXIS);
+      pen.lineTo(x + BAND, sign > 0 ? AXIS : AXIS + BAND);
+    }
+    pen.stroke();
+    pen.restore();
+  };
+  if (doubts.unconfirmed < span.high) hatch(Math.max(place(doubts.unconfirmed), 0), width, "--unconfirmed", 1);
+  for (const [begin, end] of doubts.flagged) if (begin < span.high && end > span.low) hatch(Math.max(place(begin), 0), Math.min(place(end), width), "--stop", -1);
+}
+
+/** Marks where commands begin, with their names as far as there is room; counts them where they are too many. */
+function drawCommands(pen: CanvasRenderingContext2D, commands: { t: number; text: string }[], width: number, place: (t: number) => number): void {
+  const top = AXIS + BAND;
+  if (commands.length * DENSE > width) {
+    const bins = new Uint32Array(Math.ceil(width / BIN));
+    let most = 1;
+    for (const { t } of commands) most = Math.max(most, ++bins[Math.min(Math.floor(place(t) / BIN), bins.length - 1)]);
+    pen.fillStyle = colour("--muted");
+    bins.forEach((count, i) => pen.fillRect(i * BIN, top + 2, BIN - 1, ((NAMES - 3) * count) / most));
+    return;
+  }
+  pen.textAlign = "left";
+  commands.forEach(({ t, text }, i) => {
+    const x = Math.round(place(t));
+    const room = (i + 1 < commands.length ? place(commands[i + 1].t) : width) - x - 7;
+    pen.fillStyle = colour("--ink");
+    pen.fillRect(x, AXIS, 1, BAND + 5);
+    if (room < MIN_NAME && pen.measureText(text).width > room) return;
+    pen.fillStyle = colour("--muted");
+    pen.fillText(shortened(pen, text, room), x + 4, top + NAMES / 2 + 1);
+  });
+}
+
+/** Returns a text, or as much of it as there is room for [px], with an ellipsis. */
+function shortened(pen: CanvasRenderingContext2D, text: string, room: number): string {
+  if (pen.measureText(text).width <= room) return text;
+  let letters = Math.min(text.length - 1, Math.floor(room / 4));
+  while (letters > 0 && pen.measureText(`${text.slice(0, letters)}…`).width > room) letters--;
+  return letters ? `${text.slice(0, letters)}…` : "";
+}
