@@ -6,7 +6,7 @@ import "./style/layout.css";
 const TABS = ["Programs", "Move", "Drag", "Signals"] as const;
 /** The places of the page in which panels are made. */
 export type Slot =
-  | "stop" | "drives" | "prompt" | "output" | "questions" | `tab:${(typeof TABS)[number]}` | "head"
+  | "stop" | "drives" | "prompt" | "output" | "questions" | "hint" | `tab:${(typeof TABS)[number]}` | "head"
   | "show" | "pose" | "curves" | "bar" | "strip" | "delays" | "notice" | "canvas" | "camera";
 
 /** A page on which a finger points, or that is small: its panels are a sheet with tabs. */
@@ -22,7 +22,7 @@ export function makeLayout(): (name: Slot) => HTMLElement {
   };
   const talk = h("section", { class: "talk", "aria-label": "Commands" },
     place("drives"), place("output", { role: "log", "aria-live": "polite", "aria-label": "What was said", tabindex: "0" }),
-    place("questions", { "aria-live": "assertive" }), place("prompt"));
+    place("hint"), place("questions", { "aria-live": "assertive" }), place("prompt"));
   const live = h("section", { class: "live", "aria-label": "Live pose" }, place("pose"));
   const curves = h("section", { class: "curves", "aria-label": "Curves" }, place("curves"));
   const panels = TABS.map((name) => panel(name, place(`tab:${name}`)));

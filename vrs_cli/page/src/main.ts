@@ -5,6 +5,8 @@ import { LiveSource } from "./core/source";
 import { makeLayout } from "./layout";
 import { makeScene } from "./scene/scene";
 import { makeDriving } from "./panels/driving";
+import { makeHint } from "./panels/notice";
+import { makeViewing } from "./panels/viewing";
 
 const fragment = new URLSearchParams(location.hash.slice(1));
 if (fragment.has("token")) {
@@ -20,8 +22,9 @@ const connection = new Connection(
 const end = connection.on("change", () => {
   end();
   const app = new App(new LiveSource(connection), connection);
-  document.title = app.source.title;
   const scene = makeScene(app, slot("canvas"));
-  makeDriving(app, slot, scene);
+  makeViewing(app, slot, scene);
+  const commands = makeDriving(app, slot, scene);
+  makeHint(app, slot("hint"), (line) => commands.type(line));
   Object.assign(window, { app, scene }); // for tests and the curious
 });

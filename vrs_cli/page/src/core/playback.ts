@@ -1,5 +1,7 @@
 import type { Source } from "./source";
 
+const LEAD = 1; // [s]
+
 /** The time that is shown: it follows the robot, or is played, or stands. */
 export class Playback {
   rate = 1;
@@ -15,8 +17,10 @@ export class Playback {
     this.at = source.timeline.begin;
   }
 
+  /** The first time that is shown [s]: of a robot that has stood for hours before, a second before its first motion. */
   get begin(): number {
-    return this.source.timeline.begin;
+    const { begin, segments } = this.source.timeline;
+    return this.source.passes && segments.length > 1 ? Math.max(begin, segments[1].start - LEAD) : begin;
   }
   /** The last time that can be shown [s]. */
   get end(): number {

@@ -1,4 +1,5 @@
 import { h } from "../dom";
+import { icon } from "../style/icons";
 import type { Action } from "./bar";
 
 const TYPED_IN = "input:not([type=checkbox], [type=range]), textarea, select, [contenteditable=true], .cm-editor";
@@ -11,8 +12,8 @@ const OWN: [string, string[]][] = [
 const SHOWN: Record<string, string> = { PageUp: "Page Up", PageDown: "Page Down" };
 
 /** Makes the keys of the page, a list of them (?), and the search for what can be done (Ctrl-K). */
-export function makeKeys(actions: Action[]): Action[] {
-  const list: Action = { label: "All keys", key: "?", icon: "keys", run: () => keys.showModal() };
+export function makeKeys(actions: Action[], slot: HTMLElement): void {
+  const list: Action = { label: "All keys", key: "?", run: () => keys.showModal() };
   const find: Action = { label: "Find by name", key: "Ctrl-K", run: () => openPalette() };
   const all = [...actions, list, find];
   const close = (dialog: () => HTMLDialogElement): HTMLElement => h("button", { type: "button", class: "button", text: "Close", onclick: () => dialog().close() });
@@ -61,6 +62,8 @@ export function makeKeys(actions: Action[]): Action[] {
   for (const dialog of [keys, palette]) dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(keys, palette);
 
+  slot.append(h("button", { type: "button", class: "button icon quiet keys-button", "aria-label": "Keys", title: "All keys (?); find by name: Ctrl-K", onclick: list.run }, icon("keys")));
+
   const byKey = new Map(all.map((action) => [action.key.toLowerCase(), action]));
   addEventListener("keydown", (event) => {
     const target = event.target instanceof Element ? event.target : document.body;
@@ -77,5 +80,4 @@ export function makeKeys(actions: Action[]): Action[] {
     event.preventDefault();
     action.run();
   });
-  return [list, find];
 }
