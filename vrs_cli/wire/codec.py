@@ -54,7 +54,7 @@ def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
     return to_json(message) if encoding is Encoding.JSON else _msgpack.encode(message)
 
 
-def mark_of(value: msgspec.Struct) -> str:
+def mark_of(value: object) -> str:
     """Return a short hash of a value: the same for equal values."""
     return blake2b(_msgpack.encode(value), digest_size=MARK).hexdigest()
 

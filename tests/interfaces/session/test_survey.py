@@ -232,6 +232,15 @@ def test_a_look_that_comes_many_times_a_second_is_no_deed(tmp_path: Path) -> Non
     assert "survey" not in deeds
 
 
+def test_lists_without_rows_have_different_marks(held: Supervisor) -> None:
+    held.type(".PROGRAM only()\n  TYPE 1\n.END\n", no_answer)
+    first = held.act(Survey())
+    held.say("DELETEP only", lambda _question: "Y")
+    after = held.act(Survey(known=first.marks))
+    assert after.programs is not None, "the empty list of places was known, that of programs was not"
+    assert after.programs.rows == ()
+
+
 def test_breakpoints_of_the_program_that_is_asked_for_are_told(held: Supervisor) -> None:
     held.type(MEMORY, no_answer)
     held.say("BPT pick, 1", no_answer)

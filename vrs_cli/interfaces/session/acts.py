@@ -217,7 +217,8 @@ def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
     branches, places = session.branches, _places(session)
     rows = tuple(islice(directory(session.programs), MOST_PROGRAMS))
     programs = ProgramList(len(session.programs) - len(rows), rows=rows)
-    marks = mark_of(places), mark_of(programs), "" if text is None else mark_of(text)
+    # the name is in it because two lists without rows look the same
+    marks = mark_of(("places", places)), mark_of(("programs", programs)), "" if text is None else mark_of(text)
     engine, settings = session.engine, session.engine.settings
     frames, speed = engine.frames, settings.speed.always
     return Surveyed(

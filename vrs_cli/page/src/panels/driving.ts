@@ -5,6 +5,7 @@ import type { Scene } from "../scene/scene";
 import "../style/driving.css";
 import { Commands } from "./commands";
 import { makeDrives } from "./drives";
+import { makePrograms } from "./programs";
 import { makePrompt } from "./prompt";
 import { makeQuestions } from "./questions";
 import { makeStop } from "./stop";
@@ -24,5 +25,8 @@ export function makeDriving(app: App, slot: (name: Slot) => HTMLElement, scene: 
   makeDrives(commands, slot("drives"));
   makeQuestions(commands, slot("questions"));
   makePrompt(commands, slot("prompt"));
+  app.add(makePrograms(commands, slot("tab:Programs")));
+  // a page that goes lets others drive at once, and itself, when it is loaded again
+  window.addEventListener("pagehide", () => connection.send({ type: "bye" }));
   return commands;
 }
