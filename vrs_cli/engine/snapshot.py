@@ -112,6 +112,14 @@ def fitted(
     return TimelineDelta(*delta[:6], keep, drop, delta.shift, segments, edit)
 
 
+def unfitted(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENTS) -> TimelineDelta:
+    """Return the delta of the whole timeline for one of its known part: the reverse of `fitted`."""
+    edit = delta.events
+    if edit is not None:
+        edit = edit._replace(keep=edit.keep + known.first - known.values)
+    return delta._replace(keep=delta.keep + first, events=edit)
+
+
 class TimelineReplaced(Struct, frozen=True):
     """The event that another timeline has taken the place of the one before, with these settings: the first event of
     every subscription, and that of BRANCH, MERGE and LOAD of a trajectory. It holds the timeline; who sends it on makes

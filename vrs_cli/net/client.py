@@ -50,6 +50,7 @@ MISTRUST = {  # hints by OpenSSL's number of a certificate error (openssl/x509_v
     62: "say the name that the certificate is for",
     64: "say the name that the certificate is for",
 }
+UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors of a connection that fails
 SAID = 100  # characters of a server's reason not to open a connection, at most
 SOONEST, LATEST = 0.1, 10.0  # [s] to wait before the second attempt, and at most
 
@@ -87,7 +88,7 @@ def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: 
     )
 
 
-def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:
+def tls_for(url: str, ca: Path | None) -> ssl.SSLContext | None:
     """The trusted certificates, for the address of a server with TLS; else None. Raises FileError."""
     if urlsplit(url).scheme != "wss":
         return None
@@ -97,6 +98,22 @@ def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:
         raise FileError(f"{ca} holds no certificate", "a file in PEM: -----BEGIN CERTIFICATE-----") from None
     except OSError as error:
         raise FileError(f"{ca} cannot be read: {reason(error)}") from None
+
+
+def dialled(url: str, tls: ssl.SSLContext | None) -> connect:
+    """Return the connection to a robot as a context, which is opened when it is entered. Raises one of UNREACHED then
+    if nobody answers.
+    """
+    return connect(
+        url,
+        ssl=tls,
+        proxy=None if urlsplit(url).hostname in LOOPBACK else True,
+        open_timeout=OPENING,
+        ping_interval=KEEPALIVE,
+        ping_timeout=SILENT,
+        close_timeout=CLOSING,
+        max_size=SERVER_BYTES,
+    )
 
 
 class Even:
@@ -131,7 +148,7 @@ class Client:
         self.url = address_of(url)
         self.far = FarEnd(hello, time.monotonic)
         self.told = told
-        self._tls, self._random = _tls(self.url, ca), Random()
+        self._tls, self._random = tls_for(self.url, ca), Random()
         self._stirred = Event()
         self._opened: Future[None]
         self._task: Task[None] | None = None
@@ -258,29 +275,17 @@ class Client:
         attempt, again = 0, True
         while again:
             try:
-                async with self._connect() as socket:
+                async with dialled(self.url, self._tls) as socket:
                     await self._dialogue(socket)
                 why = self.far.connection.why or "the connection was cut"
                 hint = A_ROBOT
-            except (OSError, WebSocketException, EOFError, UnicodeError, ImportError) as error:
-                why, hint = _no_answer(self.url, error)
+            except UNREACHED as error:
+                why, hint = no_answer(self.url, error)
             attempt = 1 if self.far.open else attempt + 1
             self.far.cut()
             again = self._goes_on(why, hint)
             if again:
                 await self._pause(waits(attempt, self._random))
-
-    def _connect(self) -> connect:
-        return connect(
-            self.url,
-            ssl=self._tls,
-            proxy=None if urlsplit(self.url).hostname in LOOPBACK else True,
-            open_timeout=OPENING,
-            ping_interval=KEEPALIVE,
-            ping_timeout=SILENT,
-            close_timeout=CLOSING,
-            max_size=SERVER_BYTES,
-        )
 
     async def _dialogue(self, socket: Socket) -> None:
         """Receive and send until the socket or the connection is closed."""
@@ -339,7 +344,7 @@ class Client:
         return refusal is None
 
 
-def _no_answer(url: str, error: Exception) -> tuple[str, str]:
+def no_answer(url: str, error: Exception) -> tuple[str, str]:
     """Return why a connection does not open, and a hint."""
     tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
     match error:

@@ -69,8 +69,10 @@ class FarEnd:
     robot, None where there is none.
     """
 
-    def __init__(self, hello: messages.Hello, wall: Callable[[], float]) -> None:
-        self.connection = ClientConnection(hello)
+    def __init__(
+        self, hello: messages.Hello, wall: Callable[[], float], connection: ClientConnection | None = None
+    ) -> None:
+        self.connection = connection or ClientConnection(hello)
         self.welcome: messages.Welcome | None = None
         self.mirror: Mirror | None = None
         self.preview: Preview | None = None
@@ -164,16 +166,21 @@ class FarEnd:
             request = structs.replace(request, issued=self.now)
         self.send(request)
         self._outlets[request.id] = outlet
-        if self._passes and self.preview is not None:
-            self.preview.forward = self.round_trip / 2.0  # it usually takes that long to arrive
-            match request:
-                case messages.At(act=Go() as go, issued=issued):
-                    with suppress(VrsError):  # what is no place: the robot says so
-                        move = move_of(go, self._times)
-                        self.preview.sent(request.id, move, self.now if issued is None else issued, go.text)
-                case _ if (text := changing(request)) is not None:
-                    self.preview.sent(request.id, None, self.now, text)
+        self.expect(request)
         return request.id
+
+    def expect(self, request: Request) -> None:
+        """Preview what a request that is on its way will change."""
+        if not self._passes or self.preview is None:
+            return
+        self.preview.forward = self.round_trip / 2.0  # it usually takes that long to arrive
+        match request:
+            case messages.At(act=Go() as go, issued=issued):
+                with suppress(VrsError):  # what is no place: the robot says so
+                    move = move_of(go, self._times)
+                    self.preview.sent(request.id, move, self.now if issued is None else issued, go.text)
+            case _ if (text := changing(request)) is not None:
+                self.preview.sent(request.id, None, self.now, text)
 
     def send(self, message: messages.ClientMessage) -> None:
         """Raises RequestRefused where there is no connection: what is not sent now is never sent."""
@@ -186,10 +193,14 @@ class FarEnd:
         if not self.open:
             raise self.no_connection
         if isinstance(message, messages.Drag) and self._passes:
-            issued = self.now
-            message = structs.replace(message, issued=issued)
-            self._wishes.sent(message.pose, issued)
+            message = structs.replace(message, issued=self.now)
+            self.expect_drag(message)
         self.connection.send(message)
+
+    def expect_drag(self, drag: messages.Drag) -> None:
+        """Note where the tool is wished, in a message that says when that was issued."""
+        if self._passes and drag.issued is not None:
+            self._wishes.sent(drag.pose, drag.issued)
 
     @property
     def no_connection(self) -> RequestRefused:

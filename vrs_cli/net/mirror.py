@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import KnownEvents, Snapshot, TimelineReplaced, fitted, last_values
+from vrs_cli.engine.snapshot import KnownEvents, Snapshot, TimelineReplaced, fitted, last_values, unfitted
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -145,6 +145,10 @@ class Mirror:
     def seq(self) -> int:
         """The number of the last change that is in the timeline."""
         return self._held.seq
+
+    def whole(self, delta: TimelineDelta) -> TimelineDelta:
+        """Return a delta of the known timeline as one of the robot's whole timeline."""
+        return unfitted(delta, self._held.first, self._held.known)
 
     @property
     def begins(self) -> float:

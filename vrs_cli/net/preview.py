@@ -33,7 +33,7 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Abort, At, Line
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.acts import Execute, FollowChunk, Redo, Say, Undo
 from vrs_cli.values.commands import Request
 from vrs_cli.values.diagnostics import LineRefused
@@ -60,12 +60,15 @@ class _ArrivalClock(VirtualClock):
 
 
 class PreviewPlan(Struct, frozen=True):
-    """The `known` timeline, and the `timeline` with all commands on their way; `settings`: after each of them."""
+    """The `known` timeline, and the `timeline` with all commands on their way, which is the known one after `deltas`;
+    `settings`: after each command.
+    """
 
     known: Timeline
     timeline: Timeline
     expected: tuple[Expected, ...] = ()
     settings: tuple[Settings, ...] = ()
+    deltas: tuple[TimelineDelta, ...] = ()
 
 
 class Preview:
@@ -158,7 +161,7 @@ class Preview:
             begin, refused = (engine.now, None) if it.request is None else self._begin(it.request, it.issued)
             expected.append(Expected(id, it.text, it.issued, begin, refused, it.request is not None))
             settings.append(engine.settings)
-        return PreviewPlan(known, engine.timeline, tuple(expected), tuple(settings))
+        return PreviewPlan(known, engine.timeline, tuple(expected), tuple(settings), tuple(engine.book.deltas))
 
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
         """Plan a command; return the time from which on it changes the timeline, or why the robot will refuse it."""
