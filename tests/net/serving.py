@@ -97,11 +97,12 @@ def serving(
 
 
 class Caller:
-    """Somebody who holds a robot from afar. `heard`: all that the server has said."""
+    """Somebody who holds a robot from afar. `heard`: all that the server has said; `frames`: as it came."""
 
     def __init__(self, address: str, hello: Hello, *, enter: bool = True, **options: Any) -> None:
         self.protocol = ClientConnection(hello)
         self.heard: list[ServerMessage] = []
+        self.frames: list[str | bytes] = []
         self._address, self._options = address, options
         self.socket: Socket
         self.connect()
@@ -128,7 +129,8 @@ class Caller:
         deadline = time.monotonic() + PATIENCE
         while True:
             assert time.monotonic() < deadline, self.heard[-5:]
-            for message in self.protocol.receive(self.socket.recv(timeout=PATIENCE)):
+            self.frames.append(self.socket.recv(timeout=PATIENCE))
+            for message in self.protocol.receive(self.frames[-1]):
                 self.heard.append(message)
                 if end(message):
                     return message

@@ -161,13 +161,17 @@ class FarEnd:
         """Send a request, made for an id; all that comes of it goes to the outlet, its end last. Raises RequestRefused
         where there is no connection.
         """
-        request = make(self.connection.next_id())
-        if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
-            request = structs.replace(request, issued=self.now)
+        request = self.dated(make(self.connection.next_id()))
         self.send(request)
         self._outlets[request.id] = outlet
         self.expect(request)
         return request.id
+
+    def dated(self, request: Request) -> Request:
+        """Return the request; a motion that does not say when it was issued was issued now."""
+        if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
+            return structs.replace(request, issued=self.now)
+        return request
 
     def expect(self, request: Request) -> None:
         """Preview what a request that is on its way will change."""

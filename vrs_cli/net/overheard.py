@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.interfaces.port.preview import Expected
 from vrs_cli.net import messages
@@ -141,13 +141,18 @@ class OverheardEnd(FarEnd):
         self.connection.begin_with(hello)
         self._told = None
 
-    def hear_page(self, message: ClientMessage) -> None:
-        """Hear a message that the page sends to the robot."""
+    def hear_page(self, message: ClientMessage) -> ClientMessage:
+        """Hear a message of the page, and return what to send to the robot: it says when a motion or a wish for a
+        dragged tool was issued.
+        """
         match message:
             case messages.Request():
+                message = self.dated(message)
                 self.expect(message)
-            case messages.Drag():
+            case messages.Drag(issued=issued) if self.mirror is not None:
+                message = structs.replace(message, issued=self.now if issued is None else issued)
                 self.expect_drag(message)
+        return message
 
     def hear_robot(self, frame: Frame) -> bool:
         """Hear a frame of the robot; return whether it is for the page too."""
@@ -174,7 +179,7 @@ class OverheardEnd(FarEnd):
 
     def _previewed(self, mirror: Mirror, preview: Preview) -> PreviewMessage:
         plan, motions, dragged = preview.plan, Motions(), self._dragged
-        follows = dragged is not None and dragged.issued == dragged.begin
+        follows = dragged is not None and dragged.begin is not None and dragged.begin <= self.heard
         expected = plan.expected if dragged is None or follows else (*plan.expected, dragged)
         return PreviewMessage(
             mirror.seq,

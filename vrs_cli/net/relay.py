@@ -191,8 +191,8 @@ class _Link:
                 case messages.Subscribe():
                     await self._robot.send(encode(self._subscribed(message), self._encoding))
                 case _:
-                    self._end.hear_page(message)
-                    await self._robot.send(frame)
+                    said = self._end.hear_page(message)
+                    await self._robot.send(frame if said is message else encode(said, self._encoding))
             await self._tell()
 
     def _subscribed(self, wanted: messages.Subscribe) -> messages.Subscribe:

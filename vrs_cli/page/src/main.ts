@@ -4,6 +4,7 @@ import { Connection } from "./core/connection";
 import { LiveSource } from "./core/source";
 import { makeLayout } from "./layout";
 import { makeScene } from "./scene/scene";
+import { makeDelays } from "./panels/delays";
 import { makeDriving } from "./panels/driving";
 import { makeHint } from "./panels/notice";
 import { makeViewing } from "./panels/viewing";
@@ -11,7 +12,7 @@ import { makeViewing } from "./panels/viewing";
 const fragment = new URLSearchParams(location.hash.slice(1));
 if (fragment.has("token")) {
   sessionStorage.setItem("token", fragment.get("token")!);
-  history.replaceState(null, "", location.pathname); // the secret leaves the address
+  history.replaceState(null, "", location.pathname + location.search); // the secret leaves the address
 }
 const robot = decodeURIComponent(location.pathname.replace(/^\/view\//, ""));
 const scheme = location.protocol === "https:" ? "wss" : "ws";
@@ -26,5 +27,6 @@ const end = connection.on("change", () => {
   makeViewing(app, slot, scene);
   const commands = makeDriving(app, slot, scene);
   makeHint(app, slot("hint"), (line) => commands.type(line));
+  app.add(makeDelays(app, slot("delays")));
   Object.assign(window, { app, scene }); // for tests and the curious
 });

@@ -1,14 +1,15 @@
 import type { Connection } from "./connection";
 import type { Model } from "./kinematics";
+import { Preview } from "./preview";
 import type { Timeline } from "./timeline";
 
 /** Where the page has its robot from: a connection, or a file. */
 export interface Source {
   readonly model: Model;
   readonly timeline: Timeline;
-  /** The timeline as it is expected to become, of a robot behind a delay. */
-  readonly predicted?: Timeline;
-  /** The robot's clock [s]; of a recording, its end. */
+  /** What is expected of a robot that is served; `timeline` is the predicted one. */
+  readonly preview?: Preview;
+  /** The time that is followed [s]: the robot's clock, or that clock as it is heard; of a recording, its end. */
   now(): number;
   /** Whether `now` goes on by itself. */
   readonly passes: boolean;
@@ -20,12 +21,16 @@ export interface Source {
 
 /** A robot that is served. */
 export class LiveSource implements Source {
-  constructor(private readonly connection: Connection) {}
+  readonly preview: Preview;
+
+  constructor(private readonly connection: Connection) {
+    this.preview = new Preview(connection);
+  }
   get model(): Model {
     return this.connection.welcome!.model;
   }
   get timeline(): Timeline {
-    return this.connection.timeline;
+    return this.preview.predicted;
   }
   get passes(): boolean {
     return this.connection.passes;
@@ -34,10 +39,10 @@ export class LiveSource implements Source {
     return this.connection.welcome!.robot;
   }
   now(): number {
-    return this.connection.now();
+    return this.preview.reported(this.connection.now());
   }
   onChange(changed: () => void): () => void {
-    const ends = (["change", "clock", "welcome", "state"] as const).map((topic) => this.connection.on(topic, changed));
+    const ends = (["change", "clock", "welcome", "state", "preview"] as const).map((topic) => this.connection.on(topic, changed));
     return () => ends.forEach((end) => end());
   }
 }

@@ -95,6 +95,12 @@ export class Timeline {
     return true;
   }
 
+  /** Returns a timeline with the same segments, which changes by itself. */
+  copy(): Timeline {
+    const own = { segments: [...this.segments], motions: new Map(this.motions) };
+    return Object.assign(new Timeline(), this, own);
+  }
+
   /** Returns the segment at t, and the time in it [s]. */
   locate(t: number): [Segment, number] {
     let low = 0;
