@@ -24,7 +24,7 @@ from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.hosted import SHELL, Hosted
+from vrs_cli.net.hosted import SHELL, Hosted
 from vrs_cli.view3d.parts import Shown
 
 SECONDS = 20.0  # of motion that are measured

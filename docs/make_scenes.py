@@ -33,7 +33,7 @@ from vrs_cli.kinematics.transform import Vector
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop
-from vrs_cli.view3d.hosted import SHELL, Hosted
+from vrs_cli.net.hosted import SHELL, Hosted
 from vrs_cli.view3d.parts import Shown, ShownPart
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.places import Reasons

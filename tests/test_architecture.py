@@ -64,7 +64,7 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
 LIVES_IN = {
     "lark": {"language/text/lalr.py"},
     "prompt_toolkit": {"repl"},
-    "websockets": {"net/client.py", "net/http.py", "net/pages.py", "net/server.py", "view3d/guard.py"},
+    "websockets": {"net/client.py", "net/http.py", "net/pages.py", "net/relay.py", "net/server.py", "view3d/guard.py"},
     "rich": {"render", "view3d/app.py", "view3d/studio.py"},
     "viser": {"view3d"},
     "mujoco": {"contacts/physics.py"},
@@ -118,7 +118,7 @@ DEFERRED = (
     ),
     Deferred(
         ("teach/classroom.py",),
-        ("vrs_cli.net", "vrs_cli.repl.connection", "vrs_cli.view3d.hosted"),
+        ("vrs_cli.net", "vrs_cli.repl.connection"),
         "few lessons have a robot that is served",
     ),
     Deferred(("repl/config.py",), ("tomllib",), "most shells have no such file"),

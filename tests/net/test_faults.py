@@ -231,7 +231,7 @@ ON_THE_WALL = {
     "files/recovery.py": "how old a file is",
     "net/server.py": "tokens end at a time of the calendar",
     "view3d/app.py": "since when the robot is not heard",
-    "view3d/hosted.py": "the audit of its own server",
+    "net/hosted.py": "the audit of its own server",
 }
 
 

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import asyncio
-import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import pytest
 from msgspec import convert
 from msgspec.json import decode
-from websockets.asyncio.server import serve
 from websockets.sync.client import connect
 
 from tests.live import PATIENCE, until
 from tests.net.serving import Caller, Serving, serving
 from tests.net.test_delayed_robot import behind
+from tests.net.test_served_shapes import URDF
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.net.hosted import LocalServer
 from vrs_cli.net.messages import At, Closing, Delta, Done, Drag, Hello, Line, Replaced, Subscribe, Welcome
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.overheard import LookAhead, PreviewMessage
@@ -35,23 +37,14 @@ HELLO = Hello((1,), SECRET, attended=True)
 @contextmanager
 def relayed(address: str, **options: object) -> Iterator[str]:
     """The address of a relay to the robot at an address."""
-    relay, told = Relay(address, SECRET, **options), list[str]()  # type: ignore[arg-type]
-    listens, stop = threading.Event(), threading.Event()
-
-    async def run() -> None:
-        async with serve(relay.serve, "127.0.0.1", 0, process_request=relay.mesh) as server:
-            told.append(f"127.0.0.1:{server.sockets[0].getsockname()[1]}")
-            listens.set()
-            await asyncio.get_running_loop().run_in_executor(None, stop.wait)
-
-    thread = threading.Thread(target=lambda: asyncio.run(run()))
-    thread.start()
-    assert listens.wait(PATIENCE)
+    told = list[str]()
+    relay = Relay(address, "cell1", SECRET, **options)  # type: ignore[arg-type]
+    server = LocalServer(secret=SECRET, relays={"cell1": relay}, tell=told.append)
     try:
-        yield f"ws://{told[0]}/robots/cell1"
+        yield f"{server.address}/robots/cell1"
     finally:
-        stop.set()
-        thread.join(PATIENCE)
+        server.close()
+    assert told == []
 
 
 class Page(Caller):
@@ -81,6 +74,14 @@ class Page(Caller):
         self.frames.append(self.socket.recv(timeout=PATIENCE))
         self.heard += self.protocol.receive(self.frames[-1])
         self.flush()
+
+
+def _got(address: str) -> tuple[int, bytes]:
+    try:
+        with urlopen(address) as answer:
+            return answer.status, answer.read()
+    except HTTPError as error:
+        return error.code, error.read()
 
 
 def predicted(mirror: Mirror, preview: PreviewMessage) -> Timeline:
@@ -275,3 +276,16 @@ def test_who_comes_back_after_a_cut_of_the_far_line_goes_on(tmp_path: Path) -> N
         assert welcome.life != life  # type: ignore[attr-defined]
         page.until(lambda message: isinstance(message, Replaced))
         page.leave()
+
+
+def test_meshes_pass_and_nothing_else_does(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    (tmp_path / "box.stl").write_bytes(trimesh.creation.box((0.1, 0.1, 0.1)).export(file_type="stl"))
+    (tmp_path / "one.urdf").write_text(URDF)
+    with serving(tmp_path, model=load_robot(str(tmp_path / "one.urdf"))) as it, relayed(it.address) as address:
+        with Page(address) as page:
+            mesh, *_ = [shape["glb"] for shape in page.heard[0].model["shapes"] if "glb" in shape]  # type: ignore[attr-defined]
+        local, far = (where.replace("ws:", "http:").removesuffix("/robots/cell1") for where in (address, it.address))
+        assert _got(local + mesh) == _got(far + mesh)
+        assert _got(f"{local}/robots/cell1/mesh/another.glb") == (404, b"there is no such mesh\n")
+        assert _got(f"{local}/robots/cell1/mesh/..%2f..%2f")[0] == 404

@@ -15,8 +15,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 if TYPE_CHECKING:
     import viser
 
+    from vrs_cli.net.hosted import Hosted
     from vrs_cli.view3d.app import App
-    from vrs_cli.view3d.hosted import Hosted
 
 collect_ignore_glob = [] if find_spec("viser") else ["test_*.py"]
 
@@ -34,7 +34,7 @@ def server() -> Iterator[viser.ViserServer]:
 @pytest.fixture
 def hosted(tmp_path: Path) -> Iterator[Hosted]:
     """A robot of this process."""
-    from vrs_cli.view3d.hosted import Hosted
+    from vrs_cli.net.hosted import Hosted
 
     hosted = Hosted(load_robot("puma560"), folder=tmp_path)
     yield hosted

@@ -27,13 +27,13 @@ from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
+from vrs_cli.net.hosted import SHELL, Hosted
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.values.acts import Define, Say, Survey
 from vrs_cli.values.results import Untrue
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
 from vrs_cli.view3d.panel_hand import HELD, RESTS, HeldButton, Slider, slider_range
 from vrs_cli.view3d.panel_line import EARLIER, LATER

@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from vrs_cli.language.run.signals import Cell
     from vrs_cli.net.client import Client
     from vrs_cli.net.far_end import Ahead
+    from vrs_cli.net.hosted import Hosted
     from vrs_cli.net.messages import ServerMessage
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.view3d.door import Door
-    from vrs_cli.view3d.hosted import Hosted
     from vrs_cli.view3d.window import RobotWindow
     from vrs_cli.world.world import World
 
@@ -345,7 +345,7 @@ def _afar(options: argparse.Namespace) -> Hold:
 
 def _hosted(options: argparse.Namespace, stack: ExitStack, model: RobotModel, cell: Cell | None) -> Hosted:
     """A new robot, in real time."""
-    from vrs_cli.view3d.hosted import Hosted
+    from vrs_cli.net.hosted import Hosted
 
     hosted = Hosted(model, rate=options.rate, folder=Path.cwd(), cell=cell, tell=teller(options.prog))
     stack.callback(hosted.close)
@@ -357,7 +357,7 @@ def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First
     Raises FileError, and what is wrong with the file.
     """
     from vrs_cli.interfaces.roles.supervisor import Supervisor
-    from vrs_cli.view3d.hosted import SHELL
+    from vrs_cli.net.hosted import SHELL
 
     source = read_source(options.url)
     found = cell_file(options, source)

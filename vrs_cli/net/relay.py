@@ -1,4 +1,4 @@
-"""The page of a robot that is served elsewhere, on this machine: a server of the page, and a relay of its connection.
+"""The connections of pages to a robot that is served elsewhere, through a server of this machine.
 
 Whoever knows the secret of the page's address may open a connection here. Each connection of a page has one to the
 robot, with the token of the robot, which stays here; so each page is a holder of its own. Frames pass unchanged, and
@@ -9,33 +9,30 @@ from __future__ import annotations
 
 import asyncio
 import hmac
-import re
 import time
 from contextlib import suppress
-from http import HTTPStatus
+from http.client import HTTPException
 from pathlib import Path
-from urllib.error import URLError
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 from urllib.request import BaseHandler, HTTPRedirectHandler, HTTPSHandler, ProxyHandler, build_opener
 
 from msgspec.structs import replace
 from websockets.asyncio.client import ClientConnection as RobotSocket
 from websockets.asyncio.server import ServerConnection as PageSocket
 from websockets.exceptions import ConnectionClosed
-from websockets.http11 import Request, Response
 
-from vrs_cli.errors import RequestRefused
+from vrs_cli.errors import NonexistentFile, RequestRefused
 from vrs_cli.net import messages
 from vrs_cli.net.client import LOOPBACK, OPENING, UNREACHED, address_of, dialled, no_answer, tls_for
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.overheard import LookAhead, OverheardEnd
 from vrs_cli.net.protocol import HELLO_BYTES, HELLO_SECONDS
+from vrs_cli.net.served_shapes import MESH
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.refusal import Refusal
 
 MAX_REMEMBERED = 20  # connections of pages that may come back after a cut
-MESH = re.compile(r"/robots/([^/]+)/mesh/[A-Za-z0-9_-]+\.glb")  # the address of a mesh
 MAX_MESH_BYTES = 100_000_000
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] between two looks at what is due
 
@@ -50,13 +47,14 @@ class _Direct(HTTPRedirectHandler):
 
 
 class Relay:
-    """Relays connections to the robot at `url`. `token`, `name`: as the server there is told. `secret`: what pages say
+    """Relays connections to `robot` at `url`. `token`, `name`: as the server there is told. `secret`: what pages say
     instead of the token. `window`: so many seconds of the past are asked for; None: as many as the page wants.
     """
 
     def __init__(
         self,
         url: str,
+        robot: str,
         secret: str,
         *,
         token: str = "",
@@ -65,41 +63,29 @@ class Relay:
         ahead: float | Ahead = Ahead.PRESENT,
         window: float | None = None,
     ) -> None:
-        self.url = address_of(url)
+        self.url, self.robot = address_of(url), robot
         self._tls = tls_for(self.url, ca)
         self._secret, self._token, self._name, self._ahead, self._window = secret, token, name, ahead, window
         self._ends: dict[str, OverheardEnd] = {}  # by the key of the connection, the oldest first
 
-    # --- meshes ---
-
-    async def mesh(self, socket: PageSocket, request: Request) -> Response | None:
-        """Answer a request for a mesh of the robot; None if it is not one. Who knows its address was let in before."""
-        path = urlsplit(request.path).path
-        if not MESH.fullmatch(path):
-            return None
-        try:
-            found = await asyncio.to_thread(self._fetched, path)
-        except (URLError, OSError, ValueError):
-            return socket.respond(HTTPStatus.NOT_FOUND, "there is no such mesh\n")
-        response = socket.respond(HTTPStatus.OK, "")
-        response.body = found
-        for key, value in (("Content-Type", "model/gltf-binary"), ("Content-Length", str(len(found)))):
-            del response.headers[key]
-            response.headers[key] = value
-        return response
-
-    def _fetched(self, path: str) -> bytes:
-        """Raises URLError, OSError, ValueError."""
-        there = urlsplit(self.url)
+    def mesh(self, file: str) -> bytes:
+        """Return a mesh of the robot by the last part of its address. In any thread. Raises NonexistentFile."""
+        there, robot = (
+            urlsplit(self.url),
+            urlsplit(self.url).path.rstrip("/") or f"/robots/{quote(self.robot, safe='')}",
+        )
         handlers: list[BaseHandler] = [_Direct()]
         handlers += [HTTPSHandler(context=self._tls)] if self._tls else []
         handlers += [ProxyHandler({})] if there.hostname in LOOPBACK else []
-        scheme = "https" if self._tls else "http"
-        with build_opener(*handlers).open(f"{scheme}://{there.netloc}{path}", timeout=OPENING) as answer:
-            found = answer.read(MAX_MESH_BYTES + 1)
+        address = f"{'https' if self._tls else 'http'}://{there.netloc}{robot}/{MESH}/{quote(file, safe='')}"
+        try:
+            with build_opener(*handlers).open(address, timeout=OPENING) as answer:
+                found = bytes(answer.read(MAX_MESH_BYTES + 1))
+        except (OSError, ValueError, HTTPException):
+            raise NonexistentFile(file) from None
         if len(found) > MAX_MESH_BYTES:
-            raise ValueError("too long")
-        return bytes(found)
+            raise NonexistentFile(file)
+        return found
 
     # --- connections ---
 
@@ -136,7 +122,7 @@ class Relay:
         try:
             async with dialled(self.url, self._tls) as robot:
                 end.begin(hello)
-                said = replace(hello, token=self._token, name=self._name or hello.name)
+                said = replace(hello, token=self._token, name=self._name or hello.name, robot=self.robot)
                 await robot.send(encode(said, Encoding.JSON))
                 link = _Link(page, robot, end, hello.format, self._window)
                 works = [asyncio.create_task(work) for work in (link.forward(), link.backward(), link.keep())]

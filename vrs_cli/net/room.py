@@ -81,6 +81,7 @@ class Room(ServedRobot):
         self._meter = Meter(plan.allowance, wall())
         self._ran = False
         self._watched_at = wall()  # when somebody held or watched the robot last
+        self._first_line = plan.first_line  # until a client has it
         self._paused_at: float | None = None  # since when it is paused because nobody does
         self._watch: Ticket[None] | None = None
         self._looked: object = None  # what users at a prompt were told last of what stands around it
@@ -112,7 +113,8 @@ class Room(ServedRobot):
             client.detach()
             before.flush()
         role = TEACHER if grant.teacher and grant.name else grant.role.title
-        said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant))
+        first, self._first_line = (self._first_line, "") if hello.attended else ("", self._first_line)
+        said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant), first_line=first)
         connection.welcome(said, client.delivery_log, now)
         link.flush()  # before the first that is told to all
         client.attach(link, hello)

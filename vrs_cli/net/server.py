@@ -6,13 +6,14 @@ import asyncio
 import logging
 import ssl
 import time
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from http import HTTPStatus
 from math import inf
 from socket import SO_SNDBUF, SOL_SOCKET
+from types import MappingProxyType
 from typing import Any, cast
 from urllib.parse import unquote
 
@@ -48,6 +49,7 @@ from vrs_cli.net.http import (
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.pages import ServedPage, refusal_of
 from vrs_cli.net.protocol import ServerConnection
+from vrs_cli.net.relay import Relay
 from vrs_cli.net.room import Hub, Room
 from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
@@ -65,6 +67,7 @@ MAX_REPORTED = 20  # internal errors that are told, each with a file
 PAUSE = 1.0  # [s] after an internal error that might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
 MOST_PARKED = 4_000_000  # bytes of waiting requests of one client, after which nothing more is read of it
+NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
 SHORT = 2.0  # [s] that a client has to close its connection
 
 
@@ -225,10 +228,16 @@ class _Link:
         task.add_done_callback(self._tasks.discard)
 
 
+def _named(socket: Socket) -> str:
+    """Return the robot that the address of a connection names, "" for none."""
+    path = "" if socket.request is None else path_of(socket.request)
+    return unquote(path.removeprefix(ROBOTS)).strip("/") if path.startswith(ROBOTS) else ""
+
+
 class Server:
     """Serves the robots of a hub. `tokens`: who may enter, None for everybody. `tell` takes messages for whoever runs
-    the server. `pages`: the page that browsers show, None for none. `opened`: functions that are called with every
-    robot that is served.
+    the server. `pages`: the page that browsers show, None for none. `relays`: those of robots that are served
+    elsewhere, by name. `opened`: functions that are called with every robot that is served.
     """
 
     hub: Hub
@@ -241,9 +250,10 @@ class Server:
         tokens: TokenFile | None,
         tell: Callable[[str], None],
         pages: ServedPage | None = None,
+        relays: Mapping[str, Relay] = NO_RELAYS,
     ) -> None:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
-        self._crowd = Crowd(allowance)
+        self._crowd, self._relays = Crowd(allowance), relays
         self._links: set[_Link] = set()
         self._looked = 0.0  # [s] when the tokens were looked at
         self._due: dict[str, asyncio.Event] = {}
@@ -333,15 +343,22 @@ class Server:
 
     def _mesh(self, name: str, file: str) -> bytes:
         """Return a mesh of a robot. Raises NonexistentFile, and what makes the mesh fail."""
-        room = self.hub.rooms.get(name)
-        if room is None:
-            raise NonexistentFile(file)
-        return room.shapes.glb(file)
+        if (relay := self._relays.get(name)) is not None:
+            return relay.mesh(file)
+        if (room := self.hub.rooms.get(name)) is not None:
+            return room.shapes.glb(file)
+        raise NonexistentFile(file)
 
     async def _served(self, socket: Socket) -> None:
         """Serve one connection from its begin to its end."""
         assert isinstance(socket, HttpSocket)
         socket.let_in()
+        if (relay := self._relays.get(_named(socket))) is not None:
+            try:
+                await relay.serve(socket)
+            except Exception as error:
+                self._report(error)
+            return
         connection = ServerConnection(time.monotonic(), self._allowance.message, BACKLOG)
         link = _Link(socket, connection, self._allowance)
         self._links.add(link)
@@ -449,9 +466,7 @@ class Server:
     @staticmethod
     def _wanted(link: _Link, hello: messages.Hello) -> str:
         """Return the robot of the address, or of the hello. Raises RequestRefused if they name different ones."""
-        request = link.socket.request
-        path = "" if request is None else path_of(request)
-        named = unquote(path.removeprefix(ROBOTS)).strip("/") if path.startswith(ROBOTS) else ""
+        named = _named(link.socket)
         if named and hello.robot and named != hello.robot:
             raise RequestRefused(f"the address says {named}, the client {hello.robot}", "name one robot")
         return named or hello.robot
@@ -513,11 +528,14 @@ class Server:
         try:
             act()
         except Exception as error:
-            self._internal_errors += 1
-            if self._internal_errors <= MAX_REPORTED:
-                self._tell(internal_error(error).text)
+            self._report(error)
             return False
         return True
+
+    def _report(self, error: Exception) -> None:
+        self._internal_errors += 1
+        if self._internal_errors <= MAX_REPORTED:
+            self._tell(internal_error(error).text)
 
     def _look_at_tokens(self) -> None:
         """Read the tokens again if their file has changed, and drop the users whose token has ended."""

@@ -19,7 +19,7 @@ from vrs_cli.teach.learn import Learner
 from vrs_cli.teach.lessons import Lesson
 
 if TYPE_CHECKING:
-    from vrs_cli.view3d.hosted import Hosted
+    from vrs_cli.net.hosted import Hosted
 
 T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
@@ -78,9 +78,9 @@ def _served(
 ) -> tuple[Hosted, Place]:
     """Serve the robot of a lesson in a folder of its own, behind a line with the delays that the lesson wants."""
     from vrs_cli.net.client import Client, hello_of
+    from vrs_cli.net.hosted import SHELL, Hosted
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
-    from vrs_cli.view3d.hosted import SHELL, Hosted
 
     folder = Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-")))
     realtime = None if lesson.delays is None else rate

@@ -1,0 +1,176 @@
+"""Servers of this process for one user of this machine: of a robot of this process, or of pages alone."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+import time
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.parse import quote
+
+from vrs_cli.errors import UsageError
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.run.signals import Cell
+from vrs_cli.net.audit import Audit
+from vrs_cli.net.client import LOOPBACK, Client, hello_of, reason_of
+from vrs_cli.net.limits import UNMEASURED, Allowance
+from vrs_cli.net.mirror import WINDOW
+from vrs_cli.net.pages import VIEW, ServedPage
+from vrs_cli.net.relay import Relay
+from vrs_cli.net.room import Hub, RobotFolders
+from vrs_cli.net.served_robot import Plan
+from vrs_cli.net.server import NO_RELAYS, ListenAddress, Server
+from vrs_cli.net.socket_port import Loop, SocketPort
+from vrs_cli.net.tokens import TokenFile, digest_of
+from vrs_cli.values.replies import Reply, StyledLine
+
+BROWSER, SHELL = "browser", "shell"  # who holds a robot, as all see them called
+STARTING = 10.0  # [s] until it listens
+SECRET_BYTES = 18  # random bytes of a secret
+HERE = ListenAddress("127.0.0.1", 0)
+
+
+def new_secret() -> str:
+    """Return a secret that nobody guesses."""
+    return secrets.token_urlsafe(SECRET_BYTES)
+
+
+def kept_secret(file: Path) -> str:
+    """Return the secret of a file that its owner alone may read, made if there is none; a new one each time where no
+    such file can be.
+    """
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with suppress(FileExistsError), open(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "w") as made:
+            made.write(new_secret())
+        return file.read_text().strip() or new_secret()
+    return new_secret()
+
+
+def checked_host(host: str) -> str:
+    """Return the address of this machine. Raises UsageError if others reach it."""
+    if host not in LOOPBACK:
+        raise UsageError(
+            f"--host {host}: the page is for this machine alone, as whoever opens it may drive the robot",
+            "others watch with vrs serve and vrs view ws://HOST, or over ssh -L",
+        )
+    return HERE.host if host == "localhost" else host  # a name may stand for two addresses, with a free port each
+
+
+class LocalServer:
+    """Serves in a thread of its own, for one user. `tokens`: by who they are for; the browser's is `secret`, if that is
+    not empty. `pages`, `relays`: as of `Server`. Raises UsageError where the address is taken.
+    """
+
+    def __init__(
+        self,
+        place: ListenAddress = HERE,
+        *,
+        secret: str = "",
+        pages: ServedPage | None = None,
+        relays: Mapping[str, Relay] = NO_RELAYS,
+        robots: Mapping[str, RobotModel] | None = None,
+        plan: Plan | None = None,
+        tell: Callable[[str], None] = lambda _text: None,
+    ) -> None:
+        self._left = ExitStack()
+        try:
+            self.folder = Path(self._left.enter_context(TemporaryDirectory(prefix="vrs-")))
+            self.tokens = {BROWSER: secret or new_secret(), SHELL: new_secret()}
+            rows = (f'[[token]]\nname = "{name}"\nsha256 = "{digest_of(it).hex()}"' for name, it in self.tokens.items())
+            tokens = self.folder / "tokens.toml"
+            tokens.write_text("\n".join(rows))
+            robots, allowance, audit = robots or {}, Allowance(folder=UNMEASURED), Audit(None, time.time, tell)
+            server = Server(place, allowance, audit, TokenFile(tokens, robots), tell, pages, relays)
+            plan = plan or Plan(load_robot("puma560"), self.folder)
+            self.hub = Hub(robots, RobotFolders(None, plan.folder, only=True), plan, audit, server.wake, tell)
+            self.hub.open_all()
+            self._left.callback(self.hub.close)
+            self.address = self._served(server, place)
+        except BaseException:
+            self._left.close()
+            raise
+
+    def _served(self, server: Server, place: ListenAddress) -> str:
+        loop, stop, address = Loop(), asyncio.Event(), asyncio.Queue[str | OSError]()
+        self._left.callback(loop.close)
+
+        async def run() -> None:
+            try:
+                await server.run(self.hub, address.put_nowait, stop)
+            except OSError as error:
+                address.put_nowait(error)
+
+        running = loop.begin(run())
+        self._left.callback(running.result, STARTING)
+        self._left.callback(loop.soon, stop.set)
+        found = loop.wait(address.get(), STARTING)
+        if isinstance(found, OSError):
+            raise UsageError(f"{place.host}:{place.port}: {reason_of(found)}", "name another --port")
+        return found
+
+    def page(self, name: str, query: str = "") -> str:
+        """Return the address of a page, which has the secret."""
+        return (
+            f"{self.address.replace('ws', 'http', 1)}{VIEW}{quote(name, safe='')}{query}#token={self.tokens[BROWSER]}"
+        )
+
+    def close(self) -> None:
+        """Stop serving; the files of a robot stay in their folder."""
+        self._left.close()
+
+
+class Hosted(LocalServer):
+    """Serves one robot, in `folder`, which is its own if there is none. `url` and `tokens` are what it takes to hold
+    it; who does is one user, and does not have to let himself drive. `rate`: seconds of its time in one second, None
+    for virtual time; `cell`: what is around it. `first_line`: what the first page carries out, as if its user had typed
+    it. `styled`: as of `Plan`. `session` is changed in the robot's thread alone: `session.actor.call`.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        place: ListenAddress = HERE,
+        *,
+        rate: float | None = 1.0,
+        folder: Path | None = None,
+        cell: Cell | None = None,
+        first_line: str = "",
+        styled: Callable[[Reply, int], Iterable[StyledLine]] = lambda _reply, _columns: (),
+        secret: str = "",
+        pages: ServedPage | None = None,
+        tell: Callable[[str], None] = lambda _text: None,
+    ) -> None:
+        own = ExitStack()
+        here = folder or Path(own.enter_context(TemporaryDirectory(prefix="vrs-")))
+        allowance = Allowance(folder=UNMEASURED)
+        plan = Plan(
+            model,
+            here,
+            realtime=rate,
+            allowance=allowance,
+            one_user=True,
+            cell=cell,
+            styled=styled,
+            first_line=first_line,
+        )
+        with own:
+            super().__init__(place, secret=secret, pages=pages, robots={model.name: model}, plan=plan, tell=tell)
+            self._left.push(own.pop_all())
+        self.session = self.hub.rooms[model.name].session
+        self.url = f"{self.address}/robots/{quote(model.name, safe='')}"
+        self.model = model
+
+    def hold(self, told: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
+        """Take hold of it. Raises RequestRefused."""
+        hello = hello_of(self.tokens[who], attended=who == BROWSER)
+        return SocketPort.connect(self.url, hello, told=told, window=WINDOW)
+
+    def client(self, *, attended: bool) -> Client:
+        """A client for a shell, which is to be opened."""
+        return Client(self.url, hello_of(self.tokens[SHELL], attended=attended))
