@@ -22,9 +22,9 @@ from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net.hosted import SHELL, Hosted
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
-from vrs_cli.net.hosted import SHELL, Hosted
 from vrs_cli.view3d.parts import Shown
 
 SECONDS = 20.0  # of motion that are measured

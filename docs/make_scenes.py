@@ -30,10 +30,10 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
+from vrs_cli.net.hosted import SHELL, Hosted
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop
-from vrs_cli.net.hosted import SHELL, Hosted
 from vrs_cli.view3d.parts import Shown, ShownPart
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.places import Reasons
