@@ -4,10 +4,13 @@ import type { Slot } from "../layout";
 import type { Scene } from "../scene/scene";
 import "../style/driving.css";
 import { Commands } from "./commands";
+import { makeDrag } from "./drag";
 import { makeDrives } from "./drives";
+import { makeMove } from "./move";
 import { makePrograms } from "./programs";
 import { makePrompt } from "./prompt";
 import { makeQuestions } from "./questions";
+import { makeSignals } from "./signals";
 import { makeStop } from "./stop";
 import { Transcript } from "./transcript";
 
@@ -25,7 +28,10 @@ export function makeDriving(app: App, slot: (name: Slot) => HTMLElement, scene: 
   makeDrives(commands, slot("drives"));
   makeQuestions(commands, slot("questions"));
   makePrompt(commands, slot("prompt"));
-  app.add(makePrograms(commands, slot("tab:Programs")));
+  app.add(
+    makePrograms(commands, slot("tab:Programs")), makeMove(commands, slot("tab:Move")),
+    makeDrag(commands, slot("tab:Drag"), scene.gizmo), makeSignals(commands, slot("tab:Signals")),
+  );
   // a page that goes lets others drive at once, and itself, when it is loaded again
   window.addEventListener("pagehide", () => connection.send({ type: "bye" }));
   return commands;

@@ -1,0 +1,158 @@
+import type { Part } from "../app";
+import type { Message } from "../core/connection";
+import type { Joint } from "../core/kinematics";
+import type { Transform } from "../core/transform";
+import { h } from "../dom";
+import type { Gizmo } from "../scene/gizmo";
+import type { Commands } from "./commands";
+
+const MIN_PERIOD = 0.02; // [s] between two wishes
+const REPEATED = 0.1; // [s] after which a wish that stays is said again: the robot knows that the hand is there
+const VISIBLE = 5e-4; // [m] that a tool is away from its wish, to be told
+
+/** Says what keeps the tool from a wish, as `Hold.said` of vrs_cli/values/hand.py. */
+export function heldText(held: Message | undefined, joints: Joint[]): string {
+  const said = ((held?.holds ?? []) as Message[]).map(({ limit, joint = 0, end, which = "" }) => {
+    switch (limit) {
+      case "joint": {
+        const { kind, lower, upper } = joints[joint - 1];
+        const value = end === "lower" ? lower : upper;
+        const slides = kind === "prismatic";
+        return `JT${joint} is at its ${end} limit, ${((slides ? 1000 : 180 / Math.PI) * value).toFixed(1)} ${slides ? "mm" : "deg"}`;
+      }
+      case "reach":
+        return `out of reach${which === "far" ? ": too far" : which === "close" ? ": too close" : ""}`;
+      case "singularity":
+        return `near the ${which} singularity${joint ? `: JT${joint} is as fast as it may be` : ""}`;
+      case "contact":
+        return `it stops before a contact: ${which}`;
+      default:
+        return `JT${joint} is as fast as it may be`;
+    }
+  });
+  const away = held?.away ?? 0;
+  return said.join("; ") + (away >= VISIBLE ? ` (${(1000 * away).toFixed(0)} mm away)` : "");
+}
+
+/** Makes the tab in which the tool is dragged: the gizmo's axes, what holds the tool back, places and recording. */
+export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): Part | void {
+  if (!commands.moves) return;
+  const { connection, app } = commands;
+  const joints = connection.welcome!.model.joints;
+  let wish: Transform | null = null;
+  let sentAt = -Infinity;
+  let timer = 0;
+  let pulled: Message = {};
+
+  function send(): void {
+    clearTimeout(timer);
+    sentAt = performance.now() / 1000;
+    connection.send({ type: "drag", ...(wish ? { pose: [...wish] } : {}) });
+    if (wish) timer = window.setTimeout(send, 1000 * REPEATED);
+  }
+  gizmo.onDrag = (to) => {
+    if (!commands.open) return; // what is dragged without a connection is dropped
+    const began = !wish && to;
+    if (began) send(); // what a cut has broken off is let go only now
+    if (!to && wish) send(); // the last wish, before the tool is let go
+    wish = to;
+    const wait = sentAt + MIN_PERIOD - performance.now() / 1000;
+    clearTimeout(timer);
+    if (!to || began || wait <= 0) send();
+    else timer = window.setTimeout(send, 1000 * wait);
+  };
+  connection.on("pulled", ({ state }) => {
+    if (state.why && pulled.by === commands.name) commands.note(`The tool is let go: ${state.why}`);
+    pulled = state;
+    app.wake();
+  });
+  connection.on("state", () => {
+    if (commands.open) return;
+    clearTimeout(timer);
+    wish = null;
+    pulled = {};
+    gizmo.drop();
+  });
+
+  // --- the tab ---
+
+  const on = h("input", { type: "checkbox", checked: true });
+  const group = <T extends string>(label: string, names: Record<T, string>, get: () => T, set: (to: T) => void): HTMLElement => {
+    const entries = Object.entries(names) as [T, string][];
+    const buttons = entries.map(([name, text]) => h("button", { class: "button", type: "button", text, "aria-pressed": String(name === get()), onclick: () => {
+      set(name);
+      buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(entries[i][0] === name)));
+      app.wake();
+    } }));
+    return h("div", { class: "row" }, h("span", { class: "label", text: label }), h("div", { class: "group", role: "group", "aria-label": label }, ...buttons));
+  };
+  const why = h("div", { class: "note drag-why", role: "status" });
+  const name = h("input", { class: "field code", value: "part", "aria-label": "Name", autocomplete: "off" });
+  const record = h("button", { class: "button", type: "button", onclick: () => void toggle() });
+  let began: number | null = null;
+  const nameGiven = (): string => {
+    if (!name.value.trim()) commands.note("A place or a program without a name: give it a name first", "error");
+    return name.value.trim();
+  };
+  async function toggle(): Promise<void> {
+    const given = nameGiven();
+    if (!given) return;
+    if (began === null) {
+      began = connection.now();
+      commands.note(`Recording ${given}: drag the tool, or move it in any other way`);
+      return label();
+    }
+    const act = { kind: "RecordProgram", name: given, begin: began, end: connection.now() };
+    began = null;
+    label();
+    const end = await commands.act(act);
+    if (end.found) commands.note(`${given} is in memory: EXECUTE ${given}, LISTP ${given}, STORE ${given}`);
+  }
+  function label(): void {
+    record.textContent = began === null ? "Record a program" : "End the program";
+    record.title = "Of what is moved, under this name";
+    record.setAttribute("aria-pressed", String(began !== null));
+  }
+  label();
+  const here = h("button", { class: "button", type: "button", text: "HERE", title: "Keep the place under this name", onclick: () => {
+    const given = nameGiven();
+    if (given) void commands.command(`HERE ${given}`);
+  } });
+  const panel = h("div", { class: "stack drag" },
+    h("label", { class: "switch", title: "Key G" }, on, "Arrows at the tool (G)"),
+    group("Axes", { tool: "Tool", world: "World" }, () => gizmo.axes, (to) => (gizmo.axes = to)),
+    group("Drag", { both: "Both", move: "Move", turn: "Turn" }, () => gizmo.motions, (to) => (gizmo.motions = to)),
+    why,
+    commands.supervises ? h("div", { class: "row" }, h("label", { class: "label" }, "Name ", name), here, record) : "");
+  const others = h("p", { class: "note", text: "Who drives drags the tool." });
+  slot.append(panel, others);
+  on.addEventListener("change", () => app.wake());
+  window.addEventListener("keydown", (event) => {
+    const typing = (event.target as HTMLElement).closest("input, textarea, select, [contenteditable]");
+    if (event.key.toLowerCase() !== "g" || event.ctrlKey || event.metaKey || event.altKey || typing) return;
+    on.checked = !on.checked;
+    app.wake();
+  });
+
+  let drawn = "";
+  return {
+    show(): void {
+      const ours = ["", undefined, commands.name].includes(pulled.by);
+      const enabled = on.checked && commands.mayDrive && ours && (app.playback.following || gizmo.dragged);
+      if (gizmo.enabled !== enabled) {
+        gizmo.enabled = enabled;
+        app.wake();
+      }
+      panel.hidden = !commands.mayDrive;
+      others.hidden = commands.mayDrive;
+      const held = app.playback.following || gizmo.dragged ? (pulled.held as Message | undefined) : undefined;
+      const text = heldText(held, joints);
+      const joint = (held?.holds as Message[] | undefined)?.find(({ limit }) => limit === "joint")?.joint ?? 0;
+      const state = JSON.stringify([text, joint, ours]);
+      if (state === drawn) return;
+      drawn = state;
+      gizmo.showHeld(text, joint);
+      why.textContent = text || (ours ? "The tool follows the arrows, as far as all limits let it." : "Somebody else drags the tool.");
+    },
+  };
+}
