@@ -2,12 +2,14 @@ import * as THREE from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
 import type { Transform } from "../core/transform";
 import { multiply, inverse } from "../core/transform";
+import { AXES } from "./colours";
 import { matrixOf } from "./figure";
 import type { Labels } from "./labels";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
 const AGAIN = 100; // [ms] after which a wish that stays is said again: the robot knows that the hand is there
+const LIT_COLOUR = "#f0a020"; // of an arrow under the pointer
 const LIT = 0.09; // of the reach: the ball at a joint that is at its limit
 const [STEP, TURN] = [0.005, Math.PI / 90]; // [m, rad] of a key; a tenth of it with Shift
 const [SIZE, TOUCH_SIZE] = [0.85, 1.25]; // of the arrows: their targets have 24 px, 44 where fingers point
@@ -48,6 +50,7 @@ export class Gizmo {
     made.setMode(mode);
     made.attach(this.proxy);
     made.enabled = false;
+    made.setColors(AXES[0], AXES[1], AXES[2], LIT_COLOUR);
     made.showXYZE = made.showE = false; // a ring square to the view is taken by mistake for one of the axes
     const fingers = matchMedia("(pointer: coarse)").matches;
     made.setSize((fingers ? TOUCH_SIZE : SIZE) * (mode === "rotate" ? 1 : 0.8));
@@ -91,11 +94,12 @@ export class Gizmo {
   /** The arrows are not taken while a ring is under the pointer, and the other way round. */
   private oneAtATime(active: TransformControls): void {
     const other = active === this.move ? this.turn : this.move;
-    if (!this.dragged) other.enabled = this.seen(other) && active.axis === null;
+    if (!this.dragged) other.enabled = other.getHelper().visible && active.axis === null;
   }
 
-  private seen(control: TransformControls): boolean {
-    return control.getHelper().visible;
+  /** Whether it is in the picture. */
+  get seen(): boolean {
+    return this.enabled || this.dragged;
   }
 
   private take(): void {
@@ -160,7 +164,7 @@ export class Gizmo {
   show({ T_world_tool, T_world_robot, frames }: InWorld): void {
     this.tool = T_world_tool;
     for (const [control, other] of [[this.move, "turn"], [this.turn, "move"]] as const) {
-      const on = (this.enabled || this.dragged) && this.kind !== other;
+      const on = this.seen && this.kind !== other;
       const helper = control.getHelper();
       if (helper.visible === on) continue;
       helper.visible = control.enabled = on;

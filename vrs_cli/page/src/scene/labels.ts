@@ -50,7 +50,7 @@ export class Labels {
   set(key: string, kind: LabelKind, text: string, [x, y, z]: ArrayLike<number> & Iterable<number>): void {
     let label = this.all.get(key);
     if (!label) {
-      label = { element: h("div", { class: `label ${kind}` }), kind, at: new THREE.Vector3(), width: -1, height: 0, shown: "" };
+      label = { element: h("div", { class: `label ${kind} out` }), kind, at: new THREE.Vector3(), width: -1, height: 0, shown: "" };
       this.layer.append(label.element);
       this.all.set(key, label);
     }
@@ -82,8 +82,12 @@ export class Labels {
       return { x: before ? ((point.x + 1) / 2) * width : -Infinity, y: ((1 - point.y) / 2) * height, width: label.width, height: label.height };
     });
     arrange(seen, width, height).forEach((at, i) => {
-      const shown = at ? `translate(${Math.round(at[0])}px,${Math.round(at[1])}px)` : "translate(-10000px,0)";
-      if (shown !== order[i].shown) order[i].element.style.transform = order[i].shown = shown;
+      const shown = at ? `${Math.round(at[0])}px,${Math.round(at[1])}px` : "";
+      if (shown === order[i].shown) return;
+      const { element } = order[i];
+      element.classList.toggle("out", !at);
+      element.style.transform = at ? `translate(${shown})` : "";
+      order[i].shown = shown;
     });
   }
 }

@@ -168,6 +168,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
       }
       stage.change(true);
     }
+    triads.tool.visible = framed && !gizmo.seen;
     for (const part of [path, places, reasons, goal, ranges, gizmo, branches, boundary]) part?.show(here);
     prediction.show(here, app.playback.following);
     stage.draw(app.playback.moves);

@@ -12,7 +12,9 @@ const FIELD = 0.66; // [rad] of view, from top to bottom: as a lens of 50 mm see
 const MARGIN = 1.12; // around the arm in the picture
 const KEY = new THREE.Vector3(0.45, -0.28, 0.85).normalize(); // towards the lamp: behind the robot's right shoulder, from above
 const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
-const FIRST_OF_SOFTWARE = 2; // quality at which a machine without a GPU begins
+const FIRST_OF_SOFTWARE = 3; // quality at which a machine without a GPU begins
+const REST = 350; // [ms] without a change after which a picture without antialiasing is drawn once more with more pixels
+const STILL = 2; // pixels of such a picture for one of CSS
 
 /** The sides of the picture that panels cover [px]. */
 export interface Insets {
@@ -39,20 +41,22 @@ export class Stage {
   readonly beforeDraw = new Set<() => void>();
   readonly onPaint = new Set<(colours: Palette) => void>();
   private renderer!: THREE.WebGLRenderer;
-  private readonly lamp = new THREE.DirectionalLight(0xffffff, 1.9);
-  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.7);
-  private readonly fill = new THREE.DirectionalLight(0xffffff, 0.5);
+  private readonly lamp = new THREE.DirectionalLight(0xffffff, 1.7);
+  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.9);
+  private readonly fill = new THREE.DirectionalLight(0xffffff, 0.8);
   private readonly quality = new QualityControl();
   private insets: Insets = { top: 0, right: 0, bottom: 0, left: 0 };
   private dirty = true;
   private followed = false;
+  private still = false;
+  private timer = 0;
 
   /** `reach`, `foot`: how far the arm reaches, and the height on which it stands [m]. `wake` asks for one picture. */
   constructor(slot: HTMLElement, readonly reach: number, foot: number, private readonly wake: () => void) {
     slot.append(this.view);
     this.floor = new Floor(reach, foot);
     this.lamp.position.copy(KEY).multiplyScalar(4 * reach);
-    this.fill.position.set(-1, 2, 1);
+    this.fill.position.set(0.6, 1, 0.35); // beside who looks at the robot
     Object.assign(this.lamp.shadow.camera, { left: -1.6 * reach, right: 1.6 * reach, top: 1.6 * reach, bottom: -1.6 * reach, near: 0.5 * reach, far: 8 * reach });
     this.lamp.shadow.mapSize.set(1024, 1024);
     this.lamp.shadow.bias = -0.0005;
@@ -88,11 +92,28 @@ export class Stage {
       return;
     }
     this.dirty = false;
+    if (this.still) this.setRatio();
     for (const prepare of this.beforeDraw) prepare();
     this.renderer.render(this.scene, this.camera);
     this.pictures++;
     if (this.quality.drawn(performance.now(), this.followed)) this.refine();
     this.followed = moves;
+    window.clearTimeout(this.timer);
+    if (!this.quality.quality.antialias) this.timer = window.setTimeout(() => this.drawStill(), REST);
+  }
+
+  /** Draws a picture that stays with more pixels, which the browser makes smooth. */
+  private drawStill(): void {
+    if (this.dirty || document.hidden) return;
+    this.setRatio(STILL);
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Sets how many pixels there are for one of CSS: those of the quality, or those of a picture that stays. */
+  private setRatio(still = 0): void {
+    this.still = still > 0;
+    this.renderer.setPixelRatio(still || Math.min(devicePixelRatio, this.quality.quality.ratio));
+    this.renderer.setSize(this.width, this.height, false);
   }
 
   /** The quality of the picture, 0 the finest: for tests and measurements. */
@@ -140,14 +161,19 @@ export class Stage {
 
   /** Frees what the graphics card holds. */
   dispose(): void {
+    window.clearTimeout(this.timer);
     this.renderer.dispose();
     this.view.remove();
   }
 
   /** Makes a canvas; its antialiasing cannot be changed later, so that another quality may need another one. */
   private makeRenderer(): void {
-    const make = (): THREE.WebGLRenderer =>
-      new THREE.WebGLRenderer({ antialias: this.quality.quality.antialias, stencil: true, powerPreference: "low-power" });
+    const make = (): THREE.WebGLRenderer => {
+      const canvas = document.createElement("canvas");
+      // three.js itself asks for a canvas with alpha, which browsers then blend with what is below it
+      const context = canvas.getContext("webgl2", { alpha: false, antialias: this.quality.quality.antialias, stencil: true, powerPreference: "low-power" });
+      return new THREE.WebGLRenderer({ canvas, context: context ?? undefined });
+    };
     const first = !this.renderer;
     this.renderer?.dispose();
     this.renderer?.domElement.remove();
@@ -195,8 +221,7 @@ export class Stage {
     const { clientWidth: width, clientHeight: height } = this.view;
     if (!width || !height) return;
     [this.width, this.height] = [width, height];
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, this.quality.quality.ratio));
-    this.renderer.setSize(width, height, false);
+    this.setRatio();
     this.renderer.setClearColor(this.colours.background);
     const { top, right, bottom, left } = this.insets;
     this.camera.aspect = width / height;
