@@ -58,7 +58,8 @@ export class Stage {
     this.lamp.position.copy(KEY).multiplyScalar(4 * reach);
     this.fill.position.set(0.6, 1, 0.35); // beside who looks at the robot
     Object.assign(this.lamp.shadow.camera, { left: -1.6 * reach, right: 1.6 * reach, top: 1.6 * reach, bottom: -1.6 * reach, near: 0.5 * reach, far: 8 * reach });
-    this.lamp.shadow.mapSize.set(1024, 1024);
+    this.lamp.shadow.mapSize.set(2048, 2048);
+    this.lamp.shadow.radius = 4;
     this.lamp.shadow.bias = -0.0005;
     this.lamp.castShadow = true;
     this.floor.root.add(this.lamp, this.lamp.target);
