@@ -131,14 +131,32 @@ class Checker:
         """Return the owners that touch at looks every `LOOK` seconds between two times [s], whatever they touched
         before. The hand may touch a part that it holds, or could take, when its motion begins or ends.
         """
+        return {owner for one in self.touches(timeline, begin, end, course) for owner in one.owners}
+
+    def touches(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> list[OwnersTouch]:
+        """Return what touches when between two times [s], to `LOOK` seconds, whatever it touched before. The hand may
+        touch a part that it holds, or could take, when the motion under way at `begin` begins or ends.
+        """
         ends = start_before(timeline, begin), finish_after(timeline, begin)
         near = [] if course is None else [name for t in ends for name in (course.held(t), course.graspable(t))]
         taken = frozenset(name for name in near if name is not None)
-        found = set[int]()
+        found: dict[Pair, list[OwnersTouch]] = {}
         for stage in stages(timeline, course, begin, end):
             search = _Search(self, timeline, stage._replace(gripped=stage.gripped | taken), set())
-            found |= search.touching()
-        return found
+            for one in search.touches():
+                before = found.setdefault(one.owners, [])
+                if before and before[-1].end == one.begin:
+                    one = one._replace(begin=before.pop().begin)
+                before.append(one)
+        return sorted(one for several in found.values() for one in several)
+
+
+class OwnersTouch(NamedTuple):
+    """Two owners touch from `begin` to `end` [s]."""
+
+    begin: float
+    end: float
+    owners: Pair
 
 
 class _SolidPair(NamedTuple):
@@ -355,13 +373,22 @@ class _Search:
                 last = sweep.place(earliest) + 1
         return earliest
 
-    def touching(self) -> set[int]:
-        """Return the owners that touch at looks every `LOOK` seconds in the stage."""
-        begin, end = self.stage.begin, self.stage.end
-        times = np.linspace(begin, end, ceil((end - begin) / LOOK) + 1).tolist()
-        near = (one for t in times for one in self._look(t, exact=False))
-        pairs = {pair.owners for distance, _, pair in near if distance < pair.limit}
-        return {owner for owners in pairs - self.excused for owner in owners}
+    def touches(self) -> list[OwnersTouch]:
+        """Return what touches when in the stage: looks are `LOOK` seconds apart, or more where nothing can have begun or
+        ended to touch between them.
+        """
+        t, end = self.stage.begin, self.stage.end
+        since, found = dict[Pair, float](), list[OwnersTouch]()
+        while True:
+            near = self._look(t, exact=False)
+            touch = {one.pair.owners for one in near if one.distance < one.pair.limit} - self.excused
+            found += [OwnersTouch(since.pop(owners), t, owners) for owners in since.keys() - touch]
+            since |= {owners: t for owners in touch - since.keys()}
+            if t >= end:
+                return found + [OwnersTouch(begin, end, owners) for owners, begin in since.items()]
+            ways = [(pair.sums, abs(distance - pair.limit)) for distance, _, pair in near]
+            reached = self.sweep.reaches(self.most, t, self.checker.margin - self.checker.limit)
+            t = min(max(self._next(t, ways, reached), t + LOOK), end)
 
     def _contact(self, t: float, pair: _SolidPair, distance: float, place: Vector) -> Contact:
         """Return the contact that begins at t. It is followed until its pair has come apart, to find how deep it is."""

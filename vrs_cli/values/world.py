@@ -44,6 +44,42 @@ class PartSpan(NamedTuple):
     on: tuple[str, ...] = ()
 
 
+class HandGrip(NamedTuple):
+    """From `begin` on [s]: the part in the hand, and how far the fingers are open when they stand, from 0, closed, to 1."""
+
+    begin: float
+    part: str | None
+    opening: float
+
+
+class StateChange(NamedTuple):
+    """From `begin` on [s] a signal is on, or a sensor sees something."""
+
+    begin: float
+    on: bool
+
+
+class WorldNote(NamedTuple):
+    """Something to tell at a time [s]. Kinds: EMPTY (the hand closed on nothing), FALL, EDGE, FEEDER, ENDLESS."""
+
+    time: float
+    kind: str
+    text: str
+
+
+class CourseRows(Struct, frozen=True, omit_defaults=True):
+    """The course of a world between two times, without what begins before or after them; each row holds until the next
+    one of its list begins. `parts`: what each part does. `grips`: the hand. `signals`: the inputs that the world drives,
+    by their numbers; `sensors`: by their numbers in the scene, from 0. A signal or sensor without a row is off.
+    """
+
+    parts: Mapping[str, tuple[PartBegin, ...]] = {}
+    grips: tuple[HandGrip, ...] = ()
+    signals: Mapping[int, tuple[StateChange, ...]] = {}
+    sensors: Mapping[int, tuple[StateChange, ...]] = {}
+    notes: tuple[WorldNote, ...] = ()
+
+
 class Happening(Struct, frozen=True, tag_field="kind", tag=True):
     """Something that is due in a world. `rank`: of one instant, the lowest rank comes first; `carried`: it follows from
     the motion of the arm.

@@ -6,17 +6,19 @@ It follows from a timeline and a scene alone. It is simulated forward as far as 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping
-from math import inf
+from collections.abc import Hashable, Iterator, Mapping
+from itertools import starmap
+from math import inf, nextafter
 from threading import RLock
+from typing import Any
 
 from msgspec import Struct
 
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.world import PartSpan, SpanKind, WorldState
+from vrs_cli.values.world import CourseRows, HandGrip, PartSpan, SpanKind, StateChange, WorldNote, WorldState
 from vrs_cli.world.grasp import part_between
-from vrs_cli.world.history import CHANGES, GRIPS, MOVES, NOTES
+from vrs_cli.world.history import CHANGES, GRIPS, MOVES, NOTES, SEES
 from vrs_cli.world.sensing import GRAVITY
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.simulation import Simulation
@@ -187,6 +189,38 @@ class WorldCourse:
         first = bisect_left(changes, t, key=lambda change: change[0])
         last = bisect_right(changes, t, key=lambda change: change[0])
         return {number: on for _, number, on in changes[first:last]}
+
+    def rows(self, begin: float, end: float) -> CourseRows:
+        """Return what begins at `begin` or later, and before `end` [s]; infinity: as far as the course is known, at least
+        to the end of the timeline. What the course begins with counts as begun before all times.
+        """
+        if self._simulation.next_time < end:
+            self._advance(nextafter(end, -inf) if end < inf else self.timeline.last)
+
+        def between(key: Hashable) -> Iterator[Any]:
+            rows = self._history.rows(key)
+            first = bisect_left(rows, begin, key=lambda row: row[0]) if begin > self.begins else 0
+            return iter(rows[first : bisect_left(rows, end, key=lambda row: row[0])])
+
+        parts = {name: tuple(between(("spans", name))) for name in self._settings.parts}
+        signals = {k: tuple(starmap(StateChange, between((CHANGES, k)))) for k in sorted(self._settings.computed)}
+        sensors = {k: tuple(starmap(StateChange, between((SEES, k)))) for k in range(len(self._settings.scene.sensors))}
+        return CourseRows(
+            {name: rows for name, rows in parts.items() if rows},
+            tuple(starmap(HandGrip, between(GRIPS))),
+            {number: rows for number, rows in signals.items() if rows},
+            {number: rows for number, rows in sensors.items() if rows},
+            tuple(starmap(WorldNote, between(NOTES))),
+        )
+
+    def known_until(self, wanted: float) -> float:
+        """Let what is due at the next instant happen if that is not after `wanted` [s]. Return the time before which all
+        is known then; infinity where nothing is due any more.
+        """
+        with self._lock:
+            if self._simulation.next_time <= wanted:
+                self._simulation.advance(self._simulation.next_time)
+            return self._simulation.next_time
 
     @property
     def notes(self) -> tuple[tuple[float, str, str], ...]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from vrs_cli.values.world import Happening
 
-CHANGES, GRIPS, MOVES, NOTES = "changes", "grips", "moves", "notes"  # keys of rows
+CHANGES, GRIPS, MOVES, NOTES, SEES = "changes", "grips", "moves", "notes", "sees"  # keys of rows
 
 
 class Due(NamedTuple):

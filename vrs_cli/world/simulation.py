@@ -28,7 +28,7 @@ from vrs_cli.values.world import (
     WorldState,
 )
 from vrs_cli.world.grasp import SLACK, add_grip, part_between
-from vrs_cli.world.history import CHANGES, MOVES, NOTES, WorldHistory
+from vrs_cli.world.history import CHANGES, MOVES, NOTES, SEES, WorldHistory
 from vrs_cli.world.sensing import GRAVITY, Passage, SeenBody
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import bounds, point_apart
@@ -423,6 +423,8 @@ class Simulation:
         for region in sorted(before ^ inside):
             bodies = history.get(("region", region), frozenset[str]()) ^ {body}
             history.set(("region", region), bodies)
+            if bodies <= {body}:  # the first has come, or the last has gone
+                history.add((SEES, region), (history.now, bool(bodies)))
             self._show(self._settings.scene.sensors[region].signal, bool(bodies))
 
 

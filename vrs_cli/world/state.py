@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vrs_cli.values.world import CertainHappening, DueHappening, PartLands, SpanKind, WorldState
 from vrs_cli.world.grasp import add_grip
-from vrs_cli.world.history import CHANGES, WorldHistory
+from vrs_cli.world.history import CHANGES, SEES, WorldHistory
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.support import lift, put
 
@@ -49,6 +49,7 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
         history.set(("in", body), frozenset(regions))
         for region in regions:
             history.set(("region", region), history.get(("region", region), frozenset[str]()) | {body})
+            history.add((SEES, region), (state.time, True))
     for kind, counts in (("used", state.used), ("fed", state.fed)):
         for place, count in counts.items():
             history.set((kind, place), count)
