@@ -175,7 +175,7 @@ DEFERRED = (
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(
-        ("contacts/watch.py", "view3d/contact_marks.py", "teach"),
+        ("contacts/watch.py", "net/told_course.py", "view3d/contact_marks.py", "teach"),
         ("vrs_cli.contacts.checker", "vrs_cli.contacts.stages"),
         "it brings mujoco, which is an extra",
     ),

@@ -135,20 +135,37 @@ class Checker:
 
     def touches(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> list[OwnersTouch]:
         """Return what touches when between two times [s], to `LOOK` seconds, whatever it touched before. The hand may
-        touch a part that it holds, or could take, when the motion under way at `begin` begins or ends.
+        touch a part that it holds or takes in the motion under way, or could take when that begins or ends.
         """
-        ends = start_before(timeline, begin), finish_after(timeline, begin)
-        near = [] if course is None else [name for t in ends for name in (course.held(t), course.graspable(t))]
-        taken = frozenset(name for name in near if name is not None)
         found: dict[Pair, list[OwnersTouch]] = {}
-        for stage in stages(timeline, course, begin, end):
-            search = _Search(self, timeline, stage._replace(gripped=stage.gripped | taken), set())
-            for one in search.touches():
-                before = found.setdefault(one.owners, [])
-                if before and before[-1].end == one.begin:
-                    one = one._replace(begin=before.pop().begin)
-                before.append(one)
+        while begin < end:
+            since, finish = under_way(timeline, begin)
+            until = min(finish, end)
+            taken = frozenset[str]() if course is None else _handled(course, since, min(finish, timeline.last))
+            for stage in stages(timeline, course, begin, until):
+                search = _Search(self, timeline, stage._replace(gripped=taken), set())
+                search.excused.clear()
+                for one in search.touches():
+                    before = found.setdefault(one.owners, [])
+                    goes_on = before and before[-1].end == one.begin
+                    before.append(one._replace(begin=before.pop().begin) if goes_on else one)
+            begin = until
         return sorted(one for several in found.values() for one in several)
+
+
+def _handled(course: WorldCourse, begin: float, end: float) -> frozenset[str]:
+    """Return the parts that the hand holds between two times [s], or could take at one of them."""
+    held = {course.held(t) for t in (begin, end, *(t for t, _ in course.moves(begin, end)))}
+    return frozenset(name for name in (*held, course.graspable(begin), course.graspable(end)) if name is not None)
+
+
+def under_way(timeline: Timeline, t: float) -> tuple[float, float]:
+    """Return when the motion under way at t [s] begins and ends, or the time without motion; infinity for never."""
+    finish = finish_after(timeline, t)
+    if t < finish:
+        return start_before(timeline, t), finish
+    after = timeline.index_at(t) + 1
+    return finish, timeline[after].start if after < len(timeline) else inf
 
 
 class OwnersTouch(NamedTuple):
@@ -374,16 +391,16 @@ class _Search:
         return earliest
 
     def touches(self) -> list[OwnersTouch]:
-        """Return what touches when in the stage: looks are `LOOK` seconds apart, or more where nothing can have begun or
-        ended to touch between them.
+        """Return what touches when in the stage: looks are `LOOK` seconds apart, or more where nothing can have begun
+        or ended to touch between them.
         """
         t, end = self.stage.begin, self.stage.end
         since, found = dict[Pair, float](), list[OwnersTouch]()
         while True:
             near = self._look(t, exact=False)
-            touch = {one.pair.owners for one in near if one.distance < one.pair.limit} - self.excused
+            touch = {one.pair.owners for one in near if one.distance < one.pair.limit}
             found += [OwnersTouch(since.pop(owners), t, owners) for owners in since.keys() - touch]
-            since |= {owners: t for owners in touch - since.keys()}
+            since |= dict.fromkeys(touch - since.keys(), t)
             if t >= end:
                 return found + [OwnersTouch(begin, end, owners) for owners, begin in since.items()]
             ways = [(pair.sums, abs(distance - pair.limit)) for distance, _, pair in near]

@@ -21,10 +21,12 @@ from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.joint_pieces import known_tolerance
 from vrs_cli.engine.position import Watched
 from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
 from vrs_cli.net.stream import DeflatedPlace, Listening, MessageForm, Packet, StateOfWorld, Stream, packet_of
+from vrs_cli.net.told_course import CourseTeller, Cut, Heard
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.results import Position
 
@@ -54,14 +56,15 @@ class Sink(Protocol):
 
 
 class Parcel(NamedTuple):
-    """Packets for all listeners in the same state, to be sent in one write. `number`, `news` and `place` are the
-    listener's state after it. `alone`: send it only if nothing else waits; `whole`: nothing follows it.
+    """Packets for all listeners in the same state, to be sent in one write. `number`, `news`, `place` and `heard` are
+    the listener's state after it. `alone`: send it only if nothing else waits; `whole`: nothing follows it.
     """
 
     packets: tuple[Packet, ...]
     number: int
     news: int
     place: DeflatedPlace | None
+    heard: Heard | None
     alone: bool
     whole: bool
 
@@ -75,6 +78,7 @@ class Listener:
         self.listening: Listening | None = None  # to changes
         self.number, self.news = NOTHING, 0
         self.place: DeflatedPlace | None = None
+        self.heard: Heard | None = None  # of the course of the world; None: it is not wanted
         self.channel: Channel | None = None  # of samples
 
     def takes(self, parcel: Parcel) -> bool:
@@ -84,7 +88,7 @@ class Listener:
             return False
         if parcel.packets:
             self.sink.send(*parcel.packets)
-        self.number, self.news, self.place = parcel.number, parcel.news, parcel.place
+        self.number, self.news, self.place, self.heard = parcel.number, parcel.news, parcel.place, parcel.heard
         return True
 
 
@@ -169,7 +173,9 @@ STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # wi
 
 
 class Broadcast:
-    """Sends what happens at one robot to its listeners. `stream`: its changes."""
+    """Sends what happens at one robot to its listeners. `stream`: its changes; `course`: of its world, None where there
+    is none.
+    """
 
     def __init__(
         self,
@@ -177,10 +183,12 @@ class Broadcast:
         begin: TimelineReplaced,
         wall: Callable[[], float],
         state: StateOfWorld | None = None,
+        course: CourseTeller | None = None,
     ) -> None:
-        self.stream = Stream(begin, watched.arm, state)
+        self.stream, self.course = Stream(begin, watched.arm, state), course
         self._watched, self._wall = watched, wall
         self._everybody = Round()
+        self._hearing: dict[Listener, None] = {}  # the course of the world
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order in which they were looked at last
         self._again = inf  # [s] on the wall: when slow listeners are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
@@ -208,22 +216,26 @@ class Broadcast:
     def leave(self, listener: Listener) -> None:
         self._leave_channel(listener)
         self._hear(listener, None)
+        self._hear_course(listener, wanted=False)
         self._behind.pop(listener, None)
         self._everybody.remove(listener)
 
     def subscribe(self, listener: Listener, wanted: Subscribe) -> None:
         """Let a listener get what it wants from now on, in place of earlier wishes. Raises IllegalValue for a wrong
-        rate or tolerance.
+        rate or tolerance, RequestRefused for a course without changes.
         """
         joints = None if wanted.joints is None else known_tolerance(wanted.joints)
         if wanted.rate:
             checked_rate(wanted.rate, "samples a second", HIGHEST_RATE)
+        if wanted.world and not wanted.deltas:
+            raise RequestRefused("world without deltas", "parts are shown on a timeline: ask for deltas too")
         listener.form = listener.form._replace(joints=joints)
         self._leave_channel(listener)
         if wanted.rate:
             self._enter_channel(listener, self._following(wanted.rate, wanted.ahead))
         heard = Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
         self._hear(listener, heard)
+        self._hear_course(listener, wanted=wanted.world)
         known = wanted.after if wanted.after is not None else NOTHING
         listener.number = known if known <= self.stream.number else NOTHING
         self._catch_up(listener)
@@ -243,6 +255,18 @@ class Broadcast:
         if listening is not None:
             self.stream.begin(listening.form)
         listener.listening = listening
+
+    def _hear_course(self, listener: Listener, *, wanted: bool) -> None:
+        """Let a listener hear the course of the world from its begin on, or not at all."""
+        if self.course is None:
+            return
+        if listener.heard is not None:
+            self.course.end()
+            del self._hearing[listener]
+        listener.heard = Heard() if wanted else None
+        if wanted:
+            self.course.begin(self.stream.timeline)
+            self._hearing[listener] = None
 
     # --- who plays ---
 
@@ -306,10 +330,20 @@ class Broadcast:
 
     def tell(self, event: TimelineChange, applied: float) -> None:
         """Take a change of the timeline; the robot's clock was at `applied` [s] then."""
+        before = self.stream.timeline
         self.stream.tell(event, applied, self._watched.timeline)
+        if self.course is not None and self._hearing:
+            cut = Cut.between(before, self.stream.timeline)
+            self.course.change(self.stream.timeline, cut)
+            for listener in self._hearing:
+                listener.heard = listener.heard and listener.heard.cut(cut)
         if isinstance(event, TimelineDelta):
             for channel in self._channels.values():
                 channel.change(event.cut, applied)
+        self._begin_round()
+
+    def tell_course(self) -> None:
+        """Send what listeners have not heard of the course of the world."""
         self._begin_round()
 
     def announce(self, news: ServerMessage) -> None:
@@ -364,7 +398,9 @@ class Broadcast:
     def _catch_up(self, listener: Listener) -> None:
         self._behind.pop(listener, None)
         while True:
-            parcel = self._parcel(listener.number, listener.news, listener.place, listener.listening, listener.form)
+            parcel = self._parcel(
+                listener.number, listener.news, listener.place, listener.heard, listener.listening, listener.form
+            )
             if not listener.takes(parcel):
                 break
             if parcel.whole:
@@ -373,9 +409,17 @@ class Broadcast:
         self._again = min(self._again, self._wall() + AGAIN)
 
     def _packed(
-        self, number: int, news: int, place: DeflatedPlace | None, listening: Listening | None, form: MessageForm
+        self,
+        number: int,
+        news: int,
+        place: DeflatedPlace | None,
+        heard: Heard | None,
+        listening: Listening | None,
+        form: MessageForm,
     ) -> Parcel:
-        """Put together changes, or a snapshot in their place, then news; no more than may wait."""
+        """Put together changes, or a snapshot in their place, then news and a part of the course; no more than may
+        wait.
+        """
         stream, packets, size, alone = self.stream, list[Packet](), 0, False
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)
@@ -384,7 +428,7 @@ class Broadcast:
                 packets = [packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
             elif packets and size + len(packet.data) > MOST_WAITING:
-                return Parcel(tuple(packets), number, news, place, alone, whole=False)
+                return Parcel(tuple(packets), number, news, place, heard, alone, whole=False)
             else:
                 number += 1
             packets.append(packet)
@@ -393,4 +437,10 @@ class Broadcast:
             if last > news:
                 news = last
                 packets.append(packet_in(form))
-        return Parcel(tuple(packets), number, news, place, alone, whole=True)
+        if heard is None or self.course is None:
+            return Parcel(tuple(packets), number, news, place, heard, alone, whole=True)
+        if size > MOST_WAITING // 2:
+            return Parcel(tuple(packets), number, news, place, heard, alone, whole=False)
+        told, heard = self.course.after(heard)
+        packets += [packet_of(one, form) for one in told]
+        return Parcel(tuple(packets), number, news, place, heard, alone, whole=not told)

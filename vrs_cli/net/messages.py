@@ -13,7 +13,9 @@ from msgspec import Struct
 
 from vrs_cli.interfaces.station.lease import Notice
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.values.contacts import ContactSpan
 from vrs_cli.values.hand import DragState as PulledState
+from vrs_cli.values.world import CourseRows
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.messages import (
     Abort,
@@ -123,7 +125,8 @@ class Subscribe(Request, frozen=True):
     `ahead` seconds later: D_b shows the present to a viewer with that delay, D_f + D_b where a command sent now will
     find the robot. `console`: also send what the programs of other users TYPE. `joints`: send straight lines also as
     `pieces` that no joint leaves by more than that [rad, m], from 1e-5 to 0.1; the server takes the next lower power of
-    ten.
+    ten. `world`: with `deltas`, also send where the parts of the cell are, what sensors see and what touches, as
+    `course` and `contacts`.
     """
 
     deltas: bool = False
@@ -133,6 +136,7 @@ class Subscribe(Request, frozen=True):
     window: Length | None = None
     after: Count | None = None
     joints: Number | None = None
+    world: bool = False
 
 
 class PlayStep(Enum):
@@ -377,6 +381,24 @@ class Replaced(Change, frozen=True):
     snapshot: SnapshotRecord
 
 
+class Course(ServerMessage, frozen=True):
+    """The course of the world from `since` on; absent: from its begin. All rows that begin at `since` or later, of all
+    lists, go, and these come. It is known up to `until` [s]; absent: for ever.
+    """
+
+    rows: CourseRows
+    since: float | None = None
+    until: float | None = None
+
+
+class Contacts(ServerMessage, frozen=True):
+    """What touches between `since` and `until` [s] (absent: for ever), in place of all that was said of that time."""
+
+    touches: tuple[ContactSpan, ...]
+    since: float
+    until: float | None = None
+
+
 class Missed(ServerMessage, frozen=True):
     """The client was too slow: the server left out `count` changes. A `replaced` follows."""
 
@@ -500,6 +522,8 @@ FromServer = (
     | Delta
     | Steered
     | Replaced
+    | Course
+    | Contacts
     | Missed
     | Sample
     | Activity

@@ -320,6 +320,8 @@ class Room(ServedRobot):
         self._withdraw_questions()
         self._measure(now)
         self._push_status()
+        if self.broadcast.course is not None:
+            self.broadcast.course.tick()
         ran, self._ran = self._ran, session.running
         if ran and not self._ran:  # what a program that has ended has changed is written down
             self._call(lambda _session: self.durable_log.note())

@@ -25,6 +25,7 @@ from vrs_cli.files.disk import BLOCK
 from vrs_cli.files.folder import existing
 from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.files.opening import Folder, unreadable
+from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession
@@ -44,6 +45,7 @@ from vrs_cli.net.durable_log import DurableLog, MemoryFile
 from vrs_cli.net.limits import UNMEASURED, USUAL, Allowance, advice, check_growth
 from vrs_cli.net.messages import StoredFile
 from vrs_cli.net.tokens import Grant
+from vrs_cli.net.told_course import CourseTeller, CourseThread
 from vrs_cli.net.told_replies import prefixes_of
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.replies import Reply, StyledLine
@@ -202,9 +204,22 @@ class ServedRobot:
         assert isinstance(first, TimelineReplaced)
         world = self.session.driver.world
         state = None if world is None else lambda timeline, t: world.course(timeline).state_at(t)
-        self.broadcast = Broadcast(self._self, first, wall, state)
+        self.broadcast = Broadcast(self._self, first, wall, state, self._course_teller())
         self._measured = wall() - 2 * MEASURED
         self._grown: LimitReached | None = None  # why the robot may not grow any more
+
+    def _course_teller(self) -> CourseTeller | None:
+        """Return what tells clients of the parts of the cell; None where there is none."""
+        session, world = self.session, self.session.driver.world
+        if world is None:
+            return None
+        return CourseThread(
+            world,
+            now=lambda: self._self.now,
+            works=lambda: session.actor.asked or (session.running and not session.engine.realtime),
+            woken=lambda: self.put(self.broadcast.tell_course),
+            failed=lambda error: self.put(lambda: self._tell(internal_error(error).text)),
+        )
 
     def _session(self) -> Session:
         plan = self.plan
@@ -252,6 +267,8 @@ class ServedRobot:
         """Refuse what is under way, and put everything on the disk. Raises FileError."""
         self.session.actor.close()
         self._events.end()
+        if self.broadcast.course is not None:
+            self.broadcast.course.close()
         self.session.close()
         try:
             self.durable_log.settle()

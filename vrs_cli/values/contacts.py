@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from msgspec import Struct
 
 from vrs_cli.kinematics.transform import Vector
+
+
+class ContactSpan(NamedTuple):
+    """Two things touch from `begin` to `end` [s]; None: for ever. Links are called base, link 1 and so on, the last one
+    hand where it has fingers; what the robot stands on is the floor.
+    """
+
+    begin: float
+    end: float | None
+    first: str
+    second: str
 
 
 class Contact(Struct, frozen=True):

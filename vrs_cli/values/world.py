@@ -45,7 +45,7 @@ class PartSpan(NamedTuple):
 
 
 class HandGrip(NamedTuple):
-    """From `begin` on [s]: the part in the hand, and how far the fingers are open when they stand, from 0, closed, to 1."""
+    """From `begin` on [s]: the part in the hand, and how far the fingers are open, from 0, closed, to 1."""
 
     begin: float
     part: str | None
@@ -68,9 +68,9 @@ class WorldNote(NamedTuple):
 
 
 class CourseRows(Struct, frozen=True, omit_defaults=True):
-    """The course of a world between two times, without what begins before or after them; each row holds until the next
-    one of its list begins. `parts`: what each part does. `grips`: the hand. `signals`: the inputs that the world drives,
-    by their numbers; `sensors`: by their numbers in the scene, from 0. A signal or sensor without a row is off.
+    """What begins in a world between two times; each row holds until the next one of its list begins. `parts`: what
+    each part does. `grips`: the hand. `signals`: the inputs that the world drives, by their numbers; `sensors`: by
+    their numbers in the scene, from 0. A signal or sensor without a row is off.
     """
 
     parts: Mapping[str, tuple[PartBegin, ...]] = {}

@@ -158,6 +158,12 @@ class WorldCourse:
         first, last = (bisect_right(moves, t, key=lambda move: move[0]) for t in (begin, end))
         return list(moves[first:last])
 
+    def last_move(self, until: float) -> float:
+        """Return when a part began to do something else for the last time before `until` [s]."""
+        moves = self._history.rows(MOVES)
+        place = bisect_left(moves, until, key=lambda move: move[0])
+        return float(moves[place - 1][0]) if place else self.begins
+
     def signal(self, number: int, t: float) -> bool | None:
         """An input at t [s], off before the course begins; None where nothing computes it."""
         if number not in self._settings.computed:
@@ -191,8 +197,8 @@ class WorldCourse:
         return {number: on for _, number, on in changes[first:last]}
 
     def rows(self, begin: float, end: float) -> CourseRows:
-        """Return what begins at `begin` or later, and before `end` [s]; infinity: as far as the course is known, at least
-        to the end of the timeline. What the course begins with counts as begun before all times.
+        """Return what begins at `begin` or later, and before `end` [s]; infinity: as far as the course is known, at
+        least to the end of the timeline. What the course begins with counts as begun before all times.
         """
         if self._simulation.next_time < end:
             self._advance(nextafter(end, -inf) if end < inf else self.timeline.last)
@@ -214,8 +220,8 @@ class WorldCourse:
         )
 
     def known_until(self, wanted: float) -> float:
-        """Let what is due at the next instant happen if that is not after `wanted` [s]. Return the time before which all
-        is known then; infinity where nothing is due any more.
+        """Let what is due at the next instant happen if that is not after `wanted` [s]. Return the time before which
+        all is known then; infinity where nothing is due any more.
         """
         with self._lock:
             if self._simulation.next_time <= wanted:

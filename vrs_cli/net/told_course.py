@@ -1,0 +1,398 @@
+"""The course of a robot's world for clients that draw its parts: computed once for all of them, when somebody wants it.
+
+A thread of its own computes it in short steps, and rests between them, longer where the robot has work. So neither the
+robot nor the connections wait for it, and of many changes that come together only the last timeline is computed. What
+is known is true up to the first change that has not been computed; a client is told what it has not heard of that.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from importlib.util import find_spec
+from math import inf
+from threading import Condition, Lock, Thread
+from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vrs_cli.engine.position import start_before
+from vrs_cli.net.messages import Contacts, Course, ServerMessage
+from vrs_cli.trajectory.instant import TICK
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.contacts import ContactSpan
+from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.world import CourseRows
+
+if TYPE_CHECKING:
+    from vrs_cli.contacts.checker import Checker
+    from vrs_cli.world.course import WorldCourse
+    from vrs_cli.world.world import World
+
+AHEAD = 10.0  # [s] after the end of the timeline, and after now, a course is known at least
+LEAST_AHEAD = 5.0  # [s] after both: with less, more is computed
+BEFORE_NOW = 1.0  # [s] contacts are looked for first from here on
+STRETCH = 0.5  # [s] of a motion in which contacts are looked for in one step
+STANDING = 5.0  # [s] the same while the arm stands
+STEP = 0.001  # [s] of CPU time, in which a course goes on in one step
+SHARE = 0.25  # of a core
+LAG = 0.25  # [s] that a step waits at most for a robot that has work
+LOOKS_EVERY = 0.01  # [s] at a robot that has work
+TOLD_EVERY = 0.05  # [s] between two times that clients are told of a course that is being computed
+
+MAX_ROWS = 400  # of a message
+MAX_TOUCHES = 10_000  # that are kept: the past is searched no further
+
+_one_at_a_time = Lock()  # of all robots of this process
+
+
+class Cut(NamedTuple):
+    """From when on a change makes a course another one, and contacts [s]."""
+
+    course: float = inf
+    contacts: float = inf
+
+    @classmethod
+    def between(cls, before: Timeline, after: Timeline) -> Cut:
+        """The hand may touch what it takes at the end of a motion, so contacts may be others in all of it; those of
+        steering are not looked for again.
+        """
+        since = before.same_until(after)
+        last = since - TICK
+        steered = after.locate(last)[0].motion.kind is MotionKind.STEERED
+        return cls(since, since if steered else min(since, start_before(after, last)))
+
+    def first(self, other: Cut) -> Cut:
+        return Cut(min(self.course, other.course), min(self.contacts, other.contacts))
+
+
+NEVER, FROM_THE_BEGIN = Cut(), Cut(-inf, -inf)
+
+
+class Heard(NamedTuple):
+    """What a client has heard: the course before `until`, and contacts from `low` to `high` [s]."""
+
+    until: float = -inf
+    low: float = inf
+    high: float = -inf
+
+    def cut(self, cut: Cut) -> Heard:
+        """Return what of it is true after a change."""
+        low, high = (self.low, min(self.high, cut.contacts)) if cut.contacts > self.low else (inf, -inf)
+        return Heard(min(self.until, cut.course), low, high)
+
+
+class Known(Struct, frozen=True):
+    """What is computed of a course: all before `until`, and contacts from `low` to `high` [s]."""
+
+    course: WorldCourse
+    until: float
+    low: float
+    high: float
+    touches: tuple[ContactSpan, ...] = ()
+
+    def cut(self, since: float, now: float) -> Known:
+        """Return what is true of contacts after a change from a time on [s]; where nothing is known of them, they are
+        looked for from `now` on, or a little before.
+        """
+        if since > self.low:
+            return replace(self, high=min(self.high, since), touches=tuple(clipped(self.touches, -inf, since)))
+        first = max(self.course.begins, min(now, self.course.timeline.last) - BEFORE_NOW)
+        return replace(self, low=first, high=first, touches=())
+
+
+class CourseComputer:
+    """Computes the course of a timeline and its contacts, step by step. Pure; one thread at a time. `now` tells the
+    robot's clock [s].
+    """
+
+    def __init__(self, world: World, now: Callable[[], float]) -> None:
+        self._world, self._now = world, now
+        self.looks = not world.settings.scene.empty and find_spec("mujoco") is not None
+        self._checker: Checker | None = None
+
+    def begin(self, timeline: Timeline, known: Known | None, cut: Cut) -> Known:
+        """Begin with a timeline; `known`: of another one, which is the same before the cut."""
+        course = self._world.course(timeline)
+        before = known or Known(course, -inf, inf, -inf)
+        until = min(before.until, cut.course, course.known_until(-inf))
+        return replace(before, course=course, until=until).cut(cut.contacts, self._now())
+
+    def wants_more(self, known: Known) -> bool:
+        """Return whether the course is to go on."""
+        return known.until < max(known.course.timeline.last, self._now()) + LEAST_AHEAD
+
+    def step(self, known: Known) -> Known:
+        """Return what is known after a step; the same where all is."""
+        course = known.course
+        wanted = max(course.timeline.last, self._now()) + AHEAD
+        if self.wants_more(known):
+            return replace(known, until=_went_on(course, wanted))
+        if not self.looks:
+            return known
+        return self._look_ahead(known, wanted) or self._look_back(known) or known
+
+    def _look_ahead(self, known: Known, wanted: float) -> Known | None:
+        """Look for contacts after those that are known."""
+        course, begin = known.course, known.high
+        timeline = course.timeline
+        last = max(timeline.last, course.last_move(known.until))
+        end = min(known.until, last if known.until == inf else wanted)
+        if begin < end:
+            end = min(end, begin + (STRETCH if begin < timeline.end else STANDING))
+            return replace(known, high=end, touches=joined(known.touches, self._touches(known, begin, end)))
+        if known.until == inf and begin < inf:  # all stands for ever
+            touches = (one for one in self._touches(known, last, last + STRETCH) if one.end == last + STRETCH)
+            found = [one._replace(begin=max(one.begin, begin), end=None) for one in touches]
+            return replace(known, high=inf, touches=joined(known.touches, found))
+        return None
+
+    def _look_back(self, known: Known) -> Known | None:
+        """Look for contacts before those that are known."""
+        course, end = known.course, known.low
+        if end <= course.begins or len(known.touches) > MAX_TOUCHES:
+            return None
+        begin = max(course.begins, end - STRETCH)
+        return replace(known, low=begin, touches=joined(self._touches(known, begin, end), known.touches))
+
+    def _touches(self, known: Known, begin: float, end: float) -> list[ContactSpan]:
+        if self._checker is None:
+            from vrs_cli.contacts.checker import Checker
+
+            self._checker = Checker(self._world.settings.arm, self._world.settings.scene)
+        names = self._checker.names
+        found = self._checker.touches(known.course.timeline, begin, end, known.course)
+        return [ContactSpan(one.begin, one.end, *(names[owner] for owner in one.owners)) for one in found]
+
+
+def _went_on(course: WorldCourse, wanted: float) -> float:
+    """Let a course go on, for one step; return the time before which it is known then [s]."""
+    until, done = -inf, time.thread_time() + STEP
+    while until <= wanted and time.thread_time() < done:
+        until = course.known_until(wanted)
+    return until
+
+
+def joined(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) -> tuple[ContactSpan, ...]:
+    """Return contacts of two stretches of time; those that go on from one to the other are one."""
+    found = list(earlier)
+    open_ends = {(one.first, one.second, one.end): k for k, one in enumerate(found)}
+    for one in later:
+        place = open_ends.get((one.first, one.second, one.begin))
+        if place is None:
+            found.append(one)
+        else:
+            found[place] = found[place]._replace(end=one.end)
+    return tuple(found)
+
+
+def clipped(touches: Iterable[ContactSpan], begin: float, end: float) -> Iterator[ContactSpan]:
+    """Yield the parts of contacts between two times [s]."""
+    for one in touches:
+        last = inf if one.end is None else one.end
+        if one.begin < end and last > begin:
+            until = min(last, end)
+            yield one._replace(begin=max(one.begin, begin), end=None if until == inf else until)
+
+
+# --- one robot's course, for all who hear it --------------------------------------------------------------------------
+
+
+class CourseTeller:
+    """The course of one robot: the thread of the connections asks for it, another one calls `step`."""
+
+    def __init__(self, world: World, now: Callable[[], float]) -> None:
+        self._computer = CourseComputer(world, now)
+        self._changed = Condition()
+        self._clients = 0
+        self._timeline: Timeline | None = None  # the last; None while nobody listens
+        self._cut = self._taken = NEVER  # what `_known` has no more of; the second is being computed
+        self._known: Known | None = None
+
+    # --- who hears ---
+
+    def begin(self, timeline: Timeline) -> None:
+        """Count one more listener."""
+        self._clients += 1
+        if self._clients == 1:
+            with self._changed:
+                self._timeline, self._known, self._cut = timeline, None, FROM_THE_BEGIN
+                self._changed.notify()
+
+    def end(self) -> None:
+        """Count one listener less."""
+        self._clients -= 1
+        if not self._clients:
+            with self._changed:
+                self._timeline = self._known = None
+
+    def change(self, timeline: Timeline, cut: Cut) -> None:
+        """Take another timeline, which is the same before the cut."""
+        if self._clients:
+            with self._changed:
+                self._timeline, self._cut = timeline, self._cut.first(cut)
+                self._changed.notify()
+
+    def tick(self) -> None:
+        """Compute more where the robot's clock comes near to the end of what is known. To be called some times a
+        second.
+        """
+        if self._wants_more():
+            with self._changed:
+                self._changed.notify()
+
+    def close(self) -> None:
+        """Stop for good."""
+
+    @property
+    def known(self) -> Known | None:
+        """Return what is known so far; None before the first step."""
+        return self._known
+
+    @property
+    def looks(self) -> bool:
+        """Return whether contacts are looked for."""
+        return self._computer.looks
+
+    def after(self, heard: Heard) -> tuple[list[ServerMessage], Heard]:
+        """Return the next messages for a listener, and what it has heard then; none where it has heard all."""
+        with self._changed:
+            known, cut = self._known, self._cut.first(self._taken)
+        if known is None:
+            return [], heard
+        told, until = list[ServerMessage](), min(known.until, cut.course)
+        if heard.until < until:
+            rows, until = course_part(known.course, heard.until, until)
+            since = heard.until if heard.until > known.course.begins else None
+            told.append(Course(rows, since, None if until == inf else until))
+            heard = heard._replace(until=until)
+        low, high = (inf, -inf) if heard.low < known.low else heard[1:]
+        begin, end = known.low, min(known.high, cut.contacts)
+        for since, until in ((begin, end),) if low > high else ((high, end), (begin, low)):
+            if since < until:
+                touches = tuple(clipped(known.touches, since, until))
+                told.append(Contacts(touches, since, None if until == inf else until))
+                low, high = min(low, since), max(high, until)
+        return told, heard._replace(low=low, high=high)
+
+    # --- computing ---
+
+    def step(self) -> bool:
+        """Compute a little; return whether there is more to compute."""
+        with self._changed:
+            timeline, before = self._timeline, self._known
+            self._taken, self._cut = self._taken.first(self._cut), NEVER
+            cut = self._taken
+        if timeline is None:
+            return False
+        known = before
+        if known is None or known.course.timeline is not timeline:
+            known = self._computer.begin(timeline, known, cut)
+        known = self._computer.step(known)
+        with self._changed:
+            if self._timeline is not None:
+                self._known, self._taken = known, NEVER
+            return known is not before or self._cut is not NEVER
+
+    def _wants_more(self) -> bool:
+        known = self._known
+        return known is not None and self._computer.wants_more(known)
+
+
+class CourseThread(CourseTeller):
+    """Computes in a thread of its own, while somebody listens. `works` tells whether the robot has work; `woken` is
+    called, in that thread, when there is more to tell; `failed` with an error that nobody expects.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        now: Callable[[], float],
+        works: Callable[[], bool],
+        woken: Callable[[], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        super().__init__(world, now)
+        self._works, self._woken, self._failed = works, woken, failed
+        self._thread: Thread | None = None
+        self._ended = False
+
+    def begin(self, timeline: Timeline) -> None:
+        super().begin(timeline)
+        if self._thread is None:
+            self._thread = Thread(target=self._compute, name="vrs course", daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _compute(self) -> None:
+        told = -inf
+        try:
+            while not self._ended:
+                begun = time.thread_time()
+                with _one_at_a_time:
+                    goes_on = self.step()
+                took = time.thread_time() - begun
+                if not goes_on or time.monotonic() - told > TOLD_EVERY:
+                    told = time.monotonic()
+                    self._woken()
+                if not goes_on:
+                    self._wait()
+                time.sleep(max(took * (1.0 / SHARE - 1.0), STEP))
+                self._give_way()
+        except Exception as error:
+            self._failed(error)
+
+    def _wait(self) -> None:
+        """Wait until there is something to compute."""
+        with self._changed:
+            if not (self._ended or self._cut is not NEVER or self._wants_more()):
+                self._changed.wait()
+
+    def _give_way(self) -> None:
+        """Wait while the robot has work, for some time."""
+        until = time.monotonic() + LAG
+        while self._works() and time.monotonic() < until:
+            time.sleep(LOOKS_EVERY)
+
+
+def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRows, float]:
+    """Return the rows of a course between two times [s], and the time before which these are all: `end`, unless that
+    would be too many for one message.
+    """
+    rows = course.rows(begin, end)
+    spans = [row.begin for several in rows.parts.values() for row in several]
+    changes = [row.begin for several in (*rows.signals.values(), *rows.sensors.values()) for row in several]
+    times = sorted([*spans, *changes, *(row.begin for row in rows.grips), *(row.time for row in rows.notes)])
+    later = [t for t in times[MAX_ROWS:] if t > max(begin, course.begins)]
+    if not later:
+        return rows, end
+    return course.rows(begin, later[0]), later[0]
+
+
+class WholeCourse(Struct, frozen=True):
+    """The course of a saved trajectory, as `course` and `contacts` tell it. `touches`: None where contacts cannot be
+    found. It is known before `until` [s]; None: for ever.
+    """
+
+    rows: CourseRows
+    touches: tuple[ContactSpan, ...] | None
+    until: float | None
+
+
+def whole_course(world: World, timeline: Timeline) -> WholeCourse:
+    """Compute the course and the contacts of a whole timeline; `to_json` makes JSON of it for a page."""
+    teller = CourseTeller(world, lambda: timeline.start)
+    teller.begin(timeline)
+    while teller.step():
+        pass
+    known = teller.known
+    assert known is not None
+    until = None if known.until == inf else known.until
+    return WholeCourse(known.course.rows(-inf, known.until), known.touches if teller.looks else None, until)
