@@ -80,7 +80,7 @@ def test_the_teacher_sees_who_wants_help(room: Class) -> None:
         assert done(tom.ask(WatchClass)).ok
         assert done(bob.ask(AskHelp)).ok
         tom.until(lambda one: isinstance(one, ClassState) and one.students[1].help == 1e9)
-        assert state_of(tom, "bob") == StudentState("bob", ("bob", "bob-2"), 1, 1e9)
+        assert state_of(tom, "bob") == StudentState("bob", ("bob", "bob-2"), 1, "bob", 1e9)
         bob.line("WHERE")
         assert [one.name for one in states(bob)[-1].students] == ["bob"]  # nothing of others
         assert done(tom.ask(lambda id: AskHelp(id, wanted=False, student="bob"))).ok

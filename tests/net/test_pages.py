@@ -397,3 +397,14 @@ def test_data_wants_a_token_where_the_server_does(classroom: Classroom) -> None:
     assert get(classroom.it, path).status == 401
     found = get(classroom.it, path, f"Authorization: Bearer {classroom.tokens['bob']}")
     assert (found.status, found.read()) == (200, b"{}")
+
+
+def test_a_page_learns_the_robots_of_its_token(server: Serving, classroom: Classroom) -> None:
+    assert get(server, "/robots").read() == b'{"robots": ["cell1", "cell2"]}'
+    assert get(classroom.it, "/robots").status == 401
+    own = get(classroom.it, "/robots", f"Authorization: Bearer {classroom.tokens['bob']}")
+    assert own.read() == b'{"robots": ["bob", "demo"]}'
+    (cookie,) = cookies_of(enter(classroom, "ada", "tom"))
+    all_of_them = get(classroom.it, "/robots", f"Cookie: {cookie.partition(';')[0]}")
+    assert all_of_them.headers["Cache-Control"] == "no-store"
+    assert b'"ada", "bob"' in all_of_them.read()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from vrs_cli.errors import LimitReached, RequestRefused
 from vrs_cli.net import messages
@@ -110,12 +110,12 @@ class ClassBoard:
         """Tell everybody what has changed. To be called some times a second, too."""
         clients = [client for client in self._clients() if client.link is not None]
         self._watching &= set(clients)
-        here = dict[str, int]()
+        here = dict[str, list[ClientSession]]()
         for client in clients:
-            here[client.grant.name] = here.get(client.grant.name, 0) + 1
+            here.setdefault(client.grant.name, []).append(client)
         students = {grant.name: grant for grant in self._grants() if not grant.teacher}
         self._help = {name: at for name, at in self._help.items() if name in students}
-        states = {name: self._state(grant, here.get(name, 0)) for name, grant in students.items()}
+        states = {name: self._state(grant, here.get(name, [])) for name, grant in students.items()}
         whole = ClassState(bool(self.frozen_by), tuple(states.values()))
         told = dict[ClientSession, ClassState]()
         for client in clients:
@@ -135,9 +135,11 @@ class ClassBoard:
         """Tell a client the state again: it has a new connection."""
         self._told.pop(client, None)
 
-    def _state(self, grant: Grant, here: int) -> StudentState:
-        name = grant.name
-        return StudentState(name, self._own(grant), here, self._help.get(name), handed_in=self._files_of(name))
+    def _state(self, grant: Grant, here: Sequence[ClientSession]) -> StudentState:
+        name, own = grant.name, self._own(grant)
+        at = max((client for client in here if client.robot in own), key=lambda one: one.heard_at, default=None)
+        robot = "" if at is None else at.robot
+        return StudentState(name, own, len(here), robot, self._help.get(name), handed_in=self._files_of(name))
 
     def _files_of(self, student: str) -> tuple[str, ...]:
         if student not in self._handed_in:

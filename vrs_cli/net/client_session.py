@@ -111,6 +111,11 @@ class ClientSession(UserSession):
         self._status: PromptStatus | None = None  # as `Status` told it last
         self._columns: int | None = None  # of the client's screen, for which replies are sent as lines, too
 
+    @property
+    def robot(self) -> str:
+        """The name of the robot."""
+        return self._robot.name
+
     # --- connections ---
 
     def attach(self, link: ClientSocket, hello: messages.Hello) -> None:

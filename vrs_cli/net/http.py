@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import json
 from collections.abc import Callable, Iterable, Mapping
 from http import HTTPStatus
 from socket import gethostname
@@ -15,11 +16,12 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from vrs_cli.errors import NonexistentFile, RequestRefused, VrsError
-from vrs_cli.net.pages import VIEW, ServedPage, explanation, refusal_of, response_of
+from vrs_cli.net.pages import KINDS, VIEW, ServedPage, explanation, refusal_of, response_of
 from vrs_cli.net.served_shapes import MESH
-from vrs_cli.net.tokens import Grant
+from vrs_cli.net.tokens import OPEN, Grant
 
 ROBOTS, ENTER, LEAVE = "/robots/", "/enter/", "/leave/"
+LIST = "/robots"  # of the robots of a token: JSON
 LEAVING = ("X-Vrs", "leave")  # a header that only the page itself can send
 METHOD_CHARS = 8  # of the longest method that is answered, and its space
 OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")
@@ -148,7 +150,7 @@ class OwnNames:
 
 class HttpAnswers:
     """Answers requests at the `port` of a server. `find`: the grant of a token that comes from an address. `tokens`:
-    the server wants them. `robots`: the names of those that are open. `own`: the robots of a grant, with one that is
+    the server wants them. `robots`: the names of those of a grant. `own`: the robots of a grant, with one that is
     wanted. Both this and `find` raise RequestRefused. `mesh`: a mesh of a robot; raises NonexistentFile.
     """
 
@@ -160,7 +162,7 @@ class HttpAnswers:
         names: OwnNames,
         origins: Iterable[str],
         find: Callable[[str, str], Grant],
-        robots: Callable[[], Iterable[str]],
+        robots: Callable[[Grant], Iterable[str]],
         own: Callable[[Grant, str], tuple[str, ...]],
         mesh: Callable[[str, str], bytes],
         tell: Callable[[str], None],
@@ -211,7 +213,8 @@ class HttpAnswers:
             return refusal_of(HTTPStatus.MISDIRECTED_REQUEST, what)
         if path == "/":
             address = f"{'wss' if self._tls else 'ws'}://{hosts[0]}"
-            return explanation(address, self._robots(), shown=self._pages is not None, tokens=self._tokens)
+            robots = () if self._tokens else self._robots(OPEN)
+            return explanation(address, robots, shown=self._pages is not None, tokens=self._tokens)
         if path.startswith(ROBOTS):
             page = f"; its page is {VIEW}{path.removeprefix(ROBOTS)}" if self._pages is not None else ""
             what = f"this is the address of a robot for programs, as vrs connect{page}"
@@ -219,13 +222,17 @@ class HttpAnswers:
         if self._pages is not None and self._pages.cookies and self._tokens and path.startswith((ENTER, LEAVE)):
             return self._exchange(socket, headers, path)
         found = None if self._pages is None else self._pages.find(path)
-        if found is None:
+        if found is None and (self._pages is None or path != LIST):
             return refusal_of(HTTPStatus.NOT_FOUND, "there is no such page")
-        if found.guarded and self._tokens:
+        grant = OPEN
+        if self._tokens and (found is None or found.guarded):
             try:
-                self._find(token_of(headers, self.port), socket.remote_address[0])
+                grant = self._find(token_of(headers, self.port), socket.remote_address[0])
             except RequestRefused as error:
                 return refusal_of(HTTPStatus.UNAUTHORIZED, str(error))
+        if found is None:
+            names = json.dumps({"robots": [*self._robots(grant)]}).encode()
+            return response_of(HTTPStatus.OK, names, KINDS[".json"], ("Cache-Control", "no-store"))
         return found.response(headers)
 
     async def _glb(self, name: str, file: str) -> Response:
@@ -256,12 +263,12 @@ class HttpAnswers:
             return refusal_of(HTTPStatus.UNAUTHORIZED, str(error))
         if not all(one.isascii() and one.replace("-", "").replace("_", "").replace(".", "").isalnum() for one in names):
             return refusal_of(HTTPStatus.NOT_FOUND, "there is no such robot")
-        paths = (ROBOTS.rstrip("/"),) if grant is not None and grant.teacher else (f"{ROBOTS}{one}" for one in names)
+        paths = (LIST,) if grant is not None and grant.teacher else (f"{ROBOTS}{one}" for one in names)
         rest = f"HttpOnly; SameSite=Strict{'; Secure' if self._tls else ''}{'; Max-Age=0' if leaves else ''}"
         value = "" if leaves else quote(token, safe="")
         cookies = [f"{cookie_name(self.port)}={value}; Path={at}; {rest}" for at in dict.fromkeys(paths)]
         if leaves:
-            cookies.append(f"{cookie_name(self.port)}=; Path={ROBOTS.rstrip('/')}; {rest}")
+            cookies.append(f"{cookie_name(self.port)}=; Path={LIST}; {rest}")
         more = (("Set-Cookie", cookie) for cookie in cookies)
         return response_of(HTTPStatus.NO_CONTENT, b"", "", ("Cache-Control", "no-store"), *more)
 

@@ -476,14 +476,15 @@ class Listed(Result, frozen=True):
 
 
 class StudentState(Struct, frozen=True, omit_defaults=True):
-    """A student: the own robots, and how many connections of this student are at them. `help`: the seconds since 1970
-    when help was asked for, null if it is not. `lesson`, `step`, `of`: where the student is in the lessons.
-    `handed_in`: the names of the files that were handed in, the newest last.
+    """A student: the own robots, how many connections of this student are at them, and at which one was last. `help`:
+    the seconds since 1970 when help was asked for, null if it is not. `lesson`, `step`, `of`: where the student is in
+    the lessons. `handed_in`: the names of the files that were handed in, the newest last.
     """
 
     name: str
     robots: tuple[str, ...] = ()
     here: Count = 0
+    at: str = ""
     help: float | None = None
     lesson: str = ""
     step: Count = 0

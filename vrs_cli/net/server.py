@@ -272,7 +272,7 @@ class Server:
             names,
             place.origins,
             self._find,
-            lambda: self.hub.rooms,
+            self._names,
             lambda grant, name: (self.hub.chosen(grant, name), *self.hub.own_names(grant)),
             self._mesh,
             tell,
@@ -340,6 +340,9 @@ class Server:
             return refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
         assert isinstance(socket, HttpSocket)
         return await self._http.answer(socket, request)
+
+    def _names(self, grant: Grant) -> tuple[str, ...]:
+        return self.hub.names(grant)
 
     def _mesh(self, name: str, file: str) -> bytes:
         """Return a mesh of a robot. Raises NonexistentFile, and what makes the mesh fail."""
