@@ -153,6 +153,17 @@ def test_programs_are_handed_in_and_collected(room: Class) -> None:
     ]
 
 
+def test_all_that_a_robot_knows_is_handed_in(room: Class) -> None:
+    with room.call("ada") as ada:
+        assert not done(ada.ask(HandIn)).ok
+        ada.lines(".PROGRAM pick", "DRIVE 1, 10", ".END", "SET p = HERE", "n = 3")
+        assert done(ada.ask(HandIn)).ok
+        text = room.folder.latest()["ada"].read_text()
+    assert ".PROGRAM pick" in text
+    assert ".LOCATIONS" in text
+    assert "n                3" in text
+
+
 def test_a_student_is_removed_with_all_files_while_the_server_runs(room: Class) -> None:
     with room.call("ada") as ada, room.call("bob") as bob:
         assert ada.line("DRIVE 1, 10").ok

@@ -6,6 +6,8 @@ import asyncio
 from collections.abc import Callable, Iterable, Sequence
 
 from vrs_cli.errors import LimitReached, RequestRefused
+from vrs_cli.files.store import EVERYTHING, chosen, text_of
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net import messages
 from vrs_cli.net.class_folder import ClassFolder
 from vrs_cli.net.client_session import ClientSession, commands
@@ -64,6 +66,8 @@ class ClassBoard:
                 self._ask_help(client, student, wanted=wanted)
             case messages.HandIn(name=name, text=text):
                 student = client.grant.name
+                if text is None:
+                    text = await asyncio.to_thread(_memory_of, client.session)
                 file = await asyncio.to_thread(self._folder.hand_in, student, name, text, self._wall())
                 self._handed_in[student] = (*self._files_of(student), file)[-MAX_LISTED:]
                 client.note(f"(hand in {file}, {len(text)} characters)", "done")
@@ -150,3 +154,12 @@ class ClassBoard:
 
 def _teaches(client: ClientSession) -> bool:
     return client.grant.teacher and bool(client.grant.name)
+
+
+def _memory_of(session: Session) -> str:
+    """Return all programs and variables of a robot, as STORE writes them. Raises RequestRefused if there are none."""
+    memory, layout = session.actor.call(lambda: (session.environment.copy(), session.layout)).result()
+    text = text_of(chosen(memory, [*EVERYTHING], ()), layout, everything=True)
+    if not text.strip():
+        raise RequestRefused("there is nothing to hand in", "write a program first")
+    return text

@@ -214,10 +214,12 @@ class AskHelp(Command, frozen=True):
 
 
 class HandIn(Command, frozen=True):
-    """A student hands in a program, the text of a .v2 file; `name`: how the student calls it."""
+    """A student hands in a program, the text of a .v2 file; without `text` all programs and variables of the robot.
+    `name`: how the student calls it.
+    """
 
-    name: Name
-    text: str
+    name: Name = ""
+    text: str | None = None
 
 
 class WatchClass(Command, frozen=True):

@@ -186,6 +186,7 @@ def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: boo
         f"<code>vrs_cli.connect({escape(repr(address))})</code>.</p>"
     )
     head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
+    head += '<link rel="icon" href="data:,">'
     html = (
         f'<!doctype html><html lang="en"><head>{head}<title>vrs: virtual robots</title><style>{STYLE}</style></head>'
         f"<body><main>{''.join(parts)}</main></body></html>"

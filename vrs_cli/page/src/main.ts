@@ -1,7 +1,9 @@
 import "./style/style.css";
 import { App } from "./app";
+import { makeClass } from "./class";
 import { Connection } from "./core/connection";
 import { LiveSource } from "./core/source";
+import { addressOf, exchangeToken, takeToken } from "./core/token";
 import { makeLayout } from "./layout";
 import { makeScene } from "./scene/scene";
 import { makeDelays } from "./panels/delays";
@@ -9,17 +11,12 @@ import { makeDriving } from "./panels/driving";
 import { makeHint } from "./panels/notice";
 import { makeViewing } from "./panels/viewing";
 
-const fragment = new URLSearchParams(location.hash.slice(1));
-if (fragment.has("token")) {
-  sessionStorage.setItem("token", fragment.get("token")!);
-  history.replaceState(null, "", location.pathname + location.search); // the secret leaves the address
-}
+const token = takeToken();
 const robot = decodeURIComponent(location.pathname.replace(/^\/view\//, ""));
-const scheme = location.protocol === "https:" ? "wss" : "ws";
 const slot = makeLayout();
-const connection = new Connection(
-  `${scheme}://${location.host}/robots/${encodeURIComponent(robot)}`, sessionStorage.getItem("token") ?? "", "browser",
-);
+const connection = new Connection(addressOf(robot), token, "browser");
+connection.on("welcome", () => void exchangeToken(robot, token));
+makeClass(connection, slot);
 const end = connection.on("change", () => {
   end();
   const app = new App(new LiveSource(connection), connection);

@@ -1,4 +1,178 @@
 import "./style/style.css";
+import "./style/class.css";
+import { ago, handedInAt, wrong, type ClassState, type Student } from "./class";
+import { Connection, type Message } from "./core/connection";
+import { addressOf, bearer, exchangeToken, takeToken } from "./core/token";
 import { h } from "./dom";
+import { Tiles } from "./scene/tiles";
 
-document.body.append(h("main", { text: "all robots" }));
+const HZ = 2; // pictures of each robot in a second
+
+/** One robot of the wall: its picture and what is to be said of it. */
+class Tile {
+  connection: Connection | null = null;
+  student: Student | null = null;
+  readonly picture = h("a", { class: "tile-picture", target: "_blank", rel: "noopener", tabindex: "-1", "aria-hidden": "true" });
+  readonly element: HTMLElement;
+  private readonly link = h("a", { target: "_blank", rel: "noopener" });
+  private readonly lamp = h("span", { class: "lamp", role: "img" });
+  private readonly says = h("p", { class: "note" });
+  private readonly since = h("span");
+  private readonly help = h("div", { class: "row spread note warn", hidden: true }, this.since);
+  private activity: Message = {};
+  private robot = "";
+
+  constructor(readonly name: string, private readonly token: string, answered: (student: string) => void) {
+    this.help.append(h("button", { class: "button", type: "button", text: "Answered", onclick: () => answered(name) }));
+    this.link.textContent = name;
+    this.element = h("article", { class: "tile", "aria-label": name }, this.picture,
+      h("div", { class: "tile-text stack" }, h("div", { class: "row spread" }, this.link, this.lamp), this.says, this.help));
+    this.show();
+  }
+
+  /** Follows a robot: the one at which the student is, or was last. */
+  follow(robot: string): void {
+    if (this.robot === robot) return;
+    this.robot = robot;
+    this.connection?.leave();
+    this.connection = new Connection(addressOf(robot), this.token, "wall");
+    this.connection.on("activity", (activity) => {
+      this.activity = activity;
+      this.show();
+    });
+    this.connection.on("state", () => this.show());
+    this.picture.href = this.link.href = `/view/${encodeURIComponent(robot)}`;
+  }
+
+  show(): void {
+    const { student, activity } = this;
+    const open = this.connection?.state === "open";
+    const lit = student ? !!student.here : open;
+    this.lamp.className = `lamp ${lit ? "good" : ""}`;
+    this.lamp.setAttribute("aria-label", student ? (lit ? "here" : "not here") : open ? "connected" : "not connected");
+    this.lamp.title = this.lamp.getAttribute("aria-label")!;
+    const at = handedInAt(student?.handed_in?.at(-1) ?? "");
+    this.says.textContent = [
+      this.connection ? "" : "has not been here yet",
+      student?.lesson ? `${student.lesson}${student.of ? `, step ${Math.min((student.step ?? 0) + 1, student.of)} of ${student.of}` : ""}` : "",
+      activity.programs?.length ? `runs ${activity.programs.join(", ")}` : "",
+      activity.driver && activity.driver !== this.name ? `${activity.driver} drives` : "",
+      at ? `handed in ${at.toLocaleTimeString([], { timeStyle: "short" })}` : "",
+    ].filter(Boolean).join(" · ");
+    const asks = student?.help != null;
+    this.element.classList.toggle("asks", asks);
+    this.help.hidden = !asks;
+    if (asks) this.since.textContent = `Asks for help: ${ago(student!.help!)}`;
+  }
+}
+
+/** The wall: all robots of a token, and of a class all students. */
+class Wall {
+  private readonly tiles = new Map<string, Tile>();
+  private readonly grid = h("div", { class: "wall-tiles" });
+  private readonly count = h("span", { class: "note", role: "status" });
+  private readonly note = h("p", { class: "note bad wall-note", role: "alert", hidden: true });
+  private readonly freeze = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Freeze", title: "Nobody's commands are carried out until you go on; ABORT is" });
+  private readonly teaching: HTMLElement;
+  private readonly pictures: Tiles;
+  private class: Connection | null = null;
+
+  constructor(private readonly token: string) {
+    const text = h("input", { class: "field", placeholder: "Say something to all", "aria-label": "Message to all students", maxlength: "4000" });
+    const say = h("form", { class: "wall-say", onsubmit: (event: Event) => {
+      event.preventDefault();
+      if (text.value.trim()) void this.ask("announce", { text: text.value }).then((done) => done && (text.value = ""));
+    } }, text, h("button", { class: "button", text: "Say to all" }));
+    this.freeze.addEventListener("click", () => void this.ask("freeze", { frozen: this.freeze.getAttribute("aria-pressed") !== "true" }));
+    const collect = h("button", { class: "button", type: "button", text: "Collect", title: "Save the newest program of each as a ZIP file", onclick: () => void this.collect() });
+    this.teaching = h("div", { class: "row", style: "flex: 1", hidden: true }, say, this.freeze, collect);
+    document.body.append(h("main", { class: "wall" },
+      h("header", { class: "wall-head" }, h("h1", { text: "All robots" }), this.count, this.teaching), this.note,
+      h("div", { class: "wall-scroll" }, this.grid)));
+    this.pictures = new Tiles(this.grid, HZ);
+    setInterval(() => this.tiles.forEach((tile) => tile.show()), 20_000); // how long ago
+  }
+
+  /** Shows the robots that the token allows; of a teacher's class the students. */
+  async open(): Promise<void> {
+    const answer = await fetch("/robots", { headers: bearer(this.token), cache: "no-store" }).catch(() => null);
+    if (!answer?.ok) return this.tell(answer ? (await answer.text()).trim() : "The server does not answer. Load this page again.");
+    const { robots } = (await answer.json()) as { robots: string[] };
+    if (!robots.length) return this.tell("There is no robot for you here.");
+    await exchangeToken(robots[0], this.token);
+    const first = (this.class = new Connection(addressOf(robots[0]), this.token, "wall"));
+    first.on("classstate", (state: ClassState) => this.state(state));
+    first.on("welcome", (welcome) => {
+      const all = (): void => robots.forEach((robot) => this.tile(robot).follow(robot));
+      if (welcome.role !== "teacher") return all();
+      void first.ask("watchclass").then((done) => (wrong(done) ? all() : undefined));
+    });
+  }
+
+  private tile(name: string): Tile {
+    let tile = this.tiles.get(name);
+    if (!tile) {
+      tile = new Tile(name, this.token, (student) => void this.ask("askhelp", { wanted: false, student }));
+      this.tiles.set(name, tile);
+      this.grid.append(tile.element);
+      this.pictures.add(tile.picture, () => tile!.connection);
+    }
+    return tile;
+  }
+
+  /** Shows the state of a class: who waits longest for help comes first, then all by name. */
+  private state({ frozen, students = [] }: ClassState): void {
+    this.teaching.hidden = false;
+    this.freeze.setAttribute("aria-pressed", String(!!frozen));
+    this.freeze.textContent = frozen ? "Go on" : "Freeze";
+    const waits = (one: Student): number => one.help ?? Infinity;
+    const ordered = [...students].sort((a, b) => waits(a) - waits(b) || a.name.localeCompare(b.name));
+    ordered.forEach((student, place) => {
+      const tile = this.tile(student.name);
+      tile.student = student;
+      if (student.at) tile.follow(student.at);
+      tile.show();
+      tile.element.style.order = String(place);
+    });
+    for (const [name, tile] of this.tiles) {
+      if (students.some((one) => one.name === name)) continue;
+      tile.connection?.leave();
+      tile.element.remove();
+      this.tiles.delete(name);
+      this.pictures.remove(tile.picture);
+    }
+    const [here, ask] = [students.filter((one) => one.here).length, students.filter((one) => one.help != null).length];
+    this.count.textContent = `${here} of ${students.length} are here${ask ? `, ${ask} ask${ask === 1 ? "s" : ""} for help` : ""}`;
+    document.title = ask ? `(${ask}) all robots` : "vrs: all robots";
+  }
+
+  private async ask(type: string, fields: Message): Promise<Message | null> {
+    const answer = await this.class!.ask(type, fields);
+    const why = wrong(answer);
+    this.tell(why ?? "");
+    return why ? null : answer;
+  }
+
+  private async collect(): Promise<void> {
+    const answer = await this.ask("collect", {});
+    if (!answer) return;
+    const bytes = Uint8Array.from(atob(answer.data as string), (one) => one.charCodeAt(0));
+    const link = h("a", { href: URL.createObjectURL(new Blob([bytes], { type: "application/zip" })), download: String(answer.name) });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+  }
+
+  private tell(text: string): void {
+    this.note.textContent = text;
+    this.note.hidden = !text;
+  }
+
+  /** How many pictures were drawn, and the time that took [ms]: for tests and measurements. */
+  get drawn(): { tiles: number; milliseconds: number } {
+    return this.pictures.drawn;
+  }
+}
+
+const wall = new Wall(takeToken());
+void wall.open();
+Object.assign(window, { wall });

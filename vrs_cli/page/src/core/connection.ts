@@ -16,7 +16,8 @@ export interface Welcome extends Message {
 /** The names of what can be listened to: messages by their type, and "state" of the connection, "change" of the timeline. */
 export type Topic =
   | "state" | "welcome" | "change" | "clock" | "told" | "typed" | "asked" | "withdrawn"
-  | "activity" | "lease" | "status" | "pulled" | "preview" | "closing";
+  | "activity" | "lease" | "status" | "pulled" | "preview" | "closing"
+  | "classstate" | "announced" | "lesson";
 export type ConnectionState = "opening" | "open" | "cut" | "refused";
 
 /** A client of one robot, by docs/protocol.md: it holds the timeline and the clock. */
@@ -28,6 +29,7 @@ export class Connection {
   private listeners = new Map<string, Set<(message: Message) => void>>();
   private waiting = new Map<number, { done: (answer: Message) => void; told: (message: Message) => void }>();
   private ids = 0;
+  private left = false;
   private seq = 0;
   private bestTrip = Infinity;
   private socket!: WebSocket;
@@ -69,6 +71,13 @@ export class Connection {
     return this.clock.realtime && !this.clock.paused;
   }
 
+  /** Leaves for good: the server forgets this client at once. */
+  leave(): void {
+    this.left = true;
+    this.send({ type: "bye" });
+    this.socket.close();
+  }
+
   private open(): void {
     const socket = (this.socket = new WebSocket(this.url));
     const resume = this.welcome && { connection: this.welcome.connection, seq: this.seq, unanswered: [...this.waiting.keys()] };
@@ -82,7 +91,7 @@ export class Connection {
     socket.onmessage = (event) => this.take(JSON.parse(event.data as string));
     socket.onclose = () => {
       this.become("cut");
-      setTimeout(() => this.open(), 1000);
+      if (!this.left) setTimeout(() => this.open(), 1000);
     };
   }
 

@@ -1,0 +1,115 @@
+"""A class in real browsers: a student's page, and the wall of the teacher."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.live import until as wait_until
+from tests.net.serving import Serving, serving
+from tests.page.browser import alone, changed, drawn, line, picture, until, window
+from vrs_cli.net.class_board import ClassBoard
+from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
+from vrs_cli.net.pages import ServedPage
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+HOSTILE = "<img src=x onerror=alert(1)>"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> ClassFolder:
+    folder = ClassFolder(tmp_path / "9b")
+    folder.make(["ada", "bob", "carl"])
+    return folder
+
+
+@pytest.fixture
+def lesson_room(built: Path, folder: ClassFolder, tmp_path: Path) -> Iterator[Serving]:
+    """A served class."""
+    pages = ServedPage.read(built, cookies=True)
+    with serving(tmp_path, (), tokens=folder.tokens, own=OWN_ROBOTS, pages=pages) as it:
+        it.server.board = ClassBoard(folder, it.hub.clients, it.server.grants, it.hub.own_names, lambda: 1e9)
+        yield it
+
+
+@pytest.fixture
+def ada(chromium: Browser) -> Iterator[Page]:
+    with alone(), window(chromium) as page:
+        yield page
+
+
+@pytest.fixture
+def tom(chromium: Browser, ada: Page) -> Iterator[Page]:  # noqa: ARG001 (who has the machine)
+    with window(chromium) as page:
+        yield page
+
+
+def link(served: Serving, folder: ClassFolder, who: str) -> str:
+    token = {**folder.students(), **folder.teachers()}[who]
+    where = "wall" if who == "teacher" else f"view/{who}"
+    return f"{served.address.replace('ws', 'http', 1)}/{where}#token={token}"
+
+
+def test_a_class_from_a_link_to_a_collected_program(
+    ada: Page, tom: Page, lesson_room: Serving, folder: ClassFolder, tmp_path: Path
+) -> None:
+    ada.goto(link(lesson_room, folder, "ada"))
+    drawn(ada)
+    assert "token" not in ada.url
+    until(ada, "sessionStorage.getItem('token') === null")
+    assert all(cookie["httpOnly"] and cookie["sameSite"] == "Strict" for cookie in ada.context.cookies())
+    ada.reload()  # the cookie lets her in
+    drawn(ada)
+
+    tom.goto(link(lesson_room, folder, "teacher"))
+    tom.get_by_role("article", name="ada").get_by_label("here", exact=True).wait_for()
+    assert tom.get_by_role("article").count() == 3
+    until(tom, "wall.drawn.tiles > 0")
+    assert len({tuple(colour) for colour in picture(tom, ".tile-picture").reshape(-1, 3)}) > 20
+
+    before = picture(tom, ".tile-picture")
+    line(ada, "DRIVE 1, 60")
+    wait_until(lambda: changed(before, picture(tom, ".tile-picture")) > 0.005)
+
+    ada.get_by_role("button", name="Ask for help").click()
+    tom.get_by_text("Asks for help:").wait_for()
+    assert "1 asks for help" in tom.get_by_role("status").first.inner_text()
+    tom.get_by_role("button", name="Answered").click()
+    ada.get_by_role("button", name="Ask for help").wait_for()
+
+    tom.get_by_label("Message to all students").fill(HOSTILE)
+    tom.keyboard.press("Enter")
+    ada.get_by_text(f"teacher: {HOSTILE}").wait_for()  # as text: nothing of it is carried out
+
+    tom.get_by_role("button", name="Freeze").click()
+    ada.get_by_text("Your teacher has stopped the class").wait_for()
+    refused = ada.evaluate("app.connection.ask('line', { text: 'DRIVE 1, 10' })")
+    assert "has stopped the class" in str(refused["refusal"])
+    tom.get_by_role("button", name="Go on").click()
+    until(ada, "document.querySelector('.class-note').hidden")
+
+    line(ada, "x = 3")
+    ada.get_by_role("button", name="Hand in").click()
+    ada.get_by_text("Handed in. You may").wait_for()
+    tom.get_by_role("article", name="ada").get_by_text("handed in").wait_for()
+    with tom.expect_download() as download:
+        tom.get_by_role("button", name="Collect").click()
+    download.value.save_as(tmp_path / "all.zip")
+    with zipfile.ZipFile(tmp_path / "all.zip") as file:
+        assert file.namelist() == ["ada.v2"]
+        assert b".REALS" in file.read("ada.v2")
+
+
+def test_who_leaves_needs_the_link_again(ada: Page, lesson_room: Serving, folder: ClassFolder) -> None:
+    ada.goto(link(lesson_room, folder, "ada"))
+    drawn(ada)
+    until(ada, "sessionStorage.getItem('token') === null")
+    ada.get_by_role("button", name="Leave").click()
+    ada.get_by_text("open the link that you were given").wait_for()
+    assert ada.context.cookies() == []

@@ -1,0 +1,129 @@
+import * as THREE from "three";
+import type { Connection } from "../core/connection";
+import { frames, g, type Model } from "../core/kinematics";
+import { identity } from "../core/transform";
+import { HOME, homeBall } from "./camera";
+import { onTheme, palette } from "./colours";
+import { Bodies, Figure } from "./figure";
+
+THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
+
+const FIELD = 0.66; // [rad] of view, as in the picture of one robot
+
+/** A figure that all robots of one kind share, and where the camera stands for it. */
+interface Kind {
+  figure: Figure;
+  ball: THREE.Sphere;
+}
+
+/** Small pictures of many robots, drawn by one renderer on one canvas behind them. What stands still is not drawn again. */
+export class Tiles {
+  readonly drawn = { tiles: 0, milliseconds: 0 };
+  private readonly renderer = new THREE.WebGLRenderer({ antialias: false, alpha: true, preserveDrawingBuffer: true, powerPreference: "low-power" });
+  private readonly scene = new THREE.Scene();
+  private readonly camera = new THREE.PerspectiveCamera(THREE.MathUtils.radToDeg(FIELD), 4 / 3, 0.01, 100);
+  private readonly lamp = new THREE.DirectionalLight(0xffffff, 2.2);
+  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.8);
+  private readonly kinds = new Map<string, Kind>();
+  private readonly known = new WeakMap<Model, Kind>();
+  private readonly places = new Map<HTMLElement, { robot: () => Connection | null; seen: string }>();
+  private background = new THREE.Color();
+  private layout = "";
+
+  /** `grid` holds the places of the pictures; `hz`: how often they are looked at. */
+  constructor(private readonly grid: HTMLElement, hz: number) {
+    this.renderer.setPixelRatio(1);
+    this.renderer.setScissorTest(true);
+    this.renderer.domElement.setAttribute("aria-hidden", "true");
+    this.lamp.position.set(1.5, -1, 3);
+    this.scene.add(this.sky, this.lamp);
+    grid.prepend(this.renderer.domElement);
+    onTheme(() => this.paint());
+    this.paint();
+    setInterval(() => document.hidden || this.draw(), 1000 / hz);
+  }
+
+  /** Draws a robot where an element is. */
+  add(place: HTMLElement, robot: () => Connection | null): void {
+    this.places.set(place, { robot, seen: "" });
+  }
+  remove(place: HTMLElement): void {
+    this.places.delete(place);
+    this.layout = "";
+  }
+
+  private paint(): void {
+    const { background, sky, ground } = palette();
+    this.background = new THREE.Color(background);
+    this.sky.color.set(sky);
+    this.sky.groundColor.set(ground);
+    this.layout = "";
+  }
+
+  private kind(model: Model): Kind {
+    const known = this.known.get(model);
+    if (known) return known;
+    const key = JSON.stringify([model.name, model.joints, model.base ?? 0, model.flange ?? 0, model.shapes]);
+    let kind = this.kinds.get(key);
+    if (!kind) {
+      const bodies = new Bodies(model);
+      kind = { figure: new Figure(bodies), ball: homeBall(model, bodies) };
+      this.scene.add(kind.figure.root);
+      this.kinds.set(key, kind);
+      void bodies.ready.then(() => {
+        kind!.ball = homeBall(model, bodies);
+        this.layout = "";
+      });
+    }
+    this.known.set(model, kind);
+    return kind;
+  }
+
+  private draw(): void {
+    const begun = performance.now();
+    const whole = this.grid.getBoundingClientRect();
+    const seen = this.grid.parentElement!.getBoundingClientRect();
+    const rects = [...this.places.keys()].map((place) => place.getBoundingClientRect());
+    const layout = [whole.width, whole.height, ...rects.map((one) => `${one.x - whole.x} ${one.y - whole.y}`)].join();
+    if (layout !== this.layout) {
+      this.layout = layout;
+      this.renderer.setSize(whole.width, whole.height);
+      this.renderer.setScissor(0, 0, whole.width, whole.height);
+      this.renderer.setClearColor(this.background, 0);
+      this.renderer.clear();
+      for (const place of this.places.values()) place.seen = "";
+    }
+    let at = 0;
+    for (const place of this.places.values()) {
+      const rect = rects[at++];
+      if (rect.bottom < seen.top || rect.top > seen.bottom) continue;
+      const robot = place.robot();
+      const model = robot?.welcome?.model;
+      if (!robot || !model || !robot.timeline.segments.length) continue;
+      const t = Math.min(robot.now(), robot.timeline.end);
+      const now = `${robot.url} ${robot.timeline.version} ${t}`;
+      if (now === place.seen) continue;
+      place.seen = now;
+      this.drawOne(model, frames(model, g(model, robot.timeline, t)), rect, whole);
+      this.drawn.tiles++;
+    }
+    this.drawn.milliseconds += performance.now() - begun;
+  }
+
+  private drawOne(model: Model, links: Float64Array[], rect: DOMRect, whole: DOMRect): void {
+    const shown = this.kind(model);
+    for (const { figure } of this.kinds.values()) figure.root.visible = figure === shown.figure;
+    shown.figure.pose(links, 0, identity());
+    this.camera.aspect = rect.width / rect.height;
+    const half = Math.atan(Math.tan(FIELD / 2) * Math.min(1, this.camera.aspect));
+    const away = shown.ball.radius / Math.sin(half);
+    this.camera.position.copy(HOME).normalize().multiplyScalar(away).add(shown.ball.center);
+    this.camera.lookAt(shown.ball.center);
+    this.camera.updateProjectionMatrix();
+    const [x, y] = [rect.x - whole.x, whole.bottom - rect.bottom];
+    this.renderer.setViewport(x, y, rect.width, rect.height);
+    this.renderer.setScissor(x, y, rect.width, rect.height);
+    this.renderer.setClearColor(this.background, 1);
+    this.renderer.render(this.scene, this.camera);
+  }
+}
