@@ -3,7 +3,8 @@ import type { Connection } from "../core/connection";
 import { frames, g, type Model } from "../core/kinematics";
 import { identity } from "../core/transform";
 import { HOME, homeBall } from "./camera";
-import { onTheme, palette } from "./colours";
+import { isDark, onTheme } from "../style/theme";
+import { palette } from "./colours";
 import { Bodies, Figure } from "./figure";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
@@ -53,7 +54,7 @@ export class Tiles {
   }
 
   private paint(): void {
-    const { background, sky, ground } = palette();
+    const { background, sky, ground } = palette(isDark());
     this.background = new THREE.Color(background);
     this.sky.color.set(sky);
     this.sky.groundColor.set(ground);
