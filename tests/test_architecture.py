@@ -174,6 +174,7 @@ DEFERRED = (
         "as above",
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
+    Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
         ("contacts/watch.py", "net/told_course.py", "view3d/contact_marks.py", "teach"),
         ("vrs_cli.contacts.checker", "vrs_cli.contacts.stages"),

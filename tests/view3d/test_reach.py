@@ -12,11 +12,12 @@ from msgspec import structs
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.reach_outline import CELLS, Sections, outline
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import moved_point
 from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.parts import Shown
-from vrs_cli.view3d.reach import CELLS, ReachView, Sections, boundary, outline
+from vrs_cli.view3d.reach import ReachView, boundary
 
 TIP = (0.0, 0.0, 0.1)
 

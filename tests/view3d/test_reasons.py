@@ -12,9 +12,10 @@ from tests.interfaces.monitor.test_showing import session
 from tests.interfaces.terminals import RecordingTerminal
 from tests.view3d.test_paths import seen
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.session.sketches import place_of, stopping_place
 from vrs_cli.values.replies import ReachReport
 from vrs_cli.values.results import ChainReport, MotionReport
-from vrs_cli.view3d.places import Reasons, dashes, place_of, stopping_place
+from vrs_cli.view3d.places import Reasons, dashes
 
 BENT = ("MOVE #PPOINT(0,-45,180,0,45,0)",)
 

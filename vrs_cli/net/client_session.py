@@ -21,6 +21,7 @@ from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.port.user_session import Pending, UserSession
 from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS
+from vrs_cli.interfaces.session.sketches import Drawable, sketch
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.text.source import MAX_LINE_CHARS
@@ -157,7 +158,8 @@ class ClientSession(UserSession):
             if long:
                 self._to_tell.append(parts_of(message, lines))
                 return
-            message = structs.replace(message, lines=tuple(lines))
+            drawn = sketch(message.reply) if self._columns is not None and isinstance(message.reply, Drawable) else None
+            message = structs.replace(message, lines=tuple(lines), sketch=drawn)
         if self._to_tell:
             self._to_tell.append(iter((message,)))
         else:

@@ -6,12 +6,13 @@ An act is data, and goes over a connection; `interfaces/session/acts.py` carries
 from __future__ import annotations
 
 from math import isfinite
+from typing import NamedTuple
 
 from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, is_rotation
+from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.motion import (
     AlignedTarget,
@@ -350,6 +351,58 @@ class RecordProgram(RobotAct[Defined], frozen=True):
     name: str
     begin: float
     end: float
+
+
+# --- pictures ---------------------------------------------------------------------------------------------------------
+
+Line = tuple[Vector, Vector]
+
+
+class SketchBall(NamedTuple):
+    """A place in a sketch [m]. `mood`: `good` for an end that is reached, `stop` where the tool stops, `bad` for a
+    contact.
+    """
+
+    name: str
+    place: Vector
+    mood: str
+
+
+class Sketch(Spoken, frozen=True, omit_defaults=True):
+    """An explanation as a picture, in the world [m]: ways that can be `followed`, ways that are `refused`, places,
+    frames of a chain, and a text at a place.
+    """
+
+    text: str
+    at: Vector
+    followed: tuple[Line, ...] = ()
+    refused: tuple[Line, ...] = ()
+    balls: tuple[SketchBall, ...] = ()
+    frames: tuple[Transform, ...] = ()
+
+
+class WhyRefused(RobotAct[Sketch | None], frozen=True):
+    """WHY of the place to which a motion of that text goes, as a picture; None where it goes to none."""
+
+    text: str
+
+
+class BoundaryCurves(Spoken, frozen=True):
+    """The boundary of the places that the tool reaches in its present configuration, with its present TOOL.
+
+    `lines`: of points (distance from the first axis [m], height [m], angle about it [rad]) in the frame of the model's
+    `base`, while joint 1 is 0. `turns`: the range of joint 1 [rad], through which the lines turn.
+    """
+
+    lines: tuple[tuple[Vector, ...], ...]
+    turns: tuple[float, float]
+
+
+class Boundary(RobotAct[BoundaryCurves], frozen=True):
+    """The boundary of the reach. Raises IllegalValue for an arm whose first joint slides."""
+
+
+# --- texts ------------------------------------------------------------------------------------------------------------
 
 
 class Findings(Spoken, frozen=True):

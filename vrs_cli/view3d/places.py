@@ -5,28 +5,22 @@ line to a place as far as the arm can follow it, and what stops it there.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from textwrap import fill
 
 import numpy as np
-from msgspec import Struct
 from viser import SceneApi
 
 from vrs_cli.engine.position import world_pose
-from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.session.sketches import Drawable, place_of, sketch
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import Transform, Vector, along, position, subtracted, unit_quaternion
-from vrs_cli.language.text.ast import DoInstruction, Instruction
-from vrs_cli.language.text.parser import parse_prompt
-from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.acts import Evaluate, Explain, Goal, Valued
 from vrs_cli.values.motion import Frames, JointTarget, PoseTarget
 from vrs_cli.values.replies import NamedLocation, ReachReport
-from vrs_cli.values.results import ChainReport, MotionReport, Reach
 from vrs_cli.view3d.parts import Rooted, Shown, gathered
 from vrs_cli.view3d.paths import THICK
 
@@ -89,51 +83,7 @@ GOOD, BAD, STOP = (52, 150, 82), (214, 48, 49), (140, 20, 20)
 BALL = 0.02  # of the reach
 DASH = 0.02  # of the reach: a dash of what cannot be, and the gap behind it
 WIDTH, LINES = 44, 8  # characters of a line of the label; how many of them at most
-MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
-
-
-class Sketch(Struct, frozen=True):
-    """An explanation as a picture, in the world [m]: ways that can and cannot be followed, as lines; places with balls;
-    frames of a chain; and a text at a place.
-    """
-
-    text: str
-    at: Vector
-    followed: tuple[tuple[Vector, Vector], ...] = ()
-    refused: tuple[tuple[Vector, Vector], ...] = ()
-    balls: tuple[tuple[str, Vector, tuple[int, int, int]], ...] = ()
-    frames: tuple[Transform, ...] = ()
-
-
-Drawable = ReachReport | MotionReport | ChainReport
-
-
-def sketch(report: Drawable, dash: float) -> Sketch | None:
-    """Return the picture of an explanation; None where it has none. `dash` [m]: of what cannot be followed."""
-    if isinstance(report, ReachReport):
-        return _sketch_of_reach(report, dash)
-    if isinstance(report, MotionReport):
-        plan = report.plan
-        if plan is None or not plan.path:
-            return None
-        balls = [("end", plan.path[-1], GOOD)]
-        balls += [("contact", plan.contact.place, BAD)] if plan.contact is not None else []
-        text = f"{report.text}: {plan.begin:.3f} to {plan.end:.3f} s, {1e3 * plan.length:.0f} mm"
-        return Sketch(text, plan.path[-1], tuple(pairwise(plan.path)), balls=tuple(balls))
-    frames = tuple(factor.product for factor in report.factors)
-    return Sketch(f"{report.text}, from the world on", position(frames[-1]), frames=frames)
-
-
-def _sketch_of_reach(report: ReachReport, dash: float) -> Sketch:
-    """The straight line as far as the arm can follow it, and what stops it there."""
-    reach = report.reach
-    stop = stopping_place(reach)
-    balls = [("stop", stop, GOOD if reach.line.duration is not None else STOP)]
-    for word, contact in (("move", report.move_contact), ("line", report.line_contact)):
-        if contact is not None:
-            balls.append((f"{word}_contact", contact.place, BAD))
-    refused = tuple(dashes(stop, reach.end, dash))
-    return Sketch(said(report), stop, ((reach.begin, stop),), refused, tuple(balls))
+MOODS = {"good": GOOD, "bad": BAD, "stop": STOP}
 
 
 class Reasons:
@@ -162,13 +112,13 @@ class Reasons:
     def _draw(self) -> None:
         self._root.remove()
         self._root = self._scene.add_frame("/why", show_axes=False)
-        drawn = None if self._drawn is None else sketch(self._drawn, DASH * self._reach)
+        drawn = None if self._drawn is None else sketch(self._drawn)
         if drawn is None:
             return
         self._line("followed", drawn.followed, GOOD)
-        self._line("refused", drawn.refused, BAD)
-        for name, place, colour in drawn.balls:
-            self._scene.add_icosphere(f"/why/{name}", BALL * self._reach, colour, subdivisions=2, position=place)
+        self._line("refused", [one for line in drawn.refused for one in dashes(*line, DASH * self._reach)], BAD)
+        for name, place, mood in drawn.balls:
+            self._scene.add_icosphere(f"/why/{name}", BALL * self._reach, MOODS[mood], subdivisions=2, position=place)
         if drawn.frames:
             add_frames(self._scene, "/why/frames", drawn.frames, LONG * self._reach)
         text = fill(drawn.text, WIDTH, max_lines=LINES, placeholder=" ...")
@@ -180,33 +130,12 @@ class Reasons:
             self._scene.add_line_segments(f"/why/{name}", points, colour, thickness=THICK * self._reach)
 
 
-def stopping_place(reach: Reach) -> Vector:
-    """The place at which the tool tip stops on the straight line [m]."""
-    line = reach.line
-    if line.duration is not None or line.length <= 0.0:
-        return reach.end if line.duration is not None else reach.begin
-    way = subtracted(reach.end, reach.begin)
-    return along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
-
-
 def dashes(a: Vector, b: Vector, long: float) -> list[tuple[Vector, Vector]]:
     """The dashes of a line, with gaps as long as they are."""
     way = subtracted(b, a)
     count = round(float(np.linalg.norm(way)) / long)
     marks = [along(a, way, k / count) for k in range(count + 1)] if count else []
     return list(zip(marks[1::2], marks[2::2], strict=False))
-
-
-def said(report: ReachReport) -> str:
-    """The name of the place, and what there is to say of the line to it."""
-    line = report.reach.line
-    if line.duration is None:
-        return f"{report.name}: {line.trouble}"
-    contact = report.line_contact or report.move_contact
-    if contact is not None:
-        return f"{report.name}: {'MOVES' if report.line_contact else 'MOVE'}: {contact.said('after')}"
-    way = "MOVE and MOVES" if report.reach.chosen is not None else "MOVES"
-    return f"{report.name}: {way} go there, {1e3 * line.length:.0f} mm in {line.duration:.1f} s"
 
 
 def explain_refusal(robot: SocketPort, told: Callable[[ReachReport], None], text: str) -> None:
@@ -226,21 +155,3 @@ def explain_refusal(robot: SocketPort, told: Callable[[ReachReport], None], text
 
     if name is not None:
         robot.post(lambda id: At(id, Evaluate(name)), evaluated)
-
-
-def place_of(text: str) -> str | None:
-    """The goal of a typed motion as an expression; None for what is no motion to a place."""
-    try:
-        statement = parse_prompt(text)
-    except VrsError:
-        return None
-    it = statement.statement if isinstance(statement, DoInstruction) else statement
-    if not isinstance(it, Instruction) or it.word not in MOTIONS or not it.arguments:
-        return None
-    place, *others = it.arguments
-    if place is None:
-        return None
-    if not (it.word.startswith("APPRO") and others):
-        return expression_text(place)
-    back = "0" if others[0] is None else expression_text(others[0])  # along the tool's axis
-    return f"{expression_text(place)}:TRANS(0, 0, -({back}))"

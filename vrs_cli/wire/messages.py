@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Union, get_args
 from msgspec import Struct
 
 from vrs_cli.values import acts, hand  # noqa: F401 (they declare acts)
+from vrs_cli.values.acts import Sketch
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.prompt import PromptStatus as Around
 from vrs_cli.values.prompt import Suggestion
@@ -199,13 +200,15 @@ class Typed(Numbered, frozen=True):
 class Told(Numbered, frozen=True):
     """A reply to the command `id`, or a message of the robot itself (no `id`). `goes_on`: the next `told` has more of
     this long reply; append each of its lists to the list of the same name here. `lines`: the reply as lines of runs,
-    each a text with its style, for a client that has `rendered` in its `hello`.
+    each a text with its style, for a client that has `rendered` in its `hello`; `sketch`: for such a client the picture
+    of an explanation.
     """
 
     reply: Reply
     id: Count | None = None
     goes_on: bool = False
     lines: tuple[StyledLine, ...] = ()
+    sketch: Sketch | None = None
 
 
 class Asked(Numbered, frozen=True):

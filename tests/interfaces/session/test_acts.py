@@ -17,11 +17,13 @@ from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import (
     Assign,
+    Boundary,
     Compare,
     Define,
     Evaluate,
     Execute,
     Explain,
+    FollowChunk,
     Go,
     Goal,
     ListBranches,
@@ -37,6 +39,7 @@ from vrs_cli.values.acts import (
     Survey,
     Undo,
     Valued,
+    WhyRefused,
 )
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.motion import (
@@ -81,6 +84,9 @@ EVERY: tuple[Act[Any], ...] = (
     Record(),
     Survey(),
     ShowBranch("main"),
+    FollowChunk((1.0, 2.0), (DOWN, DOWN)),
+    Boundary(),
+    WhyRefused("MOVES part"),
 )
 
 

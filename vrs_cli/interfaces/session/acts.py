@@ -26,10 +26,11 @@ from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motion
 from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.session.sketches import place_of, sketch
 from vrs_cli.interfaces.tasks.holder_times import move_of
 from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.runtime import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
@@ -40,6 +41,8 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import (
     MAX_UNTRUE,
     Assign,
+    Boundary,
+    BoundaryCurves,
     BranchSeen,
     CommandList,
     Compare,
@@ -64,12 +67,14 @@ from vrs_cli.values.acts import (
     Redo,
     Rest,
     Say,
+    Sketch,
     StepList,
     Survey,
     Surveyed,
     TaskRow,
     Undo,
     Valued,
+    WhyRefused,
     _finite,
 )
 from vrs_cli.values.commands import Break
@@ -146,6 +151,36 @@ def _explain(session: Session, act: Explain) -> Dialogue[ReachReport]:
     if not isinstance(target, PoseTarget | JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
     return explained(session, target, act.name)
+
+
+def _why_refused(session: Session, act: WhyRefused) -> Dialogue[Sketch | None]:
+    name = place_of(act.text)
+    if name is None:
+        return None
+    value = evaluate(session.environment, session.engine, _expression(session, name))
+    target = (
+        PoseTarget(value) if isinstance(value, Transform) else JointTarget(value) if isinstance(value, tuple) else None
+    )
+    if target is None:
+        return None
+    return sketch((yield from explained(session, target, name)))
+
+
+def _boundary(session: Session, _act: Boundary) -> Dialogue[BoundaryCurves]:
+    """Raises IllegalValue."""
+    arm, engine = session.engine.arm, session.engine
+    if arm.model.units.slides(1):
+        raise IllegalValue("the boundary of an arm whose first joint slides", "an arm that turns about its first axis")
+    here = engine.position()
+    configuration, tip = arm.configuration(here.joints), position(engine.frames.tool)
+
+    def curves() -> BoundaryCurves:
+        from vrs_cli.kinematics.reach_outline import lines_of, outline
+
+        lines = lines_of(outline(arm, configuration, tip))
+        return BoundaryCurves(tuple(lines), (arm.model.lower[0], arm.model.upper[0]))
+
+    return beside(curves)
 
 
 def _assign(session: Session, act: Assign) -> None:
@@ -323,6 +358,8 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
     Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),
     Explain: _as("WHY", _explain),
+    WhyRefused: _as("WHY", _why_refused),
+    Boundary: _Row("the reach", Role.OBSERVER, _boundary),
     Compare: _as("COMPARE", lambda session, act: comparison(session, act.a, act.b)),
     Evaluate: _Row(
         "a look at a value",

@@ -1,0 +1,141 @@
+"""The outline of the places that the tip of a tool reaches, for an arm that turns about its first axis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Flags
+from vrs_cli.kinematics.joints import Configuration
+from vrs_cli.kinematics.transform import Vector, inverse
+
+POSES = 40_000  # that are tried
+BEYOND = 0.12  # of a range: so much of the poses is at its very ends
+CELLS = 44  # of the grid, across the reach
+LEVEL = 0.5  # share of a cell and those round it that is reached, where the boundary is
+FLAT = 1e-3  # [m] of height: a reach that has none is a plane
+
+Grid = NDArray[np.float64]  # (distance from the first axis, height)
+Points = NDArray[np.float64]  # (N, 3) [m]
+Sections = NDArray[np.float64]  # (S, 2, 3): pieces of an outline by distance, height and angle about the first axis
+
+
+def lines_of(sections: Sections) -> list[tuple[Vector, ...]]:
+    """Join the pieces of an outline, in any order and either way round, to lines of points."""
+    ends: dict[Vector, list[int]] = {}
+    pieces: list[tuple[Vector, Vector]] = [(tuple(a), tuple(b)) for a, b in sections.round(9).tolist()]
+    for k, piece in enumerate(pieces):
+        for point in piece:
+            ends.setdefault(point, []).append(k)
+    left, lines = dict.fromkeys(range(len(pieces))), list[tuple[Vector, ...]]()
+    while left:
+        lone = (k for k in left if any(len(ends[point]) == 1 for point in pieces[k]))
+        k = next(lone, next(iter(left)))
+        a, b = pieces[k]
+        line = [b, a] if len(ends[b]) == 1 else [a, b]
+        del left[k]
+        while (k := next((one for one in ends[line[-1]] if one in left), -1)) >= 0:
+            del left[k]
+            a, b = pieces[k]
+            line.append(b if a == line[-1] else a)
+        lines.append(tuple(line))
+    return lines
+
+
+def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Sections:
+    """The boundary while joint 1 is 0, seen from its axis."""
+    x, y, z = _tips(arm, configuration, tip).T
+    far, angle = np.hypot(x, y), np.arctan2(y, x)
+    if not len(far):
+        return np.zeros((0, 2, 3))
+    return _line(far, z, angle) if np.ptp(z) < FLAT else _contour(far, z, angle)
+
+
+def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
+    """Places of the tip while joint 1 is 0, in frame 0: (N, 3)."""
+    model = arm.model
+    lower, upper = np.array(model.lower), np.array(model.upper)
+    parts = np.random.default_rng(1).random((POSES, model.joint_count)) * (1.0 + 2.0 * BEYOND) - BEYOND
+    q = lower + np.clip(parts, 0.0, 1.0) * (upper - lower)
+    q[:, 0] = 0.0
+    if len(arm.ways) > 1:
+        q = q[[arm.configuration(tuple(row)) == configuration for row in q.tolist()]]
+    T = arm.batch.forward(q)
+    back = np.array(inverse(model.base)).reshape(3, 4)
+    points: Points = T[:, :, :3] @ np.array(tip) + T[:, :, 3]
+    seen: Points = points @ back[:, :3].T + back[:, 3]
+    return seen
+
+
+def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
+    """The boundary of an arm in a plane: from the nearest place to the farthest, each with its usual angle."""
+    edges = np.linspace(far.min(), far.max(), CELLS + 1)
+    cell = np.clip(np.digitize(far, edges) - 1, 0, CELLS - 1)
+    sums = np.array([np.bincount(cell, weights, CELLS) for weights in (np.cos(angle), np.sin(angle))])
+    turned = np.arctan2(sums[1], sums[0])
+    points = np.column_stack([edges, np.full(CELLS + 1, z.mean()), np.append(turned, turned[-1])])
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
+    """The outline of points, on a grid: where a share of LEVEL of what is around is reached (marching squares)."""
+    size = max(float(far.max()), float(np.ptp(z))) / CELLS
+    low = float(z.min()) - 3.0 * size
+    shape = int(far.max() / size) + 4, int(np.ptp(z) / size) + 7
+    at = (far / size).astype(np.intp), ((z - low) / size).astype(np.intp)
+    cells = at[0] * shape[1] + at[1]
+    count, c, s = (
+        np.bincount(cells, weights, shape[0] * shape[1]).reshape(shape).astype(float)
+        for weights in (np.ones_like(far), np.cos(angle), np.sin(angle))
+    )
+    pieces = _marched(_blurred(_closed(count > 0.0).astype(float)))
+    nearest = np.clip(np.rint(pieces).astype(np.intp), 0, np.array(shape) - 1)
+    turned = np.arctan2(_blurred(s), _blurred(c))[nearest[..., 0], nearest[..., 1]]
+    middles = size * (pieces + 0.5)
+    return np.stack([middles[..., 0], low + middles[..., 1], turned], axis=2)
+
+
+def _closed(hit: Flags) -> Flags:
+    """Fill the holes that chance has left: add the neighbours, then remove the rim."""
+    for combined in (np.logical_or, np.logical_and):
+        for axis in (0, 1):
+            hit = combined.reduce(tuple(_shifted(hit, axis)))
+    return hit
+
+
+def _blurred(grid: Grid) -> Grid:
+    """Each cell with those round it."""
+    for axis in (0, 1):
+        first, middle, last = _shifted(grid, axis)
+        grid = 0.25 * first + 0.5 * middle + 0.25 * last
+    return grid
+
+
+def _shifted(grid: Any, axis: int) -> Iterator[Any]:
+    """The cells before, the cells, the cells after; at its ends, which are the axis or empty, it goes on as it is."""
+    wide = np.pad(grid, [(1, 1) if k == axis else (0, 0) for k in (0, 1)], mode="edge")
+    return (np.take(wide, range(k, k + grid.shape[axis]), axis) for k in (0, 1, 2))
+
+
+def _marched(grid: Grid) -> NDArray[np.float64]:
+    """The line on which a grid has LEVEL: (S, 2, 2) pieces, in cells; each half of a square has one or none."""
+    found = []
+    for corners in (((0, 0), (1, 0), (0, 1)), ((1, 1), (0, 1), (1, 0))):
+        n, m = grid.shape[0] - 1, grid.shape[1] - 1
+        values = np.stack([grid[i : i + n, j : j + m] for i, j in corners])
+        inside = values > LEVEL
+        for one in range(3):  # the corner that is alone on its side
+            others = [k for k in range(3) if k != one]
+            cut = np.argwhere((inside[one] != inside[others[0]]) & (inside[one] != inside[others[1]]))
+            rows, columns = cut.T
+            ends = []
+            for other in others:
+                a, b = values[one, rows, columns], values[other, rows, columns]
+                part = ((LEVEL - a) / (b - a))[:, None]
+                ends.append(cut + np.array(corners[one]) * (1.0 - part) + np.array(corners[other]) * part)
+            found.append(np.stack(ends, axis=1))
+    return np.concatenate(found)
