@@ -25,5 +25,5 @@ const end = connection.on("change", () => {
   const commands = makeDriving(app, slot, scene);
   makeHint(app, slot("hint"), (line) => commands.type(line));
   app.add(makeDelays(app, slot("delays")));
-  Object.assign(window, { app, scene }); // for tests and the curious
+  Object.assign(window, { app, scene, commands }); // for tests and the curious
 });

@@ -51,8 +51,8 @@ class Slider {
 
   follow(value: number): void {
     if (this.wanted !== null || performance.now() / 1000 < this.at + HELD) return;
-    if (Number(this.range.value) !== value) this.range.value = String(value);
-    if (Number(this.field.value) !== value && document.activeElement !== this.field) this.field.value = String(value);
+    if (this.range.value !== String(value)) this.range.value = String(value);
+    if (this.field.value !== String(value) && document.activeElement !== this.field) this.field.value = String(value);
   }
 
   private moved(by: HTMLInputElement): void {

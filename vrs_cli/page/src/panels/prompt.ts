@@ -159,7 +159,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
   function tab(): boolean {
     if (completionStatus(view.state) !== "active") return text().trim() ? startCompletion(view) : false;
     if (!selectedCompletion(view.state)) moveCompletionSelection(true)(view);
-    return acceptCompletion(view);
+    return acceptCompletion(view) || true;
   }
   /** Ctrl-C, where nothing is selected that would be copied: drops the line, or the program that is typed. */
   function interrupt(): boolean {
@@ -176,9 +176,9 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
       extensions: [
         Prec.highest(keymap.of(keys)),
         history(), keymap.of([...historyKeymap, ...defaultKeymap]),
-        autocompletion({ override: [complete], defaultKeymap: false, selectOnOpen: false, icons: false, maxRenderedOptions: MAX_SUGGESTIONS }),
+        autocompletion({ override: [complete], defaultKeymap: false, selectOnOpen: false, interactionDelay: 0, icons: false, maxRenderedOptions: MAX_SUGGESTIONS }),
         colours, mistakes, EditorView.lineWrapping,
-        placeholder("A line of VAL-II, for example: MOVE READY or ?"),
+        placeholder("A line of VAL-II"),
         EditorView.contentAttributes.of({ "aria-label": "A line of VAL-II", autocapitalize: "off", autocorrect: "off", spellcheck: "false", enterkeyhint: "send" }),
         EditorView.updateListener.of((update) => {
           if (!update.docChanged) return;
