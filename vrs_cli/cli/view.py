@@ -239,6 +239,8 @@ def show(options: argparse.Namespace) -> int:
     """Show the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
     VrsError.
     """
+    if os.environ.get("VRS_VIEW") != "viser":
+        return show_page(options)
     if find_spec("viser") is None:
         raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
     first: First = nothing
@@ -255,6 +257,41 @@ def show(options: argparse.Namespace) -> int:
         open_page(options, stack, door_of(options), hold, cell, first)
         asyncio.run(signal_comes())
     return 0
+
+
+def show_page(options: argparse.Namespace) -> int:
+    """Serve the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
+    VrsError.
+    """
+    from vrs_cli.cli.page import PageAddress, host_program, host_robot, relay_robot, serve_recording
+
+    at_page, url = PageAddress(options), options.url or ""
+    with ExitStack() as stack:
+        if is_program(url):
+            host_program(options, stack, at_page, _read_cell)
+        elif is_recording(url):
+            serve_recording(options, stack, at_page, None if options.cell is None else _read_cell(options.cell))
+        elif url:
+            relay_robot(options, stack, at_page)
+        else:
+            cell = None if options.cell is None else _read_cell(options.cell)
+            return _beside(options, stack, host_robot(options, stack, at_page, chosen_robot(options), cell, None))
+        asyncio.run(signal_comes())
+    return 0
+
+
+def _beside(options: argparse.Namespace, stack: ExitStack, hosted: Hosted) -> int:
+    """Run the shell beside the page; on a pipe, the page stays when the lines are done."""
+    from vrs_cli.net.socket_port import SocketPort
+    from vrs_cli.repl.connection import Remote
+    from vrs_cli.repl.shell import at
+
+    connection = SocketPort(hosted.client(attended=on_terminal()))
+    stack.callback(connection.close)
+    status = at(Remote(connection, teller(options.prog)))
+    if not on_terminal():
+        asyncio.run(signal_comes())
+    return status
 
 
 def _read_cell(path: str) -> Cell:

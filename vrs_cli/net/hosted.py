@@ -10,9 +10,12 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from urllib.parse import quote
+from urllib.parse import quote, urlsplit
+
+from msgspec import structs
 
 from vrs_cli.errors import UsageError
+from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.run.signals import Cell
@@ -27,6 +30,7 @@ from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.server import NO_RELAYS, ListenAddress, Server
 from vrs_cli.net.socket_port import Loop, SocketPort
 from vrs_cli.net.tokens import TokenFile, digest_of
+from vrs_cli.values.acts import Define
 from vrs_cli.values.replies import Reply, StyledLine
 
 BROWSER, SHELL = "browser", "shell"  # who holds a robot, as all see them called
@@ -64,7 +68,7 @@ def checked_host(host: str) -> str:
 
 class LocalServer:
     """Serves in a thread of its own, for one user. `tokens`: by who they are for; the browser's is `secret`, if that is
-    not empty. `pages`, `relays`: as of `Server`. Raises UsageError where the address is taken.
+    not empty. `place`: where it listens; `pages`, `relays`: as of `Server`. Raises UsageError if the address is taken.
     """
 
     def __init__(
@@ -91,10 +95,15 @@ class LocalServer:
             self.hub = Hub(robots, RobotFolders(None, plan.folder, only=True), plan, audit, server.wake, tell)
             self.hub.open_all()
             self._left.callback(self.hub.close)
+            self._prepare()
             self.address = self._served(server, place)
+            self.place = structs.replace(place, port=urlsplit(self.address).port or 0)
         except BaseException:
             self._left.close()
             raise
+
+    def _prepare(self) -> None:
+        """Do what is to be done before anybody can connect."""
 
     def _served(self, server: Server, place: ListenAddress) -> str:
         loop, stop, address = Loop(), asyncio.Event(), asyncio.Queue[str | OSError]()
@@ -128,8 +137,9 @@ class LocalServer:
 class Hosted(LocalServer):
     """Serves one robot, in `folder`, which is its own if there is none. `url` and `tokens` are what it takes to hold
     it; who does is one user, and does not have to let himself drive. `rate`: seconds of its time in one second, None
-    for virtual time; `cell`: what is around it. `first_line`: what the first page carries out, as if its user had typed
-    it. `styled`: as of `Plan`. `session` is changed in the robot's thread alone: `session.actor.call`.
+    for virtual time; `cell`: what is around it. `program`: what is in its memory; `runs`: the first page executes the
+    first program of it, as if its user had typed that. `styled`: as of `Plan`. `session` is changed in the robot's
+    thread alone: `session.actor.call`. Raises what is wrong with the program.
     """
 
     def __init__(
@@ -140,7 +150,8 @@ class Hosted(LocalServer):
         rate: float | None = 1.0,
         folder: Path | None = None,
         cell: Cell | None = None,
-        first_line: str = "",
+        program: Define | None = None,
+        runs: bool = True,
         styled: Callable[[Reply, int], Iterable[StyledLine]] = lambda _reply, _columns: (),
         secret: str = "",
         pages: ServedPage | None = None,
@@ -157,14 +168,20 @@ class Hosted(LocalServer):
             one_user=True,
             cell=cell,
             styled=styled,
-            first_line=first_line,
         )
+        self._program, self._runs = program, runs
         with own:
             super().__init__(place, secret=secret, pages=pages, robots={model.name: model}, plan=plan, tell=tell)
             self._left.push(own.pop_all())
         self.session = self.hub.rooms[model.name].session
         self.url = f"{self.address}/robots/{quote(model.name, safe='')}"
         self.model = model
+
+    def _prepare(self) -> None:
+        (room,) = self.hub.rooms.values()
+        if self._program is not None:
+            names = room.session.actor.submit(act_on(room.session, self._program)).result().names
+            room.first_line = f"EXECUTE {names[0]}" if names and self._runs else ""
 
     def hold(self, told: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
         """Take hold of it. Raises RequestRefused."""

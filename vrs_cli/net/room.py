@@ -55,7 +55,8 @@ ALIVE = 3.0  # [s] after which a silent driver is asked whether it is there
 
 class Room(ServedRobot):
     """A served robot with its users. `wake` is called, in any thread, when `pump` is due in the thread of the
-    connections. `life` names this run of the robot.
+    connections. `life` names this run of the robot. `first_line`: what the next client at which somebody sits carries
+    out, as if its user had typed it.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class Room(ServedRobot):
         self._meter = Meter(plan.allowance, wall())
         self._ran = False
         self._watched_at = wall()  # when somebody held or watched the robot last
-        self._first_line = plan.first_line  # until a client has it
+        self.first_line = ""
         self._paused_at: float | None = None  # since when it is paused because nobody does
         self._watch: Ticket[None] | None = None
         self._looked: object = None  # what users at a prompt were told last of what stands around it
@@ -113,7 +114,7 @@ class Room(ServedRobot):
             client.detach()
             before.flush()
         role = TEACHER if grant.teacher and grant.name else grant.role.title
-        first, self._first_line = (self._first_line, "") if hello.attended else ("", self._first_line)
+        first, self.first_line = (self.first_line, "") if hello.attended else ("", self.first_line)
         said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant), first_line=first)
         connection.welcome(said, client.delivery_log, now)
         link.flush()  # before the first that is told to all

@@ -129,7 +129,6 @@ class Plan(Struct, frozen=True):
     who hold it are the same person, so only a user who asks for the lease takes it. `idle`: a robot that nobody has
     held or watched for so long [s] is paused. `reach`: how much of what is in the journal stays in memory, too. `cell`:
     what is around it. `styled`: make lines of styled text of a reply, for clients that ask for them by `rendered`.
-    `first_line`: what the first client at which somebody sits carries out, as if its user had typed it.
     """
 
     model: RobotModel
@@ -144,7 +143,6 @@ class Plan(Struct, frozen=True):
     reach: WindowSize = WindowSize()
     cell: Cell | None = None
     styled: Callable[[Reply, int], Iterable[StyledLine]] = lambda _reply, _columns: ()
-    first_line: str = ""
 
 
 class _LeasedSession(Session):

@@ -1,0 +1,173 @@
+"""The page of `vrs view` and `vrs learn --view`: what is served to browsers of this machine, and at which address."""
+
+from __future__ import annotations
+
+import os
+import webbrowser
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from threading import Thread
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+from vrs_cli.cli.command_line import CommandLineError, chosen_robot, teller
+from vrs_cli.cli.remote import token_of
+from vrs_cli.cli.sources import cell_file, read_recording, read_source, robot_of
+from vrs_cli.errors import UsageError
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.run.signals import Cell
+    from vrs_cli.net.hosted import Hosted, LocalServer
+    from vrs_cli.values.acts import Define
+
+DATA = "?recording"  # of the address of a page: it shows data, and no robot
+
+
+@contextmanager
+def said_of_command_line() -> Iterator[None]:
+    """Raise what is wrong with an option as CommandLineError."""
+    try:
+        yield
+    except UsageError as error:
+        raise CommandLineError(error.detail, error.hint) from None
+
+
+class PageAddress:
+    """Where the page of a command is: at its options `--host` and `--port`. `secret`: what the address holds; at a port
+    that was chosen that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
+    NonexistentFile if the page is not built.
+    """
+
+    def __init__(self, options: Namespace) -> None:
+        from vrs_cli.net.hosted import checked_host, kept_secret, new_secret
+        from vrs_cli.net.pages import ServedPage
+        from vrs_cli.net.server import ListenAddress
+        from vrs_cli.repl.history import state_folder
+
+        self._options, self._told = options, ""
+        self.pages = ServedPage.read()
+        with said_of_command_line():
+            self.place = ListenAddress(checked_host(options.host), options.port)
+        self.secret = new_secret()
+        with suppress(RuntimeError):  # there is no home
+            if options.port:
+                self.secret = kept_secret(state_folder(os.environ) / "view" / str(options.port))
+
+    def tell(self, server: LocalServer, name: str, query: str = "") -> None:
+        """Print the address of a page, and open it, unless that was done before. What is served later is there too."""
+        address, before = server.page(name, query), self._told
+        self.place, self._told = server.place, address
+        if address == before:
+            return
+        print(f"{self._options.prog}: {address}", flush=True)
+        if not self._options.no_open:
+            Thread(target=_opened, args=(address,), daemon=True).start()
+
+
+def _opened(address: str) -> None:
+    """Open a browser; without one the printed address is enough."""
+    with suppress(webbrowser.Error):
+        webbrowser.open(address)
+
+
+# --- a new robot ------------------------------------------------------------------------------------------------------
+
+
+def host_robot(
+    options: Namespace, stack: ExitStack, at: PageAddress, model: RobotModel, cell: Cell | None, program: Define | None
+) -> Hosted:
+    """Serve a new robot with its page, until the stack is left. Raises what is wrong with the program."""
+    from vrs_cli.net.hosted import Hosted
+    from vrs_cli.render.text import styled_lines
+
+    with said_of_command_line():
+        hosted = Hosted(
+            model,
+            at.place,
+            rate=options.rate,
+            folder=Path.cwd(),
+            cell=cell,
+            program=program,
+            runs=not options.no_run,
+            styled=styled_lines,
+            secret=at.secret,
+            pages=at.pages,
+            tell=teller(options.prog),
+        )
+    stack.callback(hosted.close)
+    at.tell(hosted, model.name)
+    return hosted
+
+
+def host_program(options: Namespace, stack: ExitStack, at: PageAddress, read: Callable[[str], Cell]) -> None:
+    """Serve a new robot with the programs of a file, and the cell around it; the first page executes the first of them.
+    Raises FileError, and what is wrong with the file.
+    """
+    from vrs_cli.values.acts import Define
+
+    source = read_source(options.url)
+    found = cell_file(options, source)
+    cell = None if found is None else read(found[0])
+    if found is not None and options.cell is None:
+        teller(options.prog)("the cell is {} ({})".format(*found))
+    model = chosen_robot(options, robot_of(options.prog, source))
+    host_robot(options, stack, at, model, cell, Define(source.text, f"{source.path}:"))
+
+
+# --- what others did, or do -------------------------------------------------------------------------------------------
+
+
+def serve_recording(options: Namespace, stack: ExitStack, at: PageAddress, cell: Cell | None) -> None:
+    """Serve a saved trajectory. Raises FileError."""
+    import json
+
+    from vrs_cli.net.hosted import LocalServer
+    from vrs_cli.net.recorded_page import recorded_page
+
+    recording = read_recording(options.prog, options.url, lenient=options.lenient)
+    name = Path(options.url).name
+    shown = recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
+    at.pages.add(f"/recording/{quote(name, safe='')}.json", "application/json", json.dumps(shown).encode())
+    with said_of_command_line():
+        server = LocalServer(at.place, secret=at.secret, pages=at.pages, tell=teller(options.prog))
+    stack.callback(server.close)
+    at.tell(server, name, DATA)
+
+
+def relay_robot(options: Namespace, stack: ExitStack, at: PageAddress) -> None:
+    """Serve the page of a robot that is served elsewhere. Raises what it refuses."""
+    from vrs_cli.net.client import hello_of
+    from vrs_cli.net.hosted import BROWSER, LocalServer
+    from vrs_cli.net.mirror import WINDOW
+    from vrs_cli.net.relay import Relay
+    from vrs_cli.net.socket_port import SocketPort
+
+    token = token_of(options.token_file)
+    with said_of_command_line():
+        found = SocketPort.connect(
+            options.url, hello_of(token, name=options.name or BROWSER), ca=options.ca, window=0.0
+        )
+    name, world = found.welcome.robot, found.far.world
+    found.close()
+    if options.cell is not None and world is not None:
+        teller(options.prog)("--cell is left out: the server tells what is around the robot")
+    window = None if options.window == WINDOW else options.window
+    relay = Relay(
+        options.url,
+        name,
+        at.secret,
+        token=token,
+        name=called,
+        ca=options.ca,
+        ahead=options.ahead,
+        window=window,
+    )
+    with said_of_command_line():
+        server = LocalServer(
+            at.place, secret=at.secret, pages=at.pages, relays={name: relay}, tell=teller(options.prog)
+        )
+    stack.callback(server.close)
+    at.tell(server, name)

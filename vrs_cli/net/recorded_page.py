@@ -1,0 +1,53 @@
+"""A trajectory as the page shows it without a robot: what a robot would tell of itself, its cell and its timeline."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from typing import Any
+
+import msgspec
+
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.errors import VrsError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.model_data import to_dict
+from vrs_cli.language.run.signals import Cell
+from vrs_cli.net.served_shapes import ServedShapes
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.cells import cell_record
+from vrs_cli.wire.snapshots import snapshot_record
+
+FORMAT = "vrs page 1"
+GLB = "data:model/gltf-binary;base64,"
+
+
+def recorded_page(
+    arm: RobotArm, timeline: Timeline, *, title: str = "", rate: float = 1.0, cell: Cell | None = None
+) -> dict[str, Any]:
+    """Return what the page shows of a timeline, as values of JSON. `rate`: at which it is played at first; `cell`: what
+    is around the robot. Meshes are in it.
+    """
+    shapes = ServedShapes("", arm.model, shows_paths=False)
+    model = to_dict(arm.model)
+    model.pop("collision", None)  # it names files of this machine
+    snapshot = snapshot_record(Snapshot.of(timeline, Settings()))
+    return {
+        "format": FORMAT,
+        "title": title,
+        "rate": rate,
+        "model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]},
+        "snapshot": msgspec.to_builtins(snapshot, str_keys=True),
+        "cell": None if cell is None else cell_record(cell),
+    }
+
+
+def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:
+    """Return the table of a shape with its mesh; without one where the file cannot be converted."""
+    if "glb" not in table:
+        return table
+    try:
+        found = shapes.glb(table["glb"].rpartition("/")[2])
+    except VrsError:
+        return {key: value for key, value in table.items() if key != "glb"}
+    return {**table, "glb": GLB + b64encode(found).decode()}
