@@ -145,11 +145,9 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PageAddress) -> None:
     from vrs_cli.net.relay import Relay
     from vrs_cli.net.socket_port import SocketPort
 
-    token = token_of(options.token_file)
+    token, called = token_of(options.token_file), options.name or BROWSER
     with said_of_command_line():
-        found = SocketPort.connect(
-            options.url, hello_of(token, name=options.name or BROWSER), ca=options.ca, window=0.0
-        )
+        found = SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
     name, world = found.welcome.robot, found.far.world
     found.close()
     if options.cell is not None and world is not None:

@@ -4,26 +4,46 @@ import { makeClass } from "./class";
 import { Connection } from "./core/connection";
 import { LiveSource } from "./core/source";
 import { addressOf, exchangeToken, takeToken } from "./core/token";
+import { h } from "./dom";
 import { makeLayout } from "./layout";
 import { makeScene } from "./scene/scene";
 import { makeDelays } from "./panels/delays";
 import { makeDriving } from "./panels/driving";
 import { makeHint } from "./panels/notice";
 import { makeViewing } from "./panels/viewing";
+import { showRecording, type Recording } from "./recording";
 
 const token = takeToken();
-const robot = decodeURIComponent(location.pathname.replace(/^\/view\//, ""));
+const name = decodeURIComponent(location.pathname.replace(/^\/view\//, ""));
 const slot = makeLayout();
-const connection = new Connection(addressOf(robot), token, "browser");
-connection.on("welcome", () => void exchangeToken(robot, token));
-makeClass(connection, slot);
-const end = connection.on("change", () => {
-  end();
-  const app = new App(new LiveSource(connection), connection);
-  const scene = makeScene(app, slot("canvas"));
-  makeViewing(app, slot, scene);
-  const commands = makeDriving(app, slot, scene);
-  makeHint(app, slot("hint"), (line) => commands.type(line));
-  app.add(makeDelays(app, slot("delays")));
-  Object.assign(window, { app, scene, commands }); // for tests and the curious
-});
+if (location.search === "?recording") void openRecording();
+else openRobot();
+
+/** Shows a robot that is served. */
+function openRobot(): void {
+  const connection = new Connection(addressOf(name), token, "browser");
+  connection.on("welcome", () => void exchangeToken(name, token));
+  makeClass(connection, slot);
+  const tell = (why: string): void => slot("notice").replaceChildren(h("div", { class: "note bad banner", role: "alert", text: why }));
+  const ends = [
+    connection.on("closing", ({ refusal, why }) => tell(`${name} is not shown: ${refusal?.message ?? why}`)),
+    connection.on("change", () => {
+      for (const end of ends) end();
+      slot("notice").replaceChildren();
+      const app = new App(new LiveSource(connection), connection);
+      const scene = makeScene(app, slot("canvas"));
+      makeViewing(app, slot, scene);
+      const commands = makeDriving(app, slot, scene);
+      makeHint(app, slot("hint"), (line) => commands.type(line));
+      app.add(makeDelays(app, slot("delays")));
+      Object.assign(window, { app, scene, commands }); // for tests and the curious
+    }),
+  ];
+}
+
+/** Shows a saved trajectory. */
+async function openRecording(): Promise<void> {
+  const answer = await fetch(`/recording/${encodeURIComponent(name)}.json`, { headers: { Authorization: `Bearer ${token}` } });
+  if (answer.ok) showRecording((await answer.json()) as Recording, slot);
+  else slot("notice").replaceChildren(h("div", { class: "note bad banner", role: "alert", text: `${name} is not shown: ${await answer.text()}` }));
+}

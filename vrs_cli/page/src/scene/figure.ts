@@ -98,7 +98,7 @@ export class Bodies {
     const parts: THREE.BufferGeometry[] = [];
     const found: Body[] = [];
     const take = async (shape: Shape): Promise<void> => {
-      const { scene } = await loader.loadAsync(shape.glb!);
+      const { scene } = await loaded(loader, shape.glb!);
       if (shape.at) setPose(scene, shape.at.length === 12 ? transformOf(shape.at) : Float64Array.of(1, 0, 0, shape.at[0], 0, 1, 0, shape.at[1], 0, 0, 1, shape.at[2]));
       scene.updateMatrixWorld(true);
       scene.traverse((node) => {
@@ -117,6 +117,12 @@ export class Bodies {
     this.all.push(...found);
     for (const more of this.onMore) more(found);
   }
+}
+
+/** Loads a mesh from its address; one in the address itself without a request, which the page's policy may forbid. */
+function loaded(loader: GLTFLoader, address: string): ReturnType<GLTFLoader["loadAsync"]> {
+  const [, data] = address.split(";base64,");
+  return data === undefined ? loader.loadAsync(address) : loader.parseAsync(Uint8Array.from(atob(data), (c) => c.charCodeAt(0)).buffer, "");
 }
 
 /** Returns a mesh with colours of its vertices, as one that can be merged. */
