@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from socket import create_server
 
@@ -17,12 +12,11 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.cli.conftest import Vrs
-from tests.live import PATIENCE
 from tests.net.serving import serving
-from tests.view3d.pages import Page
 from vrs_cli.cli import view
 from vrs_cli.cli.view import News
 from vrs_cli.interfaces.monitor.showing import Sight
+from vrs_cli.net import pages
 from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line
 from vrs_cli.repl.player import Player
 from vrs_cli.trajectory.timeline import Timeline
@@ -176,7 +170,15 @@ def test_who_drives_what_runs_and_that_the_line_is_cut() -> None:
     assert news.line() == "the connection was cut; it is tried again"
 
 
-# --- in a browser ----------------------------------------------------------------------------------------------------
+# --- in a browser: the page itself is tried in tests/page/test_view.py ------------------------------------------------
+
+
+@pytest.fixture(autouse=True)
+def _page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page is built, whatever is in it."""
+    (tmp_path / "built").mkdir()
+    (tmp_path / "built" / "index.html").write_text("")
+    monkeypatch.setattr(pages, "BUILT_PAGE", tmp_path / "built")
 
 
 def test_a_page_that_others_reach_is_refused(vrs: Vrs) -> None:
@@ -194,12 +196,12 @@ def test_a_port_that_is_taken_is_said(vrs: Vrs) -> None:
     assert f"127.0.0.1:{port}: address already in use" in ended.err
 
 
-def test_without_viser_it_is_said_how_to_install_it(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view, "find_spec", lambda name: None if name == "viser" else object())
+def test_without_the_page_it_is_said_how_to_build_it(vrs: Vrs, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(pages, "BUILT_PAGE", tmp_path / "nothing")
     ended = vrs("view")
     assert ended.status == 2
-    assert ended.err.startswith("vrs view: a view in the browser needs viser (")
-    assert "-m pip install viser" in ended.err
+    assert "the page is not built here" in ended.err
+    assert "hatch_build.py" in ended.err
 
 
 @pytest.mark.parametrize(
@@ -222,69 +224,3 @@ def test_what_is_wrong_with_a_program_is_said_before_there_is_a_page(vrs: Vrs, t
     ended = vrs("view", "--no-open", "bad.v2")
     assert ended.status == 1
     assert "bad.v2:2" in ended.err
-
-
-@contextmanager
-def started(folder: Path, *arguments: str, stdin: str = "") -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """The command in a process of its own, and the address that it tells."""
-    command = [sys.executable, "-m", "vrs_cli", "view", "--no-open", *arguments]
-    process = subprocess.Popen(
-        command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    try:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(stdin)
-        process.stdin.close()
-        yield process, process.stdout.readline().split()[-1]
-    finally:
-        process.kill()
-        process.wait()
-        for stream in (process.stdout, process.stderr):
-            if stream is not None:
-                stream.close()
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_program_is_executed_for_the_first_browser_and_a_signal_ends_it(tmp_path: Path, number: int) -> None:
-    (tmp_path / "spin.v2").write_text(".PROGRAM spin\nDO\nDRIVE 1, 20, 100\nDRIVE 1, -20, 100\nUNTIL FALSE\n.END\n")
-    with started(tmp_path, "spin.v2") as (process, address):
-        with Page(address) as page:
-            page.until(lambda: "DRIVE 1, 20, 100" in page.html())
-            process.send_signal(number)
-            assert process.wait(PATIENCE) == 0
-        assert process.stderr is not None
-        assert process.stderr.read() == ""
-
-
-def test_on_a_pipe_lines_are_carried_out_and_the_page_stays(tmp_path: Path) -> None:
-    with started(tmp_path, stdin="MOVE #PPOINT(33, -80, 80, 0, 0, 0)\n") as (process, address):
-        with Page(address) as page:
-            page.until(lambda: "MOVE #PPOINT(33" in page.html())
-        process.terminate()
-        assert process.wait(PATIENCE) == 0
-
-
-@pytest.mark.usefixtures("saved")
-def test_a_trajectory_is_on_a_page(tmp_path: Path) -> None:
-    with started(tmp_path, "t.vrst", "--rate", "0.5") as (_process, address), Page(address) as page:
-        page.until(lambda: "t.vrst" in str(page.of("SetGuiPanelLabelMessage")))
-        page.until(lambda: "0.5 x" in page.told_of_time())
-
-
-def test_the_cell_of_a_program_is_around_its_robot_and_on_the_page(tmp_path: Path) -> None:
-    (tmp_path / "take.v2").write_text(".PROGRAM take\nWAIT SIG(1001)\nDRIVE 1, 20, 100\n.END\n")
-    (tmp_path / "take.toml").write_text(
-        '[[part]]\nname = "box"\nshape = "box"\nsize = [40, 40, 60]\nat = [0, 550, -250]\n'
-        '[[sensor]]\nname = "there"\nsignal = 1001\nkind = "beam"\nfrom = [-100, 550, -250]\nto = [100, 550, -250]\n'
-    )
-    with started(tmp_path, "take.v2") as (process, address):
-        with Page(address) as page:
-            page.until(lambda: "DRIVE 1, 20, 100" in page.html())
-            names = {message.get("name") for message in page.told}
-            assert {"/cell/box", "/cell/sensors/0"} <= names
-        process.terminate()
-        assert process.wait(PATIENCE) == 0
-        assert process.stderr is not None
-        assert process.stderr.read() == "vrs view: the cell is take.toml (beside take.v2)\n"

@@ -1,4 +1,4 @@
-"""`vrs view` in a process of its own, and its page: a robot, a program, a trajectory, a robot that is served elsewhere."""
+"""`vrs view` in a process of its own, and its page: a robot, a program, a trajectory, a robot elsewhere."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.page.browser import drawn, line, until
 from vrs_cli.net.tokens import add_tokens
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Page
 
 ROOT = Path(__file__).parents[2]
 SPIN = ".PROGRAM spin\nDO\nDRIVE 1, 20, 100\nDRIVE 1, -20, 100\nUNTIL FALSE\n.END\n"

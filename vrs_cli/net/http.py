@@ -219,6 +219,8 @@ class HttpAnswers:
             page = f"; its page is {VIEW}{path.removeprefix(ROBOTS)}" if self._pages is not None else ""
             what = f"this is the address of a robot for programs, as vrs connect{page}"
             return refusal_of(HTTPStatus.UPGRADE_REQUIRED, what, ("Upgrade", "websocket"))
+        if self._pages is not None and not self._pages.cookies and path.startswith(ENTER):
+            return response_of(HTTPStatus.OK)  # the page keeps its token
         if self._pages is not None and self._pages.cookies and self._tokens and path.startswith((ENTER, LEAVE)):
             return self._exchange(socket, headers, path)
         found = None if self._pages is None else self._pages.find(path)

@@ -24,12 +24,12 @@ function openRobot(): void {
   const connection = new Connection(addressOf(name), token, "browser");
   connection.on("welcome", () => void exchangeToken(name, token));
   makeClass(connection, slot);
-  const tell = (why: string): void => slot("notice").replaceChildren(h("div", { class: "note bad banner", role: "alert", text: why }));
+  const closed = h("div", { class: "note bad banner", role: "alert" });
   const ends = [
-    connection.on("closing", ({ refusal, why }) => tell(`${name} is not shown: ${refusal?.message ?? why}`)),
+    connection.on("closing", ({ refusal, why }) => tellClosed(refusal?.message ?? why, closed)),
     connection.on("change", () => {
       for (const end of ends) end();
-      slot("notice").replaceChildren();
+      closed.remove();
       const app = new App(new LiveSource(connection), connection);
       const scene = makeScene(app, slot("canvas"));
       makeViewing(app, slot, scene);
@@ -45,5 +45,11 @@ function openRobot(): void {
 async function openRecording(): Promise<void> {
   const answer = await fetch(`/recording/${encodeURIComponent(name)}.json`, { headers: { Authorization: `Bearer ${token}` } });
   if (answer.ok) showRecording((await answer.json()) as Recording, slot);
-  else slot("notice").replaceChildren(h("div", { class: "note bad banner", role: "alert", text: `${name} is not shown: ${await answer.text()}` }));
+  else tellClosed(await answer.text());
+}
+
+/** Says why there is nothing to show. */
+function tellClosed(why: string, note = h("div", { class: "note bad banner", role: "alert" })): void {
+  note.textContent = `${name} is not shown: ${why}`;
+  slot("notice").append(note);
 }
