@@ -5,8 +5,6 @@ from __future__ import annotations
 from base64 import b64encode
 from typing import Any
 
-import msgspec
-
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import VrsError
@@ -16,6 +14,7 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.cells import cell_record
+from vrs_cli.wire.codec import table_of
 from vrs_cli.wire.snapshots import snapshot_record
 
 FORMAT = "vrs page 1"
@@ -37,7 +36,7 @@ def recorded_page(
         "title": title,
         "rate": rate,
         "model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]},
-        "snapshot": msgspec.to_builtins(snapshot, str_keys=True),
+        "snapshot": table_of(snapshot),
         "cell": None if cell is None else cell_record(cell),
     }
 

@@ -49,6 +49,12 @@ def to_json(message: msgspec.Struct) -> str:
     return _json.encode(message).decode()
 
 
+def table_of(value: msgspec.Struct) -> dict[str, Any]:
+    """Return a record as values of JSON."""
+    table: dict[str, Any] = msgspec.to_builtins(value, str_keys=True)
+    return table
+
+
 def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
     """Encode a message as a frame. The same messages give the same bytes."""
     return to_json(message) if encoding is Encoding.JSON else _msgpack.encode(message)
