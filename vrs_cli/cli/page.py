@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import webbrowser
 from argparse import Namespace
@@ -122,8 +123,6 @@ def host_program(options: Namespace, stack: ExitStack, at: PageAddress, read: Ca
 
 def serve_recording(options: Namespace, stack: ExitStack, at: PageAddress, cell: Cell | None) -> None:
     """Serve a saved trajectory. Raises FileError."""
-    import json
-
     from vrs_cli.net.hosted import LocalServer
     from vrs_cli.net.recorded_page import recorded_page
 
