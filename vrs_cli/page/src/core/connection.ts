@@ -1,4 +1,5 @@
-import { Model } from "./kinematics";
+import { ServerClock, robotClock } from "./clock";
+import type { Model } from "./kinematics";
 import { Timeline } from "./timeline";
 
 /** A message of the protocol (docs/protocol.md), by its fields. */
@@ -13,29 +14,86 @@ export interface Welcome extends Message {
   life: string;
 }
 
-/** The names of what can be listened to: messages by their type, and "state" of the connection, "change" of the timeline. */
+/** The names of what can be listened to: messages by their type, "state" of the connection, "change" of the timeline. */
 export type Topic =
   | "state" | "welcome" | "change" | "clock" | "told" | "typed" | "asked" | "withdrawn"
-  | "activity" | "lease" | "status" | "pulled" | "preview" | "closing"
-  | "classstate" | "announced" | "lesson";
+  | "activity" | "lease" | "status" | "pulled" | "preview" | "closing" | "world" | "announced" | "classstate" | "missed" | "lesson" | (string & {});
 export type ConnectionState = "opening" | "open" | "cut" | "refused";
 
-/** A client of one robot, by docs/protocol.md: it holds the timeline and the clock. */
+/** What a connection needs of a WebSocket. */
+export type Socket = Pick<WebSocket, "readyState" | "send" | "close" | "onopen" | "onmessage" | "onclose">;
+
+/** How a connection differs from the usual one, for tests and for pages that follow many robots. */
+export interface Options {
+  /** Fields of `hello` in place of the usual ones. */
+  hello?: Message;
+  /** What is subscribed to at once; null for nothing. */
+  follow?: Message | null;
+  connect?: (url: string) => Socket;
+  /** The time of this machine [s]. */
+  wall?: () => number;
+}
+
+const COMMANDS = new Set(["abort", "at", "drive", "line", "put", "askhelp", "handin", "watchclass", "announce", "freeze"]);
+const NUMBERED = new Set(["asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced"]);
+const OPEN = 1; // WebSocket.OPEN
+const WINDOW = 60; // [s] of the timeline before the robot's clock that come at first
+const PING = 2; // [s] between two pings
+const FIRST_PINGS = [0, 0.1, 0.2, 0.4, 0.8]; // [s] after the welcome: the clock is to be right soon
+const SILENT = 10; // [s] without any message, though pings are sent: the connection is dead
+const HELD_UP = 3; // [s] and a trip that a command may be on its way: a user who waits longer thinks of it no more
+const SOONEST = 0.3; // [s] until the first attempt to connect again; each later one waits up to twice as long
+const LATEST = 10; // [s]
+const MAX_WAITING = 1000; // requests without an answer
+const MAX_CHARS = 2_000_000; // of a message to the server
+
+const OFFLINE = refusal("there is no connection: this was not sent", "give it again when the connection is back");
+const UNSEEN = refusal("the connection was cut before it came to the robot: it was not done", "give it again");
+const UNKNOWN = refusal("nobody knows whether it was done", "look before you give it again: the server began anew");
+const TOO_LONG = refusal(`it is longer than ${MAX_CHARS} characters`, "give it in parts");
+const TOO_MANY = refusal(`${MAX_WAITING} requests wait already`, "wait for some answers first");
+
+interface Waiting {
+  request: Message;
+  done: (answer: Message) => void;
+  told: (message: Message) => void;
+}
+
+/** A client of one robot, by docs/protocol.md: it holds the timeline and the clock, over all sockets that it has one
+ * after the other. After a cut nothing is commanded again: a command that never came to the robot ends with a refusal.
+ */
 export class Connection {
   readonly timeline = new Timeline();
+  /** The questions that wait for an answer, by number. */
+  readonly questions = new Map<number, Message>();
   welcome: Welcome | null = null;
   state: ConnectionState = "opening";
-  private clock = { now: 0, rate: 0, paused: false, realtime: false, at: 0 };
-  private listeners = new Map<string, Set<(message: Message) => void>>();
-  private waiting = new Map<number, { done: (answer: Message) => void; told: (message: Message) => void }>();
+  /** Why the connection was refused, or closed by the server. */
+  why = "";
+  private clock: Message = { now: 0 };
+  private readonly serverClock = new ServerClock();
+  private readonly listeners = new Map<string, Set<(message: Message) => void>>();
+  private readonly waiting = new Map<number, Waiting>();
+  private parts: Message[] = [];
+  private followed: Message | null;
+  private change: number | null = null;
   private ids = 0;
   private left = false;
   private seq = 0;
-  private bestTrip = Infinity;
-  private socket!: WebSocket;
+  private attempt = 0;
+  private welcomed = false; // on this socket
+  private left = false;
+  private heardAt: number;
+  private readonly timers = new Set<number>();
+  private socket!: Socket;
+  private readonly wall: () => number;
 
-  constructor(readonly url: string, private readonly token: string, private readonly name: string) {
+  constructor(readonly url: string, private readonly token: string, private readonly name: string, private readonly options: Options = {}) {
+    this.wall = options.wall ?? (() => performance.now() / 1000);
+    this.heardAt = this.wall();
+    this.followed = options.follow === undefined ? { deltas: true, window: WINDOW } : options.follow;
     this.open();
+    if (typeof document !== "undefined" && !options.connect) this.watchPage();
   }
 
   /** Calls `heard` with each message of a topic; returns what ends that. */
@@ -45,30 +103,82 @@ export class Connection {
     return () => set.delete(heard);
   }
 
-  /** Sends a message; false where there is no connection. */
+  /** Sends a message that nothing answers; false where there is no connection: then it is not sent later either. */
   send(message: Message): boolean {
-    if (this.socket.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify(message));
+    if (this.state !== "open" || this.socket.readyState !== OPEN) return false;
+    if (message.type === "answer") this.questions.delete(message.question); // where it is lost, it is asked again
+    const hurries = message.type === "answer" || (COMMANDS.has(message.type) && message.type !== "abort");
+    const until = hurries && this.trip < Infinity ? { until: this.serverNow + this.trip + HELD_UP } : {};
+    this.socket.send(JSON.stringify({ ...message, ...until }));
     return true;
   }
 
-  /** Sends a command or a request; its answer is what ends it (done, refused, located, ...). `told` hears what is said of it. */
+  /** Sends a command or a request. What it returns is what ends it (done, refused, located, ...), a refusal at once
+   * where there is no connection; `told` hears what is said of it. */
   ask(type: string, fields: Message = {}, told: (message: Message) => void = () => {}): Promise<Message> {
     const id = ++this.ids;
-    return new Promise((done) => {
-      this.waiting.set(id, { done, told });
-      if (!this.send({ type, id, ...fields })) this.end({ type: "refused", id, refusal: { code: "offline", message: "there is no connection: this was not sent", hint: "give it again when it is back" } });
-    });
+    const request: Message = { type, id, ...fields };
+    const refused = (why: Message): Promise<Message> => Promise.resolve({ type: "refused", id, refusal: why });
+    if (this.waiting.size >= MAX_WAITING && type !== "abort") return refused(TOO_MANY);
+    if (JSON.stringify(request).length > MAX_CHARS) return refused(TOO_LONG);
+    if (!this.send(request)) return refused(OFFLINE);
+    return new Promise((done) => this.waiting.set(id, { request, done, told }));
+  }
+
+  /** Chooses what is heard from then on, in place of what was subscribed to before. It holds over cuts. */
+  follow(fields: Message): Promise<Message> {
+    this.change = fields.after ?? null;
+    const answer = this.ask("subscribe", fields);
+    this.followed = { ...fields, id: this.ids };
+    return answer;
+  }
+
+  /** Asks for the timeline from `begin` [s] on, where it is not known. Returns whether there is more of it now. */
+  async recall(begin: number): Promise<boolean> {
+    for (let attempt = 0; attempt < 3; attempt++) {
+      const { timeline } = this;
+      if (timeline.first === 0 || begin >= timeline.begin) return false;
+      const answer = await this.ask("window", { begin: Math.max(begin, 0), end: timeline.begin });
+      if (answer.type !== "shown") return false;
+      if (timeline.prepend(answer.snapshot, answer.number ?? 0)) {
+        this.tell("change", answer);
+        return true;
+      }
+    }
+    return false; // others change it faster than it comes
   }
 
   /** The robot's clock, now [s]. */
   now(): number {
-    const { now, rate, paused, realtime, at } = this.clock;
-    return realtime && !paused ? now + rate * (performance.now() / 1000 - at) : now;
+    return this.robotAt(this.serverNow);
+  }
+  /** The robot's clock [s] when the server's clock shows `wall` [s]. */
+  robotAt(wall: number): number {
+    return robotClock(this.clock, wall);
   }
   /** Whether the robot's clock goes on by itself. */
   get passes(): boolean {
-    return this.clock.realtime && !this.clock.paused;
+    return !!this.clock.realtime && !this.clock.paused;
+  }
+  /** Whether the robot's clock is paused. */
+  get paused(): boolean {
+    return !!this.clock.paused;
+  }
+  /** How many seconds of the robot pass in one. */
+  get rate(): number {
+    return this.clock.rate ?? 1;
+  }
+  /** The server's clock, now [s]. */
+  get serverNow(): number {
+    return this.serverClock.there(this.wall());
+  }
+  /** The shortest trip of a message there and back, lately [s]; infinite before the first. */
+  get trip(): number {
+    return this.serverClock.trip;
+  }
+  /** For how long nothing was heard of the server [s]. */
+  get silence(): number {
+    return this.wall() - this.heardAt;
   }
 
   /** Leaves for good: the server forgets this client at once. */
@@ -76,87 +186,236 @@ export class Connection {
     this.left = true;
     this.send({ type: "bye" });
     this.socket.close();
+    this.stopTimers();
   }
 
+  // --- sockets ---
+
   private open(): void {
-    const socket = (this.socket = new WebSocket(this.url));
-    const resume = this.welcome && { connection: this.welcome.connection, seq: this.seq, unanswered: [...this.waiting.keys()] };
-    socket.onopen = () =>
-      socket.send(
-        JSON.stringify({
-          type: "hello", versions: [1], name: this.name, full: true, attended: true, rendered: 100,
-          ...(this.token ? { token: this.token } : {}), ...(resume ? { resume } : {}),
-        }),
-      );
-    socket.onmessage = (event) => this.take(JSON.parse(event.data as string));
+    this.stopTimers();
+    this.welcomed = false;
+    const socket = (this.socket = this.options.connect ? this.options.connect(this.url) : new WebSocket(this.url));
+    socket.onopen = () => {
+      this.heardAt = this.wall();
+      socket.send(JSON.stringify(this.hello()));
+    };
+    socket.onmessage = (event) => {
+      if (socket !== this.socket) return;
+      this.heardAt = this.wall();
+      this.receive(JSON.parse(event.data as string));
+    };
     socket.onclose = () => {
-      this.become("cut");
-      if (!this.left) setTimeout(() => this.open(), 1000);
+      if (socket === this.socket) this.cut();
     };
   }
 
-  private become(state: ConnectionState): void {
-    this.state = state;
-    this.tell("state", { state });
+  private hello(): Message {
+    const unanswered = [...this.waiting].filter(([, { request }]) => COMMANDS.has(request.type)).map(([id]) => id);
+    const resume = this.welcome && { connection: this.welcome.connection, seq: this.seq, ...(unanswered.length ? { unanswered } : {}) };
+    return {
+      type: "hello", versions: [1], name: this.name,
+      ...(this.options.hello ?? { full: true, attended: true, rendered: 100 }),
+      ...(this.token ? { token: this.token } : {}), ...(resume ? { resume } : {}),
+    };
   }
 
-  private tell(topic: string, message: Message): void {
-    for (const heard of this.listeners.get(topic) ?? []) heard(message);
+  private cut(): void {
+    this.stopTimers();
+    if (this.left || this.state === "refused") return;
+    this.become("cut");
+    if (this.options.connect) return; // a test opens the next socket itself
+    const wait = Math.random() * Math.min(LATEST, SOONEST * 2 ** this.attempt++);
+    this.later(wait, () => this.open());
   }
 
-  private end(message: Message): void {
-    this.waiting.get(message.id)?.done(message);
-    this.waiting.delete(message.id);
+  /** Connects again now. */
+  reopen(): void {
+    const old = this.socket;
+    old.onclose = old.onmessage = old.onopen = null;
+    old.close();
+    if (this.state === "open") this.become("cut");
+    this.open();
   }
 
-  private take(message: Message): void {
-    if (message.seq) this.seq = message.seq;
-    switch (message.type) {
-      case "welcome": {
-        const again = this.welcome?.life === message.life;
-        this.welcome = message as Welcome;
-        this.setClock(message.clock);
-        this.become("open");
-        this.tell("welcome", message);
-        void this.ask("subscribe", { deltas: true, window: 60, ...(again ? { after: this.timeline.number } : {}) });
-        this.ping();
-        return;
-      }
-      case "replaced":
-        this.timeline.replace(message.snapshot, message.number ?? 0);
-        return this.tell("change", message);
-      case "delta":
-        if (!this.timeline.apply(message.delta, message.number ?? 0)) this.send({ type: "resync" });
-        return this.tell("change", message);
-      case "clock":
-        this.setClock(message);
-        return this.tell("clock", message);
-      case "pong": {
-        const trip = performance.now() / 1000 - message.sent;
-        if (trip < this.bestTrip + 0.0005) {
-          this.bestTrip = Math.min(this.bestTrip, trip);
-          this.setClock({ ...this.clock, now: message.clock }, trip / 2);
-        }
-        return;
-      }
-      case "told":
-      case "asked":
-        if (message.id !== undefined) this.waiting.get(message.id)?.told(message);
-        return this.tell(message.type, message);
-      default:
-        if (message.id !== undefined && message.type !== "withdrawn") this.end(message);
-        return this.tell(message.type, message);
-    }
+  /** A page that sleeps hears nothing: when it wakes, it looks whether the connection still lives. */
+  private watchPage(): void {
+    const wake = (): void => {
+      if (this.left || this.state === "refused" || document.hidden) return;
+      if (this.state !== "open") return this.attempt > 0 ? this.reopen() : undefined;
+      this.ping();
+      const since = this.wall();
+      setTimeout(() => this.state === "open" && this.heardAt < since && this.reopen(), 3000);
+    };
+    document.addEventListener("visibilitychange", wake);
+    addEventListener("online", wake);
+    addEventListener("pagehide", () => this.leave());
+    addEventListener("pageshow", (event) => {
+      if (!event.persisted) return;
+      this.left = false;
+      this.reopen();
+    });
+  }
+
+  private later(seconds: number, act: () => void): void {
+    const timer = setTimeout(() => {
+      this.timers.delete(timer);
+      act();
+    }, 1000 * seconds) as unknown as number;
+    this.timers.add(timer);
+  }
+
+  private stopTimers(): void {
+    this.timers.forEach(clearTimeout);
+    this.timers.clear();
   }
 
   private ping(): void {
-    if (this.send({ type: "ping", sent: performance.now() / 1000 })) setTimeout(() => this.ping(), 2000);
+    this.send({ type: "ping", sent: this.wall() });
   }
 
-  private setClock(clock: Message, since = 0): void {
-    this.clock = {
-      now: clock.now, rate: clock.rate ?? 1, paused: !!clock.paused, realtime: !!clock.realtime,
-      at: performance.now() / 1000 - since,
-    };
+  /** Pings from now on, and connects again where nothing comes back. */
+  private pulse(): void {
+    this.later(PING, () => {
+      if (this.silence > SILENT && !document.hidden) return this.reopen();
+      this.ping();
+      this.pulse();
+    });
   }
+
+  // --- what comes ---
+
+  private become(state: ConnectionState): void {
+    this.state = state;
+    this.tell("state", { state, why: this.why });
+  }
+
+  private tell(topic: string, message: Message): void {
+    for (const heard of [...(this.listeners.get(topic) ?? [])]) heard(message);
+  }
+
+  private receive(message: Message): void {
+    if (message.type === "closing") return this.closed(message);
+    if (!this.welcomed) return message.type === "welcome" ? this.begin(message as Welcome) : undefined;
+    if (typeof message.seq === "number" && (NUMBERED.has(message.type) || message.seq > 0)) {
+      if (message.seq <= this.seq) return;
+      if (message.seq !== this.seq + 1) return this.reopen(); // resume brings what is missing
+      this.seq = message.seq;
+    }
+    switch (message.type) {
+      case "replaced":
+      case "delta":
+      case "steered":
+        return this.takeChange(message);
+      case "clock":
+        this.clock = message;
+        return this.tell("clock", message);
+      case "pong":
+        return this.serverClock.heard(message.sent, message.came, message.left, this.wall());
+      case "told":
+        return this.takeTold(message);
+      case "asked":
+        if (this.questions.has(message.number)) return;
+        this.questions.set(message.number, message);
+        break;
+      case "withdrawn":
+        this.questions.delete(message.number);
+        break;
+    }
+    if (message.type === "asked") this.waiting.get(message.id)?.told(message);
+    else if (message.id !== undefined) this.end(message.id, message);
+    this.tell(message.type, message);
+  }
+
+  private closed(message: Message): void {
+    this.why = message.refusal?.message ?? message.why ?? "";
+    this.tell("closing", message);
+    if (!this.welcomed && message.refusal) this.become("refused"); // it would be refused again
+  }
+
+  private begin(welcome: Welcome): void {
+    const before = this.welcome;
+    this.welcome = welcome;
+    this.welcomed = true;
+    this.attempt = 0;
+    this.why = "";
+    this.clock = welcome.clock;
+    this.serverClock.guess(this.wall(), welcome.clock?.wall ?? 0);
+    if (!welcome.resumed) {
+      this.seq = welcome.seq ?? 0;
+      for (const number of [...this.questions.keys()]) {
+        this.questions.delete(number);
+        this.tell("withdrawn", { type: "withdrawn", number });
+      }
+      this.parts = [];
+    }
+    if (before && before.life !== welcome.life) this.change = null;
+    this.become("open");
+    this.settle(welcome.fates ?? []);
+    this.tell("welcome", welcome);
+    for (const { request } of [...this.waiting.values()]) if (!COMMANDS.has(request.type) && request.type !== "subscribe") this.send(request);
+    this.subscribeAgain();
+    if (this.options.connect) return;
+    for (const wait of FIRST_PINGS) this.later(wait, () => this.ping());
+    this.pulse();
+  }
+
+  /** Ends the commands that never came to the robot, and those of which nobody knows. */
+  private settle(fates: { id: number; outcome: string }[]): void {
+    for (const { id, outcome } of fates) {
+      const why = ({ unseen: UNSEEN, forgotten: UNKNOWN } as Record<string, Message>)[outcome];
+      if (why) this.end(id, { type: "done", id, ok: false, refusal: why });
+    }
+  }
+
+  private subscribeAgain(): void {
+    if (!this.followed) return;
+    const id = this.followed.id ?? ++this.ids;
+    this.followed = { ...this.followed, id };
+    const request = { type: "subscribe", ...this.followed, ...(this.change !== null ? { after: this.change } : {}) };
+    if (!this.waiting.has(id)) this.waiting.set(id, { request, done: () => {}, told: () => {} });
+    this.send(request);
+  }
+
+  private takeChange(message: Message): void {
+    const number = message.number ?? 0;
+    if (message.type === "replaced") {
+      this.change = number;
+      this.timeline.replace(message.snapshot, number);
+      return this.tell("change", message);
+    }
+    if (this.change === null || number <= this.change) return;
+    if (message.type === "delta" && this.timeline.apply(message.delta, number)) {
+      this.change = number;
+      return this.tell("change", message);
+    }
+    this.change = null; // until a snapshot comes
+    this.send({ type: "resync", full: true });
+  }
+
+  /** Joins the parts of a long reply: each list of the next one goes to the list of the same name. */
+  private takeTold(message: Message): void {
+    this.parts.push(message);
+    if (message.goes_on) return;
+    const parts = this.parts;
+    this.parts = [];
+    if (parts.length > 1) {
+      message = { ...message, reply: { ...message.reply } };
+      for (const [name, own] of Object.entries(message.reply)) {
+        if (Array.isArray(own)) message.reply[name] = parts.flatMap((part) => part.reply?.[name] ?? []);
+      }
+      if (parts.some((part) => part.lines)) message.lines = parts.flatMap((part) => part.lines ?? []);
+    }
+    if (message.id !== undefined) this.waiting.get(message.id)?.told(message);
+    this.tell("told", message);
+  }
+
+  private end(id: number, message: Message): void {
+    const waits = this.waiting.get(id);
+    this.waiting.delete(id);
+    waits?.done(message);
+  }
+}
+
+function refusal(detail: string, hint: string): Message {
+  return { code: "offline", title: "Request refused", message: detail, detail, hint };
 }

@@ -1,12 +1,16 @@
-import { Transform, transformOf } from "./transform";
+import { type Transform, transformOf } from "./transform";
 
 /** Coefficients of a polynomial, lowest power first. */
 export type Polynomial = number[];
 
+/** A straight line: T_robot_tool by time, and the joints at some times, which tell the branch and the turns. */
 export interface Line {
   position: [Polynomial, Polynomial, Polynomial];
   orientation: number[][];
   turns: { axis: number[]; angle: Polynomial }[];
+  arm?: string | null;
+  elbow?: string | null;
+  wrist?: string | null;
   seeds: number[][];
   seed_interval: number;
   guides?: { weights: number[]; value: Polynomial }[];
@@ -16,6 +20,7 @@ export interface Motion {
   text?: string;
   kind: string;
   hand?: number;
+  start?: string;
   frames?: { base?: number[][]; tool?: number[][] };
 }
 export interface SegmentRecord {
@@ -26,6 +31,16 @@ export interface SegmentRecord {
   joints?: Polynomial[];
   line?: Line;
 }
+/** A dated event: at a time a channel (0: the hand, else a signal) takes a value, or a program observed one. */
+export interface EventRecord {
+  time: number;
+  channel: number;
+  value: number;
+  number?: number;
+  tied?: boolean;
+  duration?: number;
+  observed?: boolean;
+}
 export interface DeltaRecord {
   version: number;
   motion: Motion | number;
@@ -34,17 +49,27 @@ export interface DeltaRecord {
   drop: number;
   segments: SegmentRecord[];
   shift?: number;
+  cause?: string;
+  issued?: number;
+  executed?: number;
+  events?: { keep: number; drop?: number; shift?: number; events?: EventRecord[] };
 }
 export interface SnapshotRecord {
   version: number;
   segments: SegmentRecord[];
   first?: number;
+  events?: EventRecord[];
+  values?: EventRecord[];
+  first_event?: number;
 }
 
 /** A segment of the timeline, with its motion. */
 export interface Segment extends Omit<SegmentRecord, "motion"> {
   motion: Motion;
 }
+
+/** The channel of the hand: 1 open, 0 closed. */
+export const HAND = 0;
 
 /** Evaluates a polynomial by Horner's scheme, in the order of vrs itself: equal to the bit. */
 export function value(a: Polynomial, s: number): number {
@@ -61,7 +86,11 @@ export class Timeline {
   version = -1;
   /** The number of the last change. */
   number = 0;
-  private motions = new Map<number, Motion>();
+  /** The dated events that are known, in order of time. */
+  events: EventRecord[] = [];
+  private firstEvent = 0;
+  /** The last event of each channel before those. */
+  private values: EventRecord[] = [];
 
   get begin(): number {
     return this.segments.length ? this.segments[0].start : 0;
@@ -71,25 +100,34 @@ export class Timeline {
   }
 
   replace(snapshot: SnapshotRecord, number = 0): void {
+    this.segments = segmentsOf(snapshot.segments);
     this.first = snapshot.first ?? 0;
     this.version = snapshot.version;
     this.number = number;
-    let last: Motion | undefined;
-    this.segments = snapshot.segments.map((record) => ({ ...record, motion: (last = this.motion(record.motion, last)) }));
+    this.events = snapshot.events ?? [];
+    this.values = snapshot.values ?? [];
+    this.firstEvent = snapshot.first_event ?? 0;
   }
 
   /** Applies a change; false if it does not fit, and a snapshot has to be asked for. */
   apply(delta: DeltaRecord, number: number): boolean {
     const keep = delta.keep - this.first;
-    if (number !== this.number + 1 || delta.version !== this.version || keep < 1) return false;
-    const motion = this.motion(delta.motion, undefined);
-    const tail = this.segments.slice(keep + delta.drop);
+    const edit = delta.events;
+    const kept = (edit?.keep ?? this.firstEvent) - this.firstEvent;
+    if (number !== this.number + 1 || delta.version !== this.version || keep < 1 || kept < 0) return false;
+    if (keep + delta.drop > this.segments.length) return false;
+    const [last, tail] = [this.segments[keep - 1], this.segments.slice(keep + delta.drop)];
     this.segments.length = keep;
-    const last = this.segments[keep - 1];
     if (last.finish > delta.cut) this.segments[keep - 1] = { ...last, finish: delta.cut };
-    for (const record of delta.segments) this.segments.push({ ...record, motion: this.motion(record.motion, motion) });
+    const motion = typeof delta.motion === "number" ? this.motion(delta.motion, tail) : delta.motion;
+    this.segments.push(...segmentsOf(delta.segments, motion));
     const shift = delta.shift ?? 0;
     for (const s of tail) this.segments.push(shift ? { ...s, start: s.start + shift, finish: s.finish + shift } : s);
+    if (edit) {
+      const late = this.events.slice(kept + (edit.drop ?? 0));
+      this.events.length = kept;
+      this.events.push(...(edit.events ?? []), ...late.map((e) => (edit.shift ? { ...e, time: e.time + edit.shift } : e)));
+    }
     this.version++;
     this.number = number;
     return true;
@@ -97,12 +135,33 @@ export class Timeline {
 
   /** Returns a timeline with the same segments, which changes by itself. */
   copy(): Timeline {
-    const own = { segments: [...this.segments], motions: new Map(this.motions) };
-    return Object.assign(new Timeline(), this, own);
+    return Object.assign(new Timeline(), this, { segments: [...this.segments], events: [...this.events] });
   }
 
-  /** Returns the segment at t, and the time in it [s]. */
+  /** Puts what was before the first segment that is known in front; false where it does not join on. */
+  prepend(older: SnapshotRecord, number: number): boolean {
+    const first = older.first ?? 0;
+    const count = this.first - first;
+    if (number !== this.number || count < 1 || older.segments.length < count) return false;
+    const firstEvent = older.first_event ?? 0;
+    this.segments = segmentsOf(older.segments).slice(0, count).concat(this.segments);
+    this.first = first;
+    if (older.events && firstEvent <= this.firstEvent) {
+      this.events = older.events.slice(0, this.firstEvent - firstEvent).concat(this.events);
+      this.firstEvent = firstEvent;
+      this.values = older.values ?? [];
+    }
+    return true;
+  }
+
+  /** Returns the segment at t, and the time in it [s]: in a gap and after the end, the end of the one before. */
   locate(t: number): [Segment, number] {
+    const segment = this.segments[this.index(t)];
+    return [segment, Math.min(Math.max(t - segment.start, 0), segment.finish - segment.start)];
+  }
+
+  /** Returns the index of the last segment that has begun at t, 0 before all. */
+  index(t: number): number {
     let low = 0;
     let high = this.segments.length - 1;
     while (low < high) {
@@ -110,8 +169,7 @@ export class Timeline {
       if (this.segments[middle].start <= t) low = middle;
       else high = middle - 1;
     }
-    const segment = this.segments[low];
-    return [segment, Math.min(Math.max(t - segment.start, 0), segment.finish - segment.start)];
+    return low;
   }
 
   /** Returns the tool in force at t: T_flange_tool, undefined for the flange itself. */
@@ -120,10 +178,43 @@ export class Timeline {
     return rows && transformOf(rows);
   }
 
-  private motion(of: Motion | number | undefined, other: Motion | undefined): Motion {
-    if (of === undefined) return other!;
-    if (typeof of === "number") return this.motions.get(of)!;
-    this.motions.set(of.number, of);
-    return of;
+  /** Returns what a channel is at t: the value of its last event, 0 if there is none. */
+  valueAt(channel: number, t: number): number {
+    for (let i = this.events.length - 1; i >= 0; i--) {
+      const event = this.events[i];
+      if (event.channel === channel && event.time <= t && !event.observed) return event.value;
+    }
+    return this.values.find((event) => event.channel === channel)?.value ?? 0;
   }
+
+  /** Returns whether the robot moves at t. */
+  moves(t: number): boolean {
+    const [segment, s] = this.locate(t);
+    return segment.phase !== "rest" && t >= segment.start && s < segment.finish - segment.start;
+  }
+
+  /** Returns when the commands began that are known, in order. */
+  begins(): number[] {
+    const { segments } = this;
+    return segments.filter((s, i) => i === 0 || segments[i - 1].motion.number !== s.motion.number).map((s) => s.start);
+  }
+
+  private motion(number: number, tail: Segment[]): Motion {
+    const found = [...this.segments].reverse().concat(tail).find((s) => s.motion.number === number);
+    return found?.motion ?? { number, kind: "" };
+  }
+}
+
+/** Gives segments their motions: one is described once in a message, and meant by its number later. */
+function segmentsOf(records: SegmentRecord[], motion?: Motion): Segment[] {
+  const known = new Map<number, Motion>();
+  if (motion) known.set(motion.number, motion);
+  let last = motion;
+  return records.map((record) => {
+    const { motion: of } = record;
+    if (typeof of === "object") known.set(of.number, of);
+    const its = typeof of === "number" ? known.get(of) : (of ?? motion ?? last);
+    last = its;
+    return { ...record, motion: its! };
+  });
 }
