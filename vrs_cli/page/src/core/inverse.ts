@@ -34,23 +34,28 @@ export interface Found {
 /** Finds the joints on a line at s by Newton's method from its seeds. `tool`: T_flange_tool. */
 export function jointsOnLine(model: Model, line: Line, s: number, tool?: Transform): Found {
   const want = linePose(line, s);
-  const near = startOn(line, s);
-  if (model.task === "steady") return steadyJoints(model, want, tool, near);
+  const q = startOn(line, s);
+  if (model.task === "steady") return steadyJoints(model, want, tool, q);
   const flange = tool ? multiply(want, inverse(tool)) : want;
   const counts = countsOf(model);
-  const guides = (line.guides ?? []).map((guide) => ({ weights: guide.weights, value: value(guide.value, s) }));
-  const q = near.slice();
+  const guides = line.guides ?? [];
+  const n = q.length;
+  const places = [...counts].filter((count) => count === "1").length;
+  const A = new Float64Array((places + guides.length) * (n + 1));
   let [missing, steps] = [Infinity, 0];
   for (; steps < STEPS; steps++) {
-    const F = frames(model, q);
-    const { rows, wanted } = equations(model, F, flange, counts);
-    for (const { weights, value: sum } of guides) {
-      rows.push(weights);
-      wanted.push(sum - dotted(weights, q));
+    missing = equations(model, frames(model, q), flange, counts, A);
+    for (let k = 0; k < guides.length; k++) {
+      const row = (places + k) * (n + 1);
+      let left = value(guides[k].value, s);
+      for (let j = 0; j < n; j++) {
+        A[row + j] = guides[k].weights[j];
+        left -= A[row + j] * q[j];
+      }
+      A[row + n] = left;
+      missing = Math.max(missing, Math.abs(left));
     }
-    missing = largest(wanted);
-    if (missing < EXACT) break;
-    if (!goOn(q, solve(rows, wanted))) break;
+    if (missing < EXACT || !goOn(q, solve(A, n))) break;
   }
   return { q, steps, missing };
 }
@@ -75,43 +80,55 @@ function goOn(q: number[], step: ArrayLike<number>): boolean {
   return most > EXACT;
 }
 
-/** The rows of the Jacobian that count for the flange, and what is missing in them [m, rad]. */
-function equations(model: Model, F: Transform[], want: Transform, counts: string): { rows: number[][]; wanted: number[] } {
+/** Writes the rows of the Jacobian that count for the flange, each with what is missing in it, to A; returns the most
+ * that is missing [m, rad]. */
+function equations(model: Model, F: Transform[], want: Transform, counts: string, A: Float64Array): number {
   const n = model.joints.length;
   const have = F[n];
-  const full = jacobian(model, F, [have[3], have[7], have[11]]);
   const turn = counts === COUNTS.pointing ? turnBetween(column(have, 2), column(want, 2)) : rotationVector(have, want);
-  const error = [want[3] - have[3], want[7] - have[7], want[11] - have[11]];
-  const rows: number[][] = [];
-  const wanted: number[] = [];
+  const J = jacobian(model, F, have[3], have[7], have[11]);
+  let [row, most] = [0, 0];
   for (let k = 0; k < 6; k++) {
     if (counts[k] === "0") continue;
-    if (k < 3 || counts === COUNTS.pose) {
-      rows.push(full[k]);
-      wanted.push(k < 3 ? error[k] : turn[k - 3]);
-    } else {
-      const axis = column(have, k - 3);
-      rows.push(full[3].map((_, j) => axis[0] * full[3][j] + axis[1] * full[4][j] + axis[2] * full[5][j]));
-      wanted.push(dotted(axis, turn));
+    let missing: number;
+    if (k < 3) missing = want[3 + 4 * k] - have[3 + 4 * k];
+    else missing = counts === COUNTS.pose ? turn[k - 3] : have[k - 3] * turn[0] + have[k + 1] * turn[1] + have[k + 5] * turn[2];
+    for (let j = 0; j < n; j++) {
+      const o = 6 * j;
+      A[row + j] = k < 3 || counts === COUNTS.pose ? J[o + k] : have[k - 3] * J[o + 3] + have[k + 1] * J[o + 4] + have[k + 5] * J[o + 5];
     }
+    A[row + n] = missing;
+    most = Math.max(most, Math.abs(missing));
+    row += n + 1;
   }
-  return { rows, wanted };
+  return most;
 }
 
-/** The geometric Jacobian of a point [m] in the robot's frame: rows of velocity, then of angular velocity. */
-function jacobian(model: Model, F: Transform[], [x, y, z]: Vector): number[][] {
+/** The geometric Jacobian of a point [m] in the robot's frame: velocity and angular velocity, joint after joint. */
+function jacobian(model: Model, F: Transform[], x: number, y: number, z: number): Float64Array {
   const n = model.joints.length;
-  const J = Array.from({ length: 6 }, () => new Array<number>(n).fill(0));
+  const J = new Float64Array(6 * n);
   for (let j = 0; j < n; j++) {
-    const A = F[j];
-    const [zx, zy, zz] = [A[2], A[6], A[10]];
+    const T = F[j];
+    const o = 6 * j;
+    const zx = T[2];
+    const zy = T[6];
+    const zz = T[10];
     if (slides(model.joints[j])) {
-      [J[0][j], J[1][j], J[2][j]] = [zx, zy, zz];
+      J[o] = zx;
+      J[o + 1] = zy;
+      J[o + 2] = zz;
       continue;
     }
-    const [px, py, pz] = [x - A[3], y - A[7], z - A[11]];
-    [J[0][j], J[1][j], J[2][j]] = [zy * pz - zz * py, zz * px - zx * pz, zx * py - zy * px];
-    [J[3][j], J[4][j], J[5][j]] = [zx, zy, zz];
+    const px = x - T[3];
+    const py = y - T[7];
+    const pz = z - T[11];
+    J[o] = zy * pz - zz * py;
+    J[o + 1] = zz * px - zx * pz;
+    J[o + 2] = zx * py - zy * px;
+    J[o + 3] = zx;
+    J[o + 4] = zy;
+    J[o + 5] = zz;
   }
   return J;
 }
@@ -153,30 +170,29 @@ function inPlane(model: Model, turns: boolean): string {
  * and multipliers l: P l = O e, and the place is reached (Lagrange's conditions). The system of the next joints and
  * multipliers is solved until nothing changes; vrs_cli/kinematics/numeric/steady/conditions.py has the derivation.
  */
-function steadyJoints(model: Model, want: Transform, tool: Transform | undefined, near: number[]): Found {
-  const n = near.length;
-  const q = near.slice();
+function steadyJoints(model: Model, want: Transform, tool: Transform | undefined, q: number[]): Found {
+  const n = q.length;
   // what the tool turns does not count: the turn is that of the flange, the place that of the tip
   const flange = tool ? multiply(want, inverse(tool)) : want;
   const reach: Vector = tool ? [tool[3], tool[7], tool[11]] : [0, 0, 0];
-  let multipliers: number[] | undefined;
+  let multipliers: Float64Array | undefined;
   let [missing, steps] = [Infinity, 0];
   for (; steps < STEPS; steps++) {
     const F = frames(model, q);
     const have = F[n];
     const tip = movedBy(have, reach);
-    const J = jacobian(model, F, tip);
-    const place = q.map((_, j): Vector => [J[0][j], J[1][j], J[2][j]]);
-    const turn = q.map((_, j): Vector => [J[3][j], J[4][j], J[5][j]]);
+    const J = jacobian(model, F, ...tip);
+    const place = q.map((_, j): Vector => [J[6 * j], J[6 * j + 1], J[6 * j + 2]]);
+    const turn = q.map((_, j): Vector => [J[6 * j + 3], J[6 * j + 4], J[6 * j + 5]]);
     const away = [want[3] - tip[0], want[7] - tip[1], want[11] - tip[2]];
     const M = turnLeft(have, flange); // R W^T
     const sine: Vector = [0.5 * (M[1][2] - M[2][1]), 0.5 * (M[2][0] - M[0][2]), 0.5 * (M[0][1] - M[1][0])];
     const pull = turn.map((o) => dotted(o, sine));
-    multipliers ??= leastSquares(place, pull);
+    multipliers ??= leastSquares(flat(place.map((p, i) => [...p, pull[i]])), 3);
     const trace = M[0][0] + M[1][1] + M[2][2];
     const rows: number[][] = [];
     for (let i = 0; i < n; i++) {
-      const row = new Array<number>(n + 3).fill(0);
+      const row = new Array<number>(n + 4).fill(pull[i]);
       for (let k = 0; k < n; k++) {
         const [first, later] = i < k ? [i, k] : [k, i];
         const bent = dotted(crossed(turn[first], place[later]), multipliers);
@@ -190,11 +206,11 @@ function steadyJoints(model: Model, want: Transform, tool: Transform | undefined
       for (let c = 0; c < 3; c++) row[n + c] = place[i][c];
       rows.push(row);
     }
-    for (let c = 0; c < 3; c++) rows.push([...place.map((p) => p[c]), 0, 0, 0]);
-    const next = solve(rows, [...pull, ...away]);
-    multipliers = [next[n], next[n + 1], next[n + 2]];
+    for (let c = 0; c < 3; c++) rows.push([...place.map((p) => p[c]), 0, 0, 0, away[c]]);
+    const next = solve(flat(rows), n + 3);
+    multipliers = next.subarray(n);
     missing = largest(away);
-    if (!goOn(q, next.slice(0, n))) break;
+    if (!goOn(q, next.subarray(0, n))) break;
   }
   return { q, steps, missing };
 }
@@ -247,52 +263,62 @@ function asLongAsAngle(v: Vector, cosine: number): Vector {
   return [v[0] * factor, v[1] * factor, v[2] * factor];
 }
 
-/** Solves A x = b by elimination with pivots; where that is singular, or A is not square, by least squares. */
-function solve(A: number[][], b: number[]): number[] {
-  const n = A[0].length;
-  if (A.length !== n) return leastSquares(A, b);
-  const M = A.map((row, i) => Float64Array.of(...row, b[i]));
-  const scale = Math.max(...A.map(largest));
+const flat = (rows: number[][]): Float64Array => Float64Array.from(rows.flat());
+
+/** Solves rows of n coefficients and a right side by elimination with pivots; where they are singular, or not n, by
+ * least squares. */
+function solve(A: Float64Array, n: number): Float64Array {
+  const w = n + 1;
+  if (A.length !== n * w) return leastSquares(A, n);
+  const M = A.slice();
+  let scale = 0;
+  for (let r = 0; r < n; r++) for (let c = 0; c < n; c++) scale = Math.max(scale, Math.abs(M[r * w + c]));
   for (let c = 0; c < n; c++) {
     let pivot = c;
-    for (let r = c + 1; r < n; r++) if (Math.abs(M[r][c]) > Math.abs(M[pivot][c])) pivot = r;
-    if (Math.abs(M[pivot][c]) < SINGULAR * scale) return leastSquares(A, b);
-    [M[c], M[pivot]] = [M[pivot], M[c]];
+    for (let r = c + 1; r < n; r++) if (Math.abs(M[r * w + c]) > Math.abs(M[pivot * w + c])) pivot = r;
+    if (Math.abs(M[pivot * w + c]) < SINGULAR * scale) return leastSquares(A, n);
+    if (pivot !== c) {
+      for (let k = c; k < w; k++) {
+        const x = M[c * w + k];
+        M[c * w + k] = M[pivot * w + k];
+        M[pivot * w + k] = x;
+      }
+    }
     for (let r = c + 1; r < n; r++) {
-      const factor = M[r][c] / M[c][c];
-      if (factor) for (let k = c; k <= n; k++) M[r][k] -= factor * M[c][k];
+      const factor = M[r * w + c] / M[c * w + c];
+      if (factor) for (let k = c; k < w; k++) M[r * w + k] -= factor * M[c * w + k];
     }
   }
-  const x = new Array<number>(n);
+  const x = new Float64Array(n);
   for (let r = n - 1; r >= 0; r--) {
-    let sum = M[r][n];
-    for (let k = r + 1; k < n; k++) sum -= M[r][k] * x[k];
-    x[r] = sum / M[r][r];
+    let sum = M[r * w + n];
+    for (let k = r + 1; k < n; k++) sum -= M[r * w + k] * x[k];
+    x[r] = sum / M[r * w + r];
   }
   return x;
 }
 
-/** Solves the normal equations of A x = b, slightly damped, by Cholesky's method. */
-function leastSquares(A: ArrayLike<number>[], b: number[]): number[] {
-  const n = A[0].length;
-  const L = Array.from({ length: n }, () => new Float64Array(n));
-  const x = new Array<number>(n).fill(0);
+/** Solves the normal equations of such rows, slightly damped, by Cholesky's method. */
+function leastSquares(A: Float64Array, n: number): Float64Array {
+  const w = n + 1;
+  const L = new Float64Array(n * n);
+  const x = new Float64Array(n);
   for (let i = 0; i < n; i++) {
-    for (let r = 0; r < A.length; r++) x[i] += A[r][i] * b[r];
+    for (let r = 0; r < A.length; r += w) x[i] += A[r + i] * A[r + n];
     for (let j = 0; j <= i; j++) {
       let sum = i === j ? DAMPING : 0;
-      for (let r = 0; r < A.length; r++) sum += A[r][i] * A[r][j];
-      for (let k = 0; k < j; k++) sum -= L[i][k] * L[j][k];
-      L[i][j] = i === j ? Math.sqrt(Math.max(sum, DAMPING)) : sum / L[j][j];
+      for (let r = 0; r < A.length; r += w) sum += A[r + i] * A[r + j];
+      for (let k = 0; k < j; k++) sum -= L[i * n + k] * L[j * n + k];
+      L[i * n + j] = i === j ? Math.sqrt(Math.max(sum, DAMPING)) : sum / L[j * n + j];
     }
   }
   for (let i = 0; i < n; i++) {
-    for (let k = 0; k < i; k++) x[i] -= L[i][k] * x[k];
-    x[i] /= L[i][i];
+    for (let k = 0; k < i; k++) x[i] -= L[i * n + k] * x[k];
+    x[i] /= L[i * n + i];
   }
   for (let i = n - 1; i >= 0; i--) {
-    for (let k = i + 1; k < n; k++) x[i] -= L[k][i] * x[k];
-    x[i] /= L[i][i];
+    for (let k = i + 1; k < n; k++) x[i] -= L[k * n + i] * x[k];
+    x[i] /= L[i * n + i];
   }
   return x;
 }
