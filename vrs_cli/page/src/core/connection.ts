@@ -307,10 +307,14 @@ export class Connection {
       case "steered":
         return this.takeChange(message);
       case "clock":
+        if ((message.wall ?? 0) < (this.clock.wall ?? 0)) return; // what is told to all may be older
         this.clock = message;
         return this.tell("clock", message);
       case "pong":
         return this.serverClock.heard(message.sent, message.came, message.left, this.wall());
+      case "done":
+        this.moveTo(message.status?.clock);
+        break;
       case "told":
         return this.takeTold(message);
       case "asked":
@@ -384,12 +388,20 @@ export class Connection {
       return this.tell("change", message);
     }
     if (this.change === null || number <= this.change) return;
+    this.moveTo(message.applied);
     if (message.type === "delta" && this.timeline.apply(message.delta, number)) {
       this.change = number;
       return this.tell("change", message);
     }
     this.change = null; // until a snapshot comes
     this.send({ type: "resync", full: true });
+  }
+
+  /** Sets the clock in virtual time, where only commands move it. */
+  private moveTo(now: number | undefined): void {
+    if (this.clock.realtime || now === undefined) return;
+    this.clock = { ...this.clock, now };
+    this.tell("clock", this.clock);
   }
 
   /** Joins the parts of a long reply: each list of the next one goes to the list of the same name. */
