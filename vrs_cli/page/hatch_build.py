@@ -111,7 +111,7 @@ def run_npm(words: Sequence[str], folder: Path, *, quiet: bool = False) -> None:
             [*command, *words],
             check=False,
             cwd=folder,
-            env={**os.environ, "PATH": path},
+            env={**os.environ, "PATH": path, "NO_COLOR": "1"},
             timeout=MAX_SECONDS,
             stdout=subprocess.PIPE if quiet else None,
             stderr=subprocess.STDOUT if quiet else None,

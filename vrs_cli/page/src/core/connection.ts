@@ -78,7 +78,6 @@ export class Connection {
   private followed: Message | null;
   private change: number | null = null;
   private ids = 0;
-  private left = false;
   private seq = 0;
   private attempt = 0;
   private welcomed = false; // on this socket
@@ -221,9 +220,9 @@ export class Connection {
 
   private cut(): void {
     this.stopTimers();
-    if (this.left || this.state === "refused") return;
+    if (this.state === "refused") return;
     this.become("cut");
-    if (this.options.connect) return; // a test opens the next socket itself
+    if (this.left || this.options.connect) return; // a test opens the next socket itself
     const wait = Math.random() * Math.min(LATEST, SOONEST * 2 ** this.attempt++);
     this.later(wait, () => this.open());
   }
