@@ -23,24 +23,23 @@ export function makeLayout(): (name: Slot) => HTMLElement {
   const talk = h("section", { class: "talk", "aria-label": "Commands" },
     place("drives"), place("output", { role: "log", "aria-live": "polite", "aria-label": "What was said", tabindex: "0" }),
     place("hint"), place("questions", { "aria-live": "assertive" }), place("prompt"));
-  const live = h("section", { class: "live", "aria-label": "Live pose" }, place("pose"));
-  const curves = h("section", { class: "curves", "aria-label": "Curves" }, place("curves"));
+  const live = h("section", { class: "live", tabindex: "0", "aria-label": "Live pose" }, place("pose"));
+  const curves = h("section", { class: "curves", tabindex: "0", "aria-label": "Curves" }, place("curves"));
   const panels = TABS.map((name) => panel(name, place(`tab:${name}`)));
   const [commands, pose] = [panel("Commands"), panel("Pose")];
   const tabs = makeTabs([commands, ...panels, pose]);
   const aside = h("aside", { class: "side", "aria-label": "Commands and programs", id: "side" },
-    talk, makeSplitter("talk-height", "--talk", "Height of the commands", 1), tabs, commands, ...panels, pose);
+    makeSplitter("sheet-height", "--sheet", "Height of the panels", -1), talk, makeSplitter("talk-height", "--talk", "Height of the commands", 1), tabs, commands, ...panels, pose);
   const view = h("main", { class: "view", "aria-label": "The robot" },
     place("canvas"), place("notice"), place("delays"));
   const head = h("header", { class: "head" },
     sideButton(aside), place("head"), h("div", { class: "tools", role: "toolbar", "aria-label": "View" }, place("camera"), place("show")), place("stop"));
-  const foot = h("footer", { class: "foot", "aria-label": "Time", role: "region" }, place("bar"), place("strip"));
-  document.body.append(
-    head, aside, makeSplitter("side-width", "--side", "Width of the commands", 1), view, foot,
-    makeSplitter("sheet-height", "--sheet", "Height of the panels", -1),
-  );
+  const foot = h("section", { class: "foot", "aria-label": "Time" }, place("bar"), place("strip"));
+  aside.append(makeSplitter("side-width", "--side", "Width of the commands", 1));
+  document.body.append(head, aside, view, foot);
   const arrange = (): void => {
-    (PHONE.matches ? commands : aside).prepend(talk);
+    if (PHONE.matches) commands.prepend(talk);
+    else aside.prepend(talk);
     if (PHONE.matches) pose.append(live, curves);
     else view.after(live, curves);
     document.body.classList.toggle("phone", PHONE.matches);
@@ -55,7 +54,7 @@ export function makeLayout(): (name: Slot) => HTMLElement {
 }
 
 function panel(name: string, slot?: HTMLElement): HTMLElement {
-  const element = h("section", { class: "tab-panel", role: "tabpanel", id: `tab-${name}`, "aria-labelledby": `to-${name}` });
+  const element = h("section", { class: "tab-panel", role: "tabpanel", tabindex: "0", id: `tab-${name}`, "aria-labelledby": `to-${name}` });
   if (slot) element.append(slot);
   return element;
 }
