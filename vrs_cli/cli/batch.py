@@ -128,10 +128,11 @@ class Batch(Struct, frozen=True):
             output = sys.stderr if aside else sys.stdout
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
             station = self._station(terminal, folder)
+            end_by = station.driver.end_by
             if lines is not None:
                 lines.robot = station.actor
             try:
-                with self._isolated(station), enough(), wall(options.max_wall, station.driver.end_by):
+                with self._isolated(station), enough(end_by), wall(options.max_wall, end_by):
                     diagnostics = station.load_text(self.source.text)
                     if has_errors(diagnostics):
                         return self._refused(station, diagnostics)
@@ -170,7 +171,7 @@ class Batch(Struct, frozen=True):
             stop,
         ):
             try:
-                with enough():
+                with enough(station.driver.end_by):
                     result = station.execute(program, cycles=self.options.cycles, all_tasks=True)
             except LimitReached as error:
                 result = station.driver.broken_off(error)

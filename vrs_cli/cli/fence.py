@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
+from mmap import PAGESIZE
+from pathlib import Path
 from types import FrameType
 
 from vrs_cli.cli.command_line import CommandLineError
@@ -14,7 +17,11 @@ from vrs_cli.errors import LimitReached
 GRACE = 2.0  # [s] to come to the end of a step; then it is broken off
 LEAST_MEMORY = 256_000_000  # bytes of address space, in which the interpreter and numpy have room
 
-Enough = Callable[[], AbstractContextManager[None]]
+LAST_BYTES = 16_000_000  # that are kept free: CPython 3.11 may loop for ever in a handler of exceptions with none left
+LOOK = 0.02  # [s] of CPU between two looks at how much memory is left: a program takes less than LAST_BYTES meanwhile
+STATM = Path("/proc/self/statm")  # of Linux
+
+Enough = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
 
 
 @contextmanager
@@ -50,12 +57,12 @@ def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Itera
 @contextmanager
 def memory(most: int | None) -> Iterator[Enough]:
     """Let the system give no more than so many bytes. What is yielded stands round that which may need more: it lifts
-    the limit then, and raises LimitReached.
+    the limit then, and has `end_by` end the program, or raises LimitReached where no program runs.
 
     Raises CommandLineError where the system has no such limit.
     """
     if most is None:
-        yield partial(_enough, most, lambda: None)
+        yield partial(_enough, 0, lambda: None)
         return
     try:
         import resource
@@ -78,10 +85,38 @@ def memory(most: int | None) -> Iterator[Enough]:
 
 
 @contextmanager
-def _enough(most: int | None, lift: Callable[[], None]) -> Iterator[None]:
+def _enough(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
+    what = f"--max-memory {most}" if most else "there is"
+    reached = LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory")
+
+    def look(_number: int, _frame: FrameType | None) -> None:
+        if most - _address_space() < LAST_BYTES:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            lift()
+            if not end_by(reached):
+                raise reached
+
+    def tell(unraisable: sys.UnraisableHookArgs) -> None:  # of what is only closed there is nothing to say
+        if not isinstance(unraisable.exc_value, MemoryError):
+            told(unraisable)
+
+    told, sys.unraisablehook = sys.unraisablehook, tell
+    looks = most and STATM.exists()
+    if looks:
+        before = signal.signal(signal.SIGPROF, look)
+        signal.setitimer(signal.ITIMER_PROF, LOOK, LOOK)
     try:
         yield
     except MemoryError:
         lift()
-        what = "there is" if most is None else f"--max-memory {most}"
-        raise LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory") from None
+        raise reached from None
+    finally:
+        sys.unraisablehook = told
+        if looks:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            signal.signal(signal.SIGPROF, before)
+
+
+def _address_space() -> int:
+    """Return how many bytes of address space this process has."""
+    return int(STATM.read_bytes().split()[0]) * PAGESIZE
