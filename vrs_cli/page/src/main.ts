@@ -1,7 +1,7 @@
 import "./style/style.css";
 import { App } from "./app";
 import { makeClass } from "./class";
-import { Connection } from "./core/connection";
+import { Connection, WINDOW } from "./core/connection";
 import { LiveSource } from "./core/source";
 import { addressOf, exchangeToken, takeToken } from "./core/token";
 import { h } from "./dom";
@@ -21,7 +21,7 @@ else openRobot();
 
 /** Shows a robot that is served. */
 function openRobot(): void {
-  const connection = new Connection(addressOf(name), token, "browser");
+  const connection = new Connection(addressOf(name), token, "browser", { follow: { deltas: true, world: true, window: WINDOW } });
   connection.on("welcome", () => void exchangeToken(name, token));
   makeClass(connection, slot);
   const closed = h("div", { class: "note bad banner", role: "alert" });

@@ -2,6 +2,7 @@ import type { Connection } from "./connection";
 import type { Model } from "./kinematics";
 import { Preview } from "./preview";
 import type { Timeline } from "./timeline";
+import { World } from "./world";
 
 /** Where the page has its robot from: a connection, or a file. */
 export interface Source {
@@ -9,6 +10,10 @@ export interface Source {
   readonly timeline: Timeline;
   /** What is expected of a robot that is served; `timeline` is the predicted one. */
   readonly preview?: Preview;
+  /** What is around the robot; null where there is nothing. */
+  readonly cell: Cell | null;
+  /** Where its parts are. */
+  readonly world: World;
   /** The time that is followed [s]: the robot's clock, or that clock as it is heard; of a recording, its end. */
   now(): number;
   /** Whether `now` goes on by itself. */
@@ -19,12 +24,23 @@ export interface Source {
   onChange(changed: () => void): () => void;
 }
 
+/** A cell as the welcome has it; src/scene/parts.ts reads its scene. */
+export interface Cell {
+  scene: object;
+}
+
 /** A robot that is served. */
 export class LiveSource implements Source {
   readonly preview: Preview;
+  readonly world = new World();
 
   constructor(private readonly connection: Connection) {
     this.preview = new Preview(connection);
+    connection.on("welcome", () => this.world.clear());
+    for (const topic of ["course", "contacts"] as const) connection.on(topic, (message) => this.world.hear(message));
+  }
+  get cell(): Cell | null {
+    return this.connection.welcome!.cell ?? null;
   }
   get model(): Model {
     return this.connection.welcome!.model;
@@ -42,7 +58,7 @@ export class LiveSource implements Source {
     return this.preview.reported(this.connection.now());
   }
   onChange(changed: () => void): () => void {
-    const ends = (["change", "clock", "welcome", "state", "preview"] as const).map((topic) => this.connection.on(topic, changed));
+    const ends = (["change", "clock", "welcome", "state", "preview", "course", "contacts"] as const).map((topic) => this.connection.on(topic, changed));
     return () => ends.forEach((end) => end());
   }
 }
@@ -50,7 +66,7 @@ export class LiveSource implements Source {
 /** A saved trajectory. */
 export class RecordedSource implements Source {
   readonly passes = false;
-  constructor(readonly model: Model, readonly timeline: Timeline, readonly title: string) {}
+  constructor(readonly model: Model, readonly timeline: Timeline, readonly title: string, readonly cell: Cell | null = null, readonly world = new World()) {}
   now(): number {
     return this.timeline.end;
   }

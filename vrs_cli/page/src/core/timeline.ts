@@ -83,6 +83,11 @@ export class Timeline {
   segments: Segment[] = [];
   /** The number of the first segment that is known. */
   first = 0;
+  /** Events by their times, before them the last one of each channel. */
+  events: EventRecord[] = [];
+  /** The number of the first event in `events`, as far as changes count them. */
+  private firstEvent = 0;
+  private valueCount = 0;
   version = -1;
   /** The number of the last change. */
   number = 0;
@@ -170,6 +175,20 @@ export class Timeline {
       else high = middle - 1;
     }
     return low;
+  }
+
+  /** Returns the last event of the hand until t. */
+  handEvent(t: number): EventRecord | undefined {
+    return [...this.values, ...this.events].filter((event) => event.channel === 0 && !event.observed && event.time <= t).pop();
+  }
+
+  /** Returns how far the hand is open at t, where nothing is between its fingers: 1 open, 0 closed. */
+  hand(t: number): number {
+    const last = this.handEvent(t);
+    const share = last?.duration ? Math.min((t - last.time) / last.duration, 1) : 1;
+    if (!last || share >= 1) return last?.value ?? 0;
+    const before = this.handEvent(last.time - 1e-9)?.value ?? 0;
+    return before + share * (last.value - before);
   }
 
   /** Returns the tool in force at t: T_flange_tool, undefined for the flange itself. */

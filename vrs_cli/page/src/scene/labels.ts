@@ -3,7 +3,7 @@ import { h } from "../dom";
 import type { Stage } from "./stage";
 
 /** What a label is: more important ones have their place first. */
-const RANKS = ["held", "why", "joint", "frame", "place", "branch", "command"] as const;
+const RANKS = ["held", "why", "joint", "frame", "part", "place", "branch", "command"] as const;
 export type LabelKind = (typeof RANKS)[number];
 
 interface Label {
@@ -60,10 +60,10 @@ export class Labels {
     label.width = -1;
   }
 
-  /** Takes away a label, or all whose key begins so. */
-  remove(key: string): void {
+  /** Takes away a label, or all whose key begins so, unless it is `one`. */
+  remove(key: string, one = false): void {
     for (const [name, label] of this.all) {
-      if (!name.startsWith(key)) continue;
+      if (one ? name !== key : !name.startsWith(key)) continue;
       label.element.remove();
       this.all.delete(name);
     }

@@ -10,6 +10,7 @@ import { Bodies, Figure, matrixOf, reachOf, roomOf, setPose } from "./figure";
 import { BranchView, GoalView, PredictionView } from "./ghosts";
 import { Gizmo } from "./gizmo";
 import { Labels } from "./labels";
+import { PartsView, type CellScene } from "./parts";
 import { PathView } from "./path";
 import { PlacesView, ReasonView, type Sketch } from "./places";
 import { RangesView, ReachView } from "./reach";
@@ -80,6 +81,10 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   const branches = connection && new BranchView(stage, labels, bodies, model, connection);
   const boundary = connection && model.joints[0].kind !== "prismatic" ? new ReachView(stage, figure, connection) : null;
 
+  const scenery = app.source.cell?.scene as CellScene | undefined;
+  const parts = scenery && new PartsView(stage, labels, figure, app.source.world, scenery);
+  if (parts) stage.scene.add(parts.root);
+
   // --- what can be switched ---
   const layers: Layer[] = [];
   const layer = (name: string, label: string, hint: string, on: boolean, set: (on: boolean) => void): void => {
@@ -98,6 +103,13 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   layer("goal", "Goal", "The outline of the arm as it will stand when the motion ends", true, (on) => (goal.visible = on));
   if (branches) layer("branches", "Branches", "The arm as other branches move it", true, (on) => (branches.visible = on));
   layer("places", "Places", "The locations that have names", true, (on) => (places.visible = on));
+  if (parts) {
+    layer("parts", "Cell", "Parts, fixtures and sensors; what touches is red", true, (on) => (parts.visible = on));
+    layer("part names", "Names of parts", "The name of each part beside it", true, (on) => {
+      parts.named = on;
+      if (!on) labels.remove("part ");
+    });
+  }
   layer("ranges", "Joint ranges", "How far each joint goes, and where it is", false, (on) => (ranges.visible = on));
   if (boundary) layer("reach", "Reach", "How far the tool gets in this configuration", false, (on) => (boundary.visible = on));
   let framed = true;
@@ -156,7 +168,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     const { t, timeline, tool } = shown;
     const rows = timeline.locate(t)[0].motion.frames?.base;
     const T_world_robot = rows ? inverse(transformOf(rows)) : identity();
-    const here: InWorld = { ...shown, T_world_robot, T_world_tool: multiply(T_world_robot, tool), hand: 0 };
+    const here: InWorld = { ...shown, T_world_robot, T_world_tool: multiply(T_world_robot, tool), hand: parts ? app.source.world.fingers(t, timeline.handEvent(t)) : timeline.hand(t) };
     const listens = !app.connection || app.connection.state === "open";
     const now = `${shown.q} ${here.hand} ${T_world_robot} ${tool} ${listens}`;
     if (now !== at) {
@@ -169,14 +181,15 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
       stage.change(true);
     }
     triads.tool.visible = framed && !gizmo.seen;
-    for (const part of [path, places, reasons, goal, ranges, gizmo, branches, boundary]) part?.show(here);
+    for (const part of [parts, path, places, reasons, goal, ranges, gizmo, branches, boundary]) part?.show(here);
     prediction.show(here, app.playback.following);
     stage.draw(app.playback.moves);
   };
   const draw = ({ frames, hand, T_world_robot, T_world_tool }: InWorld): void => {
     base = T_world_robot;
     figure.pose(frames, hand, T_world_robot);
-    setPose(stage.floor.root, multiply(T_world_robot, stage.floor.T_robot_floor));
+    const height = scenery?.floor;
+    setPose(stage.floor.root, height == null ? multiply(T_world_robot, stage.floor.T_robot_floor) : Float64Array.of(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, height));
     setPose(triads.base, T_world_robot);
     setPose(triads.tool, T_world_tool);
     const moved = T_world_robot.some((x, i) => x !== identity()[i]);
