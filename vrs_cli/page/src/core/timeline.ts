@@ -83,11 +83,6 @@ export class Timeline {
   segments: Segment[] = [];
   /** The number of the first segment that is known. */
   first = 0;
-  /** Events by their times, before them the last one of each channel. */
-  events: EventRecord[] = [];
-  /** The number of the first event in `events`, as far as changes count them. */
-  private firstEvent = 0;
-  private valueCount = 0;
   version = -1;
   /** The number of the last change. */
   number = 0;
