@@ -1,7 +1,8 @@
 """Builds the page of the browser into `built`, beside this file: a hook of hatch, and a command.
 
 `python vrs_cli/page/hatch_build.py` builds the page where what is built is not of these sources. With words, it
-passes them to npm in this folder: `python vrs_cli/page/hatch_build.py run types`.
+passes them to npm in this folder: `python vrs_cli/page/hatch_build.py run types`. The word `requirements` tells the
+package of PyPI that brings node, where this machine has none that is new enough.
 
 The hook does the same for each wheel, sdist and editable installation. Where the page cannot be built (nobody reaches
 npm), the package is made without it, with a warning. `VRS_NO_PAGE=1` leaves it out; `VRS_PAGE_REQUIRED=1` makes a
@@ -163,7 +164,9 @@ def _put_in_place(made: Path) -> None:
 def main(words: list[str]) -> int:
     """Run the command. Returns its status."""
     try:
-        if words:
+        if words == ["requirements"]:
+            print(*node_requirements(), sep="\n")
+        elif words:
             run_npm(words, HERE)
         elif is_built():
             print(f"{BUILT} is built of these sources already")
