@@ -12,6 +12,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.served_shapes import ServedShapes
+from vrs_cli.net.told_course import WholeCourse, whole_course
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import table_of
@@ -24,8 +25,8 @@ GLB = "data:model/gltf-binary;base64,"
 def recorded_page(
     arm: RobotArm, timeline: Timeline, *, title: str = "", rate: float = 1.0, cell: Cell | None = None
 ) -> dict[str, Any]:
-    """Return what the page shows of a timeline, as values of JSON. `rate`: at which it is played at first; `cell`: what
-    is around the robot. Meshes are in it.
+    """Return what the page shows of a timeline, as values of JSON, with all meshes, and with what becomes of the parts
+    of the `cell` around the robot. `rate`: at which it is played at first.
     """
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
@@ -38,7 +39,14 @@ def recorded_page(
         "model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]},
         "snapshot": table_of(snapshot),
         "cell": None if cell is None else cell_record(cell),
+        "world": None if cell is None else table_of(_course(arm, timeline, cell)),
     }
+
+
+def _course(arm: RobotArm, timeline: Timeline, cell: Cell) -> WholeCourse:
+    from vrs_cli.world.world import World
+
+    return whole_course(World(arm, cell), timeline)
 
 
 def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:
