@@ -1,9 +1,9 @@
 import type { App, Shown } from "../app";
 import type { Timeline } from "../core/timeline";
+import { PHASES, ZOOMS, commandFrom, doingAt } from "../core/spans";
 import { h } from "../dom";
 import { type Icon, icon } from "../style/icons";
 import { fold } from "../style/menu";
-import { PHASES, ZOOMS, doingAt } from "./strip";
 
 /** What a button or a key does. `on`: what is switched on stays lit. */
 export interface Action {
@@ -17,14 +17,6 @@ export interface Action {
 const RATES = [0.1, 0.25, 0.5, 1, 2, 4, 10];
 const SKIP = 10; // [s]
 const NARROW = matchMedia("(max-width: 899px), (max-height: 499px)");
-
-/** Returns when the next command after t begins (`sign` 1), or the one before t (-1) [s]; the end, or the begin, if there is none. */
-export function commandFrom(timeline: Timeline, t: number, sign: 1 | -1): number {
-  const { segments } = timeline;
-  const begins = segments.filter((segment, i) => i > 0 && segment.motion.number !== segments[i - 1].motion.number).map((segment) => segment.start);
-  if (sign > 0) return begins.find((begin) => begin > t + 1e-9) ?? timeline.end;
-  return begins.reverse().find((begin) => begin < t - 1e-9) ?? timeline.begin;
-}
 
 /** Makes the buttons of time. Returns all that can be done with it, for keys. */
 export function makeBar(app: App, slot: HTMLElement, zoom: { seconds: number }): Action[] {

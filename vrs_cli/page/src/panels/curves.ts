@@ -3,10 +3,10 @@ import "uplot/dist/uPlot.min.css";
 import type { App, Shown } from "../app";
 import { g, type Model } from "../core/kinematics";
 import { fixed, jointUnits, speedsAt } from "../core/pose";
+import { type Span, spanOf } from "../core/spans";
 import type { Timeline } from "../core/timeline";
 import { h } from "../dom";
 import { colour, onTheme } from "../style/theme";
-import { type Span, spanOf } from "./strip";
 
 const SAMPLES = 300; // of a curve
 const PERIOD = 400; // [ms] between two drawings at least

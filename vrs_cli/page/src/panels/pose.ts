@@ -1,7 +1,8 @@
 import type { App, Shown } from "../app";
 import { fixed, inWorld, jointUnits, oat, speedsAt } from "../core/pose";
+import { doingAt } from "../core/spans";
+import type { Timeline } from "../core/timeline";
 import { h } from "../dom";
-import { doingAt } from "./strip";
 
 const PERIOD = 66; // [ms] between two readings at least
 const WORDS_PERIOD = 1000; // [ms] between two texts for screen readers
@@ -35,18 +36,34 @@ export function makePose(app: App, slot: HTMLElement, view: HTMLElement): void {
   const put = (element: HTMLElement, text: string): void => {
     if (element.textContent !== text) element.textContent = text;
   };
-  let drawn = "";
+  let [drawn, told] = ["", ""];
   let drawnAt = -PERIOD;
   let toldAt = -WORDS_PERIOD;
+  /** Tells the same in words. */
+  function tell(t: number, timeline: Timeline, values: number[], q: number[], speed: number): void {
+    const unitWord = (unit: string): string => (unit === "°" ? "degrees" : unit);
+    const tooled = places.map(({ name, unit }, i) => `${name} ${fixed(values[i], 1)} ${unitWord(unit)}`).join(", ");
+    const jointed = joints.map(({ name, unit, scale }, i) => `${name} ${fixed(scale * q[i], 1)} ${unitWord(unit)}`).join(", ");
+    words.replaceChildren(...[
+      `${title}: ${model.title || model.name}, ${joints.length} joints.`, `Time ${t.toFixed(1)} s: ${doingAt(timeline, t).text}.`,
+      `Tool: ${tooled}, ${fixed(1000 * speed, 0)} mm/s.`, `Joints: ${jointed}.`,
+    ].map((text) => h("p", { text })));
+  }
   app.add({
     show({ t, q, tool, timeline }: Shown) {
-      const key = `${timeline.number} ${t === timeline.locate(t)[0].finish ? t : ""} ${q.join()}`;
+      const key = `${timeline.number} ${doingAt(timeline, t).text} ${q.join()}`;
       const wall = performance.now();
-      if (key === drawn || wall < drawnAt + PERIOD) return;
-      [drawn, drawnAt] = [key, wall];
+      const [draws, tells] = [key !== drawn && wall >= drawnAt + PERIOD, key !== told && wall >= toldAt + WORDS_PERIOD];
+      if (!draws && !tells) return;
       const T = inWorld(timeline, t, tool);
       const values = [...[3, 7, 11].map((i) => 1000 * T[i]), ...oat(T).map((angle) => DEGREES * angle)];
       const speeds = speedsAt(model, timeline, t);
+      if (tells) {
+        [told, toldAt] = [key, wall];
+        tell(t, timeline, values, q, speeds.tool);
+      }
+      if (!draws) return;
+      [drawn, drawnAt] = [key, wall];
       places.forEach(({ cell, short }, i) => {
         put(cell, fixed(values[i], 1));
         put(short, fixed(values[i], i < 3 ? 1 : 0));
@@ -59,14 +76,6 @@ export function makePose(app: App, slot: HTMLElement, view: HTMLElement): void {
         mark.className = share < NEAR || share > 1 - NEAR ? "near" : "";
       });
       put(toolSpeed, `${fixed(1000 * speeds.tool, 1)} mm/s`);
-      if (wall < toldAt + WORDS_PERIOD) return;
-      toldAt = wall;
-      const tooled = places.map(({ name, unit }, i) => `${name} ${fixed(values[i], 1)} ${unit === "°" ? "degrees" : unit}`).join(", ");
-      const jointed = joints.map(({ name, unit, scale }, i) => `${name} ${fixed(scale * q[i], 1)} ${unit === "°" ? "degrees" : unit}`).join(", ");
-      words.replaceChildren(...[
-        `${title}: ${model.title || model.name}, ${joints.length} joints.`, `Time ${t.toFixed(1)} s: ${doingAt(timeline, t).text}.`,
-        `Tool: ${tooled}, ${fixed(1000 * speeds.tool, 0)} mm/s.`, `Joints: ${jointed}.`,
-      ].map((text) => h("p", { text })));
     },
   });
 }

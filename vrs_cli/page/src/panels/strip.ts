@@ -1,25 +1,15 @@
 import type { App, Part, Shown } from "../app";
 import type { Message } from "../core/connection";
-import type { Playback } from "../core/playback";
 import type { Timeline } from "../core/timeline";
+import { PHASES, type Span, commandsIn, doingAt, roundStep, shares, spanOf } from "../core/spans";
 import { h } from "../dom";
 import { colour, onTheme } from "../style/theme";
 
-/** A span of time [s]. */
-export interface Span {
-  low: number;
-  high: number;
-}
-
-export const PHASES = ["rest", "cruise", "accelerate", "decelerate", "blend"] as const;
-/** [s] of the timeline that are shown, one after the other. */
-export const ZOOMS = [Infinity, 60, 20, 5];
 const [AXIS, BAND, NAMES] = [15, 18, 16]; // [px] of the numbers, the phases, and the names of commands
 const DENSE = 3; // [px] between two commands, below which they are counted instead of named
 const BIN = 4; // [px] in which they are counted
 const MIN_NAME = 26; // [px] that a name needs at least
 const REDRAW = 100; // [ms] between two drawings at least
-const STEPS = [1, 2, 5, 10];
 
 /** What is in doubt of a timeline: times that are not confirmed, that were shown wrong, and of commands that failed. */
 export interface Doubts {
@@ -27,69 +17,6 @@ export interface Doubts {
   flagged: [number, number][];
   late: { t: number; text: string }[];
   untrue: { t: number; text: string }[];
-}
-
-/** Returns the first of the segments that ends after t. */
-export function segmentAt(timeline: Timeline, t: number): number {
-  let [low, high] = [0, timeline.segments.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (timeline.segments[middle].finish > t) high = middle;
-    else low = middle + 1;
-  }
-  return low;
-}
-
-/** A step of 1, 2 or 5 times a power of ten, so that a length has at most so many. */
-export function roundStep(length: number, most: number): number {
-  const power = 10 ** Math.floor(Math.log10(length / most));
-  return power * STEPS.find((step) => step * power * most >= length * (1 - 1e-9))!;
-}
-
-/** Returns what is shown of time: all, between round times, or the page of a zoom in which t is. */
-export function spanOf(playback: Playback, zoom: number, t: number): Span {
-  if (zoom !== Infinity) {
-    const low = Math.floor(t / zoom) * zoom;
-    return { low, high: low + zoom };
-  }
-  const high = Math.max(playback.end, playback.begin + 1);
-  const step = roundStep(high - playback.begin, 20);
-  return { low: Math.floor(playback.begin / step) * step, high: Math.ceil((high - 1e-9) / step) * step };
-}
-
-/** Returns the share of each phase in each of `columns` equal parts of a span: rows of PHASES; the rest is rest. */
-export function shares(timeline: Timeline, span: Span, columns: number): Float32Array {
-  const found = new Float32Array(columns * PHASES.length);
-  const scale = columns / (span.high - span.low);
-  for (let i = segmentAt(timeline, span.low); i < timeline.segments.length; i++) {
-    const segment = timeline.segments[i];
-    const phase = PHASES.indexOf(segment.phase as (typeof PHASES)[number]);
-    const from = Math.max((segment.start - span.low) * scale, 0);
-    const to = Math.min((segment.finish - span.low) * scale, columns);
-    if (from >= columns) break;
-    if (phase <= 0) continue;
-    for (let column = Math.floor(from); column < to; column++)
-      found[column * PHASES.length + phase] += Math.min(to, column + 1) - Math.max(from, column);
-  }
-  return found;
-}
-
-/** Returns when commands begin in a span, with their texts. */
-export function commandsIn(timeline: Timeline, span: Span): { t: number; text: string }[] {
-  const found = [];
-  for (let i = segmentAt(timeline, span.low); i < timeline.segments.length; i++) {
-    const { start, motion } = timeline.segments[i];
-    if (start >= span.high) break;
-    if (motion.text && start >= span.low && timeline.segments[i - 1]?.motion.number !== motion.number) found.push({ t: start, text: motion.text });
-  }
-  return found;
-}
-
-/** What the robot does at t: the text of the command, and its phase. */
-export function doingAt(timeline: Timeline, t: number): { text: string; phase: string } {
-  const [segment] = timeline.locate(t);
-  if (t < segment.start || t >= segment.finish || segment.phase === "rest") return { text: "at rest", phase: "rest" };
-  return { text: segment.motion.text || segment.motion.kind, phase: segment.phase };
 }
 
 function doubtsOf(shown: Shown): Doubts {

@@ -1,0 +1,85 @@
+import type { Playback } from "./playback";
+import type { Timeline } from "./timeline";
+
+const STEPS = [1, 2, 5, 10];
+
+/** A span of time [s]. */
+export interface Span {
+  low: number;
+  high: number;
+}
+
+export const PHASES = ["rest", "cruise", "accelerate", "decelerate", "blend"] as const;
+/** [s] of the timeline that are shown, one after the other. */
+export const ZOOMS = [Infinity, 60, 20, 5];
+
+/** Returns the first of the segments that ends after t. */
+export function segmentAt(timeline: Timeline, t: number): number {
+  let [low, high] = [0, timeline.segments.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (timeline.segments[middle].finish > t) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}
+
+/** A step of 1, 2 or 5 times a power of ten, so that a length has at most so many. */
+export function roundStep(length: number, most: number): number {
+  const power = 10 ** Math.floor(Math.log10(length / most));
+  return power * STEPS.find((step) => step * power * most >= length * (1 - 1e-9))!;
+}
+
+/** Returns what is shown of time: all, between round times, or the page of a zoom in which t is. */
+export function spanOf(playback: Playback, zoom: number, t: number): Span {
+  if (zoom !== Infinity) {
+    const low = Math.floor(t / zoom) * zoom;
+    return { low, high: low + zoom };
+  }
+  const high = Math.max(playback.end, playback.begin + 1);
+  const step = roundStep(high - playback.begin, 20);
+  return { low: Math.floor(playback.begin / step) * step, high: Math.ceil((high - 1e-9) / step) * step };
+}
+
+/** Returns the share of each phase in each of `columns` equal parts of a span: rows of PHASES; the rest is rest. */
+export function shares(timeline: Timeline, span: Span, columns: number): Float32Array {
+  const found = new Float32Array(columns * PHASES.length);
+  const scale = columns / (span.high - span.low);
+  for (let i = segmentAt(timeline, span.low); i < timeline.segments.length; i++) {
+    const segment = timeline.segments[i];
+    const phase = PHASES.indexOf(segment.phase as (typeof PHASES)[number]);
+    const from = Math.max((segment.start - span.low) * scale, 0);
+    const to = Math.min((segment.finish - span.low) * scale, columns);
+    if (from >= columns) break;
+    if (phase <= 0) continue;
+    for (let column = Math.floor(from); column < to; column++)
+      found[column * PHASES.length + phase] += Math.min(to, column + 1) - Math.max(from, column);
+  }
+  return found;
+}
+
+/** Returns when commands begin in a span, with their texts. */
+export function commandsIn(timeline: Timeline, span: Span): { t: number; text: string }[] {
+  const found = [];
+  for (let i = segmentAt(timeline, span.low); i < timeline.segments.length; i++) {
+    const { start, motion } = timeline.segments[i];
+    if (start >= span.high) break;
+    if (motion.text && start >= span.low && timeline.segments[i - 1]?.motion.number !== motion.number) found.push({ t: start, text: motion.text });
+  }
+  return found;
+}
+
+/** What the robot does at t: the text of the command, and its phase. */
+export function doingAt(timeline: Timeline, t: number): { text: string; phase: string } {
+  const [segment] = timeline.locate(t);
+  if (t < segment.start || t >= segment.finish || segment.phase === "rest") return { text: "at rest", phase: "rest" };
+  return { text: segment.motion.text || segment.motion.kind, phase: segment.phase };
+}
+
+/** Returns when the next command after t begins (`sign` 1), or the one before t (-1) [s]; the end, or the begin, if there is none. */
+export function commandFrom(timeline: Timeline, t: number, sign: 1 | -1): number {
+  const { segments } = timeline;
+  const begins = segments.filter((segment, i) => i > 0 && segment.motion.number !== segments[i - 1].motion.number).map((segment) => segment.start);
+  if (sign > 0) return begins.find((begin) => begin > t + 1e-9) ?? timeline.end;
+  return begins.reverse().find((begin) => begin < t - 1e-9) ?? timeline.begin;
+}
