@@ -37,7 +37,7 @@ export interface Options {
 const COMMANDS = new Set(["abort", "at", "drive", "line", "put", "askhelp", "handin", "watchclass", "announce", "freeze"]);
 const NUMBERED = new Set(["asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced"]);
 const OPEN = 1; // WebSocket.OPEN
-export const WINDOW = 60; // [s] of the timeline before the robot's clock that come at first
+export const WINDOW = 600; // [s] of the timeline before the robot's clock that come at first
 const PING = 2; // [s] between two pings
 const FIRST_PINGS = [0, 0.1, 0.2, 0.4, 0.8]; // [s] after the welcome: the clock is to be right soon
 const SILENT = 10; // [s] without any message, though pings are sent: the connection is dead
@@ -90,7 +90,7 @@ export class Connection {
   constructor(readonly url: string, private readonly token: string, private readonly name: string, private readonly options: Options = {}) {
     this.wall = options.wall ?? (() => performance.now() / 1000);
     this.heardAt = this.wall();
-    this.followed = options.follow === undefined ? { deltas: true, window: WINDOW } : options.follow;
+    this.followed = options.follow === undefined ? { deltas: true, window: WINDOW, world: true } : options.follow;
     this.open();
     if (typeof document !== "undefined" && !options.connect) this.watchPage();
   }

@@ -49,6 +49,7 @@ export class Playback {
     this.wake();
   }
   seek(t: number): void {
+    if (t <= this.begin) this.source.recall?.(this.source.timeline.begin);
     this.at = Math.min(Math.max(t, this.begin), this.end);
     this.since = this.wall();
     this.following = false;

@@ -20,6 +20,8 @@ export interface Source {
   readonly passes: boolean;
   /** The name of the robot, or of the file. */
   readonly title: string;
+  /** Asks for what was before a time [s], where it is not known. */
+  recall?(before: number): void;
   /** Calls `changed` at each change of the timeline or the clock; returns what ends that. */
   onChange(changed: () => void): () => void;
 }
@@ -29,10 +31,13 @@ export interface Cell {
   scene: object;
 }
 
+const RECALLED = 600; // [s] that are asked for at once
+
 /** A robot that is served. */
 export class LiveSource implements Source {
   readonly preview: Preview;
   readonly world = new World();
+  private recalling = false;
 
   constructor(private readonly connection: Connection) {
     this.preview = new Preview(connection);
@@ -56,6 +61,11 @@ export class LiveSource implements Source {
   }
   now(): number {
     return this.preview.reported(this.connection.now());
+  }
+  recall(before: number): void {
+    if (this.recalling || this.connection.timeline.first === 0) return;
+    this.recalling = true;
+    void this.connection.recall(before - RECALLED).finally(() => (this.recalling = false));
   }
   onChange(changed: () => void): () => void {
     const ends = (["change", "clock", "welcome", "state", "preview", "course", "contacts"] as const).map((topic) => this.connection.on(topic, changed));
