@@ -19,6 +19,7 @@ from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.net import told_course
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.messages import Course, Done, Refused, ServerMessage, Subscribe
+from vrs_cli.net.recorded_page import recorded_page
 from vrs_cli.net.told_course import CourseTeller, Heard, whole_course
 from vrs_cli.values.world import PartBegin, SpanKind
 from vrs_cli.wire.codec import to_json
@@ -79,6 +80,14 @@ def test_a_saved_trajectory_has_the_same_course() -> None:
     told = json.loads(to_json(whole))
     assert [row[1] for row in told["rows"]["parts"]["box"]] == ["rests", "held"]
     assert told["until"] is None
+    recorded = recorded_page(arm.engine.arm, arm.engine.timeline, cell=parse_cell(CELL))
+    assert json.loads(json.dumps(recorded["world"])) == told
+
+
+def test_contacts_of_a_long_recording_are_not_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(told_course, "MAX_LOOKED", 0.1)
+    arm = Arm("MOVE part")
+    assert whole_course(World(arm.engine.arm, parse_cell(CELL)), arm.engine.timeline).touches is None
 
 
 def test_a_served_robot_tells_its_course_to_those_who_ask(tmp_path: Path) -> None:

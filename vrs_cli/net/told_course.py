@@ -42,6 +42,7 @@ LOOKS_EVERY = 0.01  # [s] at a robot that has work
 TOLD_EVERY = 0.05  # [s] between two times that clients are told of a course that is being computed
 
 MAX_ROWS = 400  # of a message
+MAX_LOOKED = 600.0  # [s] of a saved trajectory: contacts take 10 ms of CPU for a second of motion
 MAX_TOUCHES = 10_000  # that are kept: the past is searched no further
 
 _one_at_a_time = Lock()  # of all robots of this process
@@ -104,12 +105,12 @@ class Known(Struct, frozen=True):
 
 class CourseComputer:
     """Computes the course of a timeline and its contacts, step by step. Pure; one thread at a time. `now` tells the
-    robot's clock [s].
+    robot's clock [s]; `looks`: for contacts too, where that can be.
     """
 
-    def __init__(self, world: World, now: Callable[[], float]) -> None:
+    def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._world, self._now = world, now
-        self.looks = not world.settings.scene.empty and find_spec("mujoco") is not None
+        self.looks = looks and not world.settings.scene.empty and find_spec("mujoco") is not None
         self._checker: Checker | None = None
 
     def begin(self, timeline: Timeline, known: Known | None, cut: Cut) -> Known:
@@ -202,8 +203,8 @@ def clipped(touches: Iterable[ContactSpan], begin: float, end: float) -> Iterato
 class CourseTeller:
     """The course of one robot: the thread of the connections asks for it, another one calls `step`."""
 
-    def __init__(self, world: World, now: Callable[[], float]) -> None:
-        self._computer = CourseComputer(world, now)
+    def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
+        self._computer = CourseComputer(world, now, looks=looks)
         self._changed = Condition()
         self._clients = 0
         self._timeline: Timeline | None = None  # the last; None while nobody listens
@@ -377,8 +378,9 @@ def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRo
 
 
 class WholeCourse(Struct, frozen=True):
-    """The course of a saved trajectory, as `course` and `contacts` tell it. `touches`: None where contacts cannot be
-    found. It is known before `until` [s]; None: for ever.
+    """The course of a saved trajectory, as `course` and `contacts` tell it. `touches`: None where contacts are not
+    looked for: of a timeline that is longer than MAX_LOOKED, or without MuJoCo. It is known before `until` [s]; None:
+    for ever.
     """
 
     rows: CourseRows
@@ -388,7 +390,7 @@ class WholeCourse(Struct, frozen=True):
 
 def whole_course(world: World, timeline: Timeline) -> WholeCourse:
     """Compute the course and the contacts of a whole timeline; `to_json` makes JSON of it for a page."""
-    teller = CourseTeller(world, lambda: timeline.start)
+    teller = CourseTeller(world, lambda: timeline.start, looks=timeline.last - timeline.start <= MAX_LOOKED)
     teller.begin(timeline)
     while teller.step():
         pass
