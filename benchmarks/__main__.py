@@ -7,7 +7,7 @@ from importlib import import_module
 
 ALL = (
     *("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "prompt", "startup", "bulk"),
-    *("longest", "crowd", "viewers", "view", "hostile", "contacts", "world", "events", "grading"),
+    *("longest", "crowd", "viewers", "view", "hostile", "contacts", "world", "events", "grading", "classroom"),
 )
 
 
