@@ -137,7 +137,7 @@ async def _measured(address: str, folder: ClassFolder, seconds: float, pid: int)
         print(
             f"{rate:4g} lines a second each: {len(taken):5} lines, {_part(taken, 0.5):6.1f} ms median, "
             f"{_part(taken, 0.95):6.1f} ms p95, {taken[-1]:6.1f} ms at most, {late} late; "
-            f"server {100 * (_cpu(pid) - cpu) / spent:.0f} % of a core, pages {100 * (time.process_time() - own) / spent:.0f} %",
+            f"server {(_cpu(pid) - cpu) / spent:.0%} of a core, pages {(time.process_time() - own) / spent:.0%}",
             flush=True,
         )
         for page in pages:

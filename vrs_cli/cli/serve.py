@@ -109,8 +109,12 @@ def serve(options: Namespace) -> int:
         hub = _hub(options, server, audit, folder, tell)
         if folder_of_class is not None:
             from vrs_cli.net.class_board import ClassBoard
+            from vrs_cli.teach.served_lessons import ServedLessons
 
             server.board = ClassBoard(folder_of_class, hub.clients, server.grants, hub.own_names, time.time)
+            lessons = ServedLessons(folder_of_class.lessons, server.begin_anew, tell)
+            server.board.lessons, hub.planned = lessons, lessons.plan
+            server.opened.append(lessons.opened)
         at_end.callback(hub.close)
         _warm()
         hub.open_all()

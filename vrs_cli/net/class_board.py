@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol
 
 from vrs_cli.errors import LimitReached, RequestRefused
 from vrs_cli.files.store import EVERYTHING, chosen, text_of
@@ -16,6 +17,19 @@ from vrs_cli.net.tokens import Grant
 
 MAX_CHARS = 4000  # of what a teacher says to all
 MAX_LISTED = 20  # files that were handed in, of one student
+
+
+class Lessons(Protocol):
+    """The lessons of a class, as its board uses them: `teach/` has them, which stands on `net/`."""
+
+    def enter(self, client: ClientSession) -> None:
+        """Tell a client what its lesson has said, if its robot has one."""
+
+    def take(self, client: ClientSession, line: messages.Line) -> bool:
+        """Carry out a line that is a word of lessons; return whether it is one. `done` answers it."""
+
+    def standing(self, student: str) -> tuple[str, int, int]:
+        """Return the title of a student's lesson, so many steps that are passed, and how many it has."""
 
 
 class ClassBoard:
@@ -33,6 +47,7 @@ class ClassBoard:
     ) -> None:
         self._folder, self._clients, self._grants, self._own, self._wall = folder, clients, grants, own, wall
         self.frozen_by = ""
+        self.lessons: Lessons | None = None
         self._help: dict[str, float] = {}
         self._handed_in: dict[str, tuple[str, ...]] = {}
         self._watching: set[ClientSession] = set()
@@ -53,7 +68,7 @@ class ClassBoard:
                 raise RequestRefused(
                     f"{self.frozen_by} has stopped the class: nothing is done now", "wait for the teacher"
                 )
-            else:
+            elif not (isinstance(message, messages.Line) and self.lessons and self.lessons.take(client, message)):
                 return False
         except Exception as error:
             client.refuse(message, error, client.send)
@@ -135,15 +150,18 @@ class ClassBoard:
                 client.flush()
         self._told = told
 
-    def forget(self, client: ClientSession) -> None:
-        """Tell a client the state again: it has a new connection."""
+    def enter(self, client: ClientSession) -> None:
+        """Tell a client the state, and what its lesson has said: it has a new connection."""
         self._told.pop(client, None)
+        if self.lessons is not None:
+            self.lessons.enter(client)
 
     def _state(self, grant: Grant, here: Sequence[ClientSession]) -> StudentState:
         name, own = grant.name, self._own(grant)
         at = max((client for client in here if client.robot in own), key=lambda one: one.heard_at, default=None)
         robot = "" if at is None else at.robot
-        return StudentState(name, own, len(here), robot, self._help.get(name), handed_in=self._files_of(name))
+        lesson, step, of = ("", 0, 0) if self.lessons is None else self.lessons.standing(name)
+        return StudentState(name, own, len(here), robot, self._help.get(name), lesson, step, of, self._files_of(name))
 
     def _files_of(self, student: str) -> tuple[str, ...]:
         if student not in self._handed_in:

@@ -448,7 +448,8 @@ class ClientSession(UserSession):
     def end(self, pending: Pending, ticket: Ticket[Any]) -> None:
         super().end(pending, ticket)
         self._robot.broadcast.release()
-        if pending is self._pulling:
+        pulled = pending is self._pulling
+        if pulled:
             self._pulling = None
             if self._wishes:
                 self._pull()
@@ -456,6 +457,8 @@ class ClientSession(UserSession):
             error = ticket.error(0.0)
             wrong = str(error) if error is not None else None if pending.wrong is None else _wrong(pending.wrong)
             self.note(what, "done" if wrong is None else f"refused: {wrong}")
+        if what or pulled:
+            self._robot.ended()
 
     def types(self, ticket: Ticket[Any]) -> bool:
         """Return whether a request helps a user to type a line, or is for the prompt. In any thread."""

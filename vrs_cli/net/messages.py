@@ -503,6 +503,17 @@ class ClassState(ServerMessage, frozen=True):
     students: tuple[StudentState, ...] = ()
 
 
+class LessonText(Numbered, frozen=True):
+    """A lesson says something, in Markdown: a step, a hint, what is missing. `title`: of the lesson; `step` of `of`
+    steps is the present one, counted from 1.
+    """
+
+    text: str
+    title: str = ""
+    step: Count = 0
+    of: Count = 0
+
+
 class Announced(Numbered, frozen=True):
     """A teacher says something to this student."""
 
@@ -541,4 +552,5 @@ FromServer = (
     | Listed
     | ClassState
     | Announced
+    | LessonText
 )

@@ -430,6 +430,7 @@ class Hub:
         cells: Mapping[str, Cell] = NO_CELLS,
     ) -> None:
         self.rooms: dict[str, Room] = {}
+        self.planned: Callable[[str, Plan], Plan] = lambda _name, plan: plan  # changes the plan of a robot, by its name
         self._robots, self._places, self._usual = robots, places, usual
         self._own, self._grants, self._own_idle, self._cells = own, grants, own_idle, cells
         self._audit, self._wake, self._tell = audit, wake, tell
@@ -465,7 +466,7 @@ class Hub:
                 model = self._robots.get(name, self._usual.model)
                 usual = self._usual if name in self._robots else replace(self._usual, idle=self._own_idle)
                 usual = replace(usual, cell=self._cells.get(name, usual.cell))
-                plan = self._places.plan(name, model, usual)
+                plan = self.planned(name, self._places.plan(name, model, usual))
                 room = Room(name, plan, lambda: self._wake(name), self._audit, self._tell, self.names)
                 self.rooms = {**self.rooms, name: room}
             return room
@@ -481,6 +482,14 @@ class Hub:
             gone = tuple(room for name, room in self.rooms.items() if name not in kept)
             self.rooms = {name: room for name, room in self.rooms.items() if name in kept}
         return gone
+
+    def take_away(self, name: str) -> Room | None:
+        """Take away the room of a robot, and return it: it is to be closed. Who comes next opens another one."""
+        with self._opening:
+            rooms = dict(self.rooms)
+            room = rooms.pop(name, None)
+            self.rooms = rooms
+        return room
 
     def open_all(self) -> None:
         """Open the shared robots. Raises VrsError."""

@@ -181,6 +181,7 @@ class ServedRobot:
         self.said: deque[Callable[[], None]] = deque()
         self._woken = False
         self.touched: dict[Callable[[], None], None] = {}
+        self.ended: Callable[[], None] = lambda: None  # is called when a request of a user has ended
         self.asked_at: dict[UserSession, float] = {}  # [s] when each user asked for something last
         self.driving = Driving(wall, driven, by_asking=plan.one_user)
         self.folder = Folder(plan.folder, closed=True)

@@ -440,7 +440,7 @@ class Server:
         room.pump()
         self._audit.note(name, link.client.name, link.address, "(enter)", "done")
         if self.board is not None:
-            self.board.forget(link.client)
+            self.board.enter(link.client)
             self.board.tell()
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
@@ -563,10 +563,30 @@ class Server:
     async def _drop_forgotten(self) -> None:
         """Close the robots of tokens that are no longer in the file."""
         for room in await asyncio.to_thread(self.hub.drop_forgotten):
-            if (task := self._broadcasts.pop(room.name, None)) is not None:
-                task.cancel()
-            self._due.pop(room.name, None)
-            try:
-                await asyncio.to_thread(room.close)
-            except VrsError as error:
-                self._tell(f"{room.name}: {error}")
+            await self._end(room)
+
+    def begin_anew(self, name: str, why: str) -> None:
+        """Close a robot; who holds it is told why, and finds a new one. In any thread."""
+
+        async def begin() -> None:
+            room = await asyncio.to_thread(self.hub.take_away, name)
+            if room is not None:
+                for client in tuple(room.clients.values()):
+                    if client.link is not None:
+                        client.link.connection.close(why)
+                        client.flush()
+                    room.leave(client)
+                await self._end(room)
+
+        if self._loop is not None and not self._loop.is_closed():
+            asyncio.run_coroutine_threadsafe(begin(), self._loop)
+
+    async def _end(self, room: Room) -> None:
+        """Close a robot that was taken away."""
+        if (task := self._broadcasts.pop(room.name, None)) is not None:
+            task.cancel()
+        self._due.pop(room.name, None)
+        try:
+            await asyncio.to_thread(room.close)
+        except VrsError as error:
+            self._tell(f"{room.name}: {error}")

@@ -17,7 +17,7 @@ from vrs_cli.errors import FileDamaged, FileError, VrsError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.opening import text_at
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Notes
+from vrs_cli.interfaces.dialogue import Notes, Terminal
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.teach.evidence import Evidence, evidence_of
@@ -25,6 +25,7 @@ from vrs_cli.teach.judging.basis import Basis
 from vrs_cli.teach.lessons import Lesson, LessonStep, chosen_folder, progress_key
 from vrs_cli.teach.marking import Mark, mark_checks
 from vrs_cli.teach.state_checks import VariableCheck
+from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.replies import Farewell
 
 T = TypeVar("T")
@@ -39,6 +40,18 @@ class AskRobot(Protocol):
     """Asks the robot of a lesson for something, between two things that it does."""
 
     def __call__(self, ask: Callable[[Session], T]) -> T: ...
+
+
+class LessonPrompt(Protocol):
+    """A prompt of a lesson: that of a shell, or of a robot that is served to browsers."""
+
+    terminal: Terminal
+
+    def take(self, text: str) -> None:
+        """Carry out a line; return when that is done."""
+
+    def status(self) -> PromptStatus:
+        """Return what stands around the prompt."""
 
 
 # --- where learners are -----------------------------------------------------------------------------------------------
@@ -139,7 +152,7 @@ class Learner:
         self._started, self._told = 0.0, ""
         self._seen: object = None  # of the robot, when it was looked at last
         self._busy = False  # lines of the lesson itself are carried out
-        self._front_end: FrontEnd
+        self._front_end: LessonPrompt
         self._words: Mapping[str, Callable[[], None]] = {
             "HINT": self._hint,
             "AGAIN": self._task,
@@ -163,6 +176,11 @@ class Learner:
 
         front_end.own_lines.insert(0, self.take)
         front_end.opening, front_end.taken, front_end.kept_up = begin, self.look, self._look_again
+
+    def join(self, prompt: LessonPrompt) -> None:
+        """Take part at a prompt that tells by itself when a line is done, and begin."""
+        self._front_end = prompt
+        self._begin()
 
     # --- words of the lesson ------------------------------------------------------------------------------------------
 
