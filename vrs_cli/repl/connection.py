@@ -11,7 +11,7 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.port.port import Port
 from vrs_cli.interfaces.station.lease import Requested, notice_text
-from vrs_cli.net.messages import At, Drive, Lease, LeaseAct, Present, ServerMessage, Welcome, Who
+from vrs_cli.net.messages import Announced, At, Drive, Lease, LeaseAct, LessonText, Present, ServerMessage, Welcome, Who
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import BANNER
 from vrs_cli.values.acts import Attend
@@ -70,7 +70,7 @@ class ConnectionWords:
         return True
 
     def hear(self, message: ServerMessage) -> None:
-        """Tell that the connection is there again, or what became of the lease."""
+        """Tell that the connection is there again, what became of the lease, and what a lesson or its teacher says."""
         match message:
             case Welcome(resumed=resumed):
                 if not resumed:
@@ -79,6 +79,9 @@ class ConnectionWords:
                 if self._attended:
                     with suppress(RequestRefused):  # what the prompt shows is asked for
                         self.front_end.begin(lambda id: At(id, Attend()), self.front_end.come)
+            case LessonText(text) | Announced(text=text):
+                by = f"{message.by}: " if isinstance(message, Announced) else ""
+                self._told(by + "".join(one for one in text if one.isprintable() or one == "\n"))
             case Lease(holder, notice) if self._attended:
                 text = notice_text(notice, self._port.name) or self._named(holder)
                 if isinstance(notice, Requested) and notice.of == self._port.name:

@@ -48,8 +48,9 @@ export function makeClass(connection: Connection, slot: (name: Slot) => HTMLElem
   const help = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Ask for help", onclick: () => void askHelp() });
   const hand = h("button", { class: "button", type: "button", text: "Hand in", title: "Give your teacher all your programs and variables, as they are now", onclick: () => void handIn() });
   const out = h("button", { class: "button quiet", type: "button", text: "Leave", title: "End here: this browser needs your link again", onclick: () => void end() });
+  const other = h("a", { class: "button" });
   const last = h("span", { class: "note class-last" });
-  const bar = h("div", { class: "row class-bar", role: "group", "aria-label": "Class", hidden: true }, help, hand, last, out);
+  const bar = h("div", { class: "row class-bar", role: "group", "aria-label": "Class", hidden: true }, help, hand, other, last, out);
   slot("head").append(bar);
   slot("notice").append(frozen, notices);
 
@@ -81,13 +82,18 @@ export function makeClass(connection: Connection, slot: (name: Slot) => HTMLElem
     if (!own || connection.welcome?.role === "teacher") return;
     bar.hidden = false;
     robots = own.robots ?? [];
+    const at = connection.welcome?.robot;
+    const [work, lessons] = robots;
+    other.hidden = !lessons;
+    other.textContent = at === lessons ? "My robot" : "Lessons";
+    other.href = `/view/${encodeURIComponent(at === lessons ? work : lessons)}`;
     frozen.hidden = !state.frozen;
     const asks = own.help != null;
     help.setAttribute("aria-pressed", String(asks));
     help.textContent = asks ? "Help is coming" : "Ask for help";
     help.title = asks ? "Your teacher sees that you ask. Press again if you need no help any more" : "Your teacher sees that you ask";
-    const at = handedInAt(own.handed_in?.at(-1) ?? "");
-    last.textContent = at ? `Handed in ${at.toLocaleString([], { dateStyle: "short", timeStyle: "short" })}` : "";
+    const handed = handedInAt(own.handed_in?.at(-1) ?? "");
+    last.textContent = handed ? `Handed in ${handed.toLocaleString([], { dateStyle: "short", timeStyle: "short" })}` : "";
   });
   connection.on("announced", ({ by, text }) => notice(`${by}: ${text}`, "warn", true));
 }

@@ -6,6 +6,7 @@ import { LiveSource } from "./core/source";
 import { addressOf, exchangeToken, takeToken } from "./core/token";
 import { h } from "./dom";
 import { makeLayout } from "./layout";
+import { makeLesson } from "./lessons";
 import { makeScene } from "./scene/scene";
 import { makeDelays } from "./panels/delays";
 import { makeDriving } from "./panels/driving";
@@ -24,6 +25,7 @@ function openRobot(): void {
   const connection = new Connection(addressOf(name), token, "browser", { follow: { deltas: true, world: true, window: WINDOW } });
   connection.on("welcome", () => void exchangeToken(name, token));
   makeClass(connection, slot);
+  makeLesson(connection, slot);
   const closed = h("div", { class: "note bad banner", role: "alert" });
   const ends = [
     connection.on("closing", ({ refusal, why }) => tellClosed(refusal?.message ?? why, closed)),

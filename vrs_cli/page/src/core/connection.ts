@@ -17,7 +17,7 @@ export interface Welcome extends Message {
 /** The names of what can be listened to: messages by their type, "state" of the connection, "change" of the timeline. */
 export type Topic =
   | "state" | "welcome" | "change" | "clock" | "told" | "typed" | "asked" | "withdrawn"
-  | "activity" | "lease" | "status" | "pulled" | "preview" | "closing" | "course" | "contacts" | "announced" | "classstate" | "missed" | "lesson" | (string & {});
+  | "activity" | "lease" | "status" | "pulled" | "preview" | "closing" | "course" | "contacts" | "announced" | "classstate" | "missed" | "lessontext" | (string & {});
 export type ConnectionState = "opening" | "open" | "cut" | "refused";
 
 /** What a connection needs of a WebSocket. */
@@ -35,7 +35,7 @@ export interface Options {
 }
 
 const COMMANDS = new Set(["abort", "at", "drive", "line", "put", "askhelp", "handin", "watchclass", "announce", "freeze"]);
-const NUMBERED = new Set(["asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced"]);
+const NUMBERED = new Set(["asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced", "lessontext"]);
 const OPEN = 1; // WebSocket.OPEN
 export const WINDOW = 600; // [s] of the timeline before the robot's clock that come at first
 const PING = 2; // [s] between two pings
