@@ -15,6 +15,7 @@ from tests.page.browser import alone, changed, drawn, line, picture, until, wind
 from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
 from vrs_cli.net.pages import ServedPage
+from vrs_cli.teach.served_lessons import ServedLessons
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -113,3 +114,22 @@ def test_who_leaves_needs_the_link_again(ada: Page, lesson_room: Serving, folder
     ada.get_by_role("button", name="Leave").click()
     ada.get_by_text("open the link that you were given").wait_for()
     assert ada.context.cookies() == []
+
+
+def test_a_lesson_leads_through_its_steps(ada: Page, lesson_room: Serving, folder: ClassFolder) -> None:
+    board, hub = lesson_room.server.board, lesson_room.hub
+    assert board is not None
+    lessons = ServedLessons(folder.lessons, lesson_room.server.begin_anew, lesson_room.told.append)
+    board.lessons, hub.planned = lessons, lessons.plan
+    lesson_room.server.opened.append(lessons.opened)
+    ada.goto(link(lesson_room, folder, "ada"))
+    ada.get_by_role("link", name="Lessons").click()
+    ada.get_by_role("heading", name="Turn the waist").wait_for()
+    drawn(ada)
+    ada.get_by_role("button", name="Hint").click()
+    ada.get_by_text("So far").wait_for()
+    line(ada, "DRIVE 1, 30")
+    ada.get_by_role("heading", name="First motion: step 2 of 6").wait_for()
+    line(ada, "LESSON 9")
+    ada.get_by_role("heading", name="Palletising with FRAME: step 1").wait_for()
+    assert lesson_room.told == []

@@ -18,8 +18,9 @@ export function makeLesson(connection: Connection, slot: (name: Slot) => HTMLEle
   const text = h("div", { class: "lesson-text", tabindex: "0", role: "log", "aria-label": "The lesson", "aria-live": "polite" });
   const buttons = WORDS.map(([name, word, hint]) =>
     h("button", { class: "button", type: "button", text: name, title: hint, onclick: () => void connection.ask("line", { text: word }) }));
+  const next = buttons[buttons.length - 1];
   const panel = h("section", { class: "lesson", "aria-label": "Lesson", hidden: true }, title, text, h("div", { class: "row" }, ...buttons));
-  slot("drives").before(panel);
+  slot("drives").closest(".talk")!.before(panel);
   let life = "";
   connection.on("welcome", (welcome) => {
     if (life && life !== welcome.life && !panel.hidden) location.reload(); // another lesson has another robot
@@ -28,6 +29,7 @@ export function makeLesson(connection: Connection, slot: (name: Slot) => HTMLEle
   connection.on("lessontext", ({ text: said, title: name, step, of }) => {
     panel.hidden = false;
     title.textContent = `${name}${of ? `: step ${step} of ${of}` : ""}`;
+    next.hidden = !said.startsWith("That was the lesson");
     if (/^#{1,2} /.test(said)) text.replaceChildren(); // a new step
     const made = h("div", { class: "lesson-said" }, ...markdown(said));
     text.append(made);
