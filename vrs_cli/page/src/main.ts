@@ -27,10 +27,13 @@ function openRobot(): void {
   makeClass(connection, slot);
   makeLesson(connection, slot);
   const closed = h("div", { class: "note bad banner", role: "alert" });
+  const opening = h("div", { class: "note warn banner", role: "status", text: `Connecting to ${name} ...` });
+  slot("notice").append(opening);
   const ends = [
-    connection.on("closing", ({ refusal, why }) => tellClosed(refusal?.message ?? why, closed)),
+    connection.on("closing", ({ refusal, why }) => (opening.remove(), tellClosed(refusal?.message ?? why, closed))),
     connection.on("change", () => {
       for (const end of ends) end();
+      opening.remove();
       closed.remove();
       const app = new App(new LiveSource(connection), connection);
       const scene = makeScene(app, slot("canvas"));

@@ -33,7 +33,10 @@ export function makeNotice(app: App, head: HTMLElement, slot: HTMLElement): void
     lamp.className = `lamp ${open ? "good" : "bad"}`;
     state.textContent = open ? (role === "observer" ? "you may look" : "") : connection.state === "refused" ? "refused" : "not heard";
     cut.hidden = open;
-    cut.textContent = connection.state === "refused" ? "The server refuses this page. Ask for another address, or look at its token." : `${name} is not heard since ${since}. What is shown from then on is what was planned. Connecting again ...`;
+    const why = connection.why ? ` (${connection.why})` : "";
+    cut.textContent = connection.state === "refused"
+      ? `The server refuses this page${why}.`
+      : `${name} is not heard since ${since}${why}. What is shown from then on is what was planned. Connecting again ...`;
   };
   for (const topic of ["state", "welcome"] as const) connection.on(topic, show);
   show();
