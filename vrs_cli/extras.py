@@ -6,6 +6,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+MESH_PACKAGES = "pillow pycollada trimesh"  # of the extra `mesh`: textures, DAE files, and all others
 BUILT_PAGE = Path(__file__).resolve().parent / "page" / "built"
 
 

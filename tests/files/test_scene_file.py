@@ -242,10 +242,15 @@ def test_without_trimesh_one_line_says_how_to_install_it(
     trimesh.creation.box().export(tmp_path / "a.stl")
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.raises(
-        FileDamaged, match=r"meshes need trimesh, which is not installed; .* install trimesh"
+        FileDamaged, match=r"meshes need trimesh, which is not installed; .* install pillow pycollada trimesh"
     ) as refused:
         read_cell(str(mesh_cell(tmp_path, "a.stl")))
     assert "\n" not in refused.value.detail
+
+
+def test_a_dae_file_needs_one_more_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "collada", None)
+    assert [mesh_file.missing_package(kind) for kind in ("stl", "dae")] == ["", "pycollada"]
 
 
 def test_large_meshes_and_many_meshes_are_refused(

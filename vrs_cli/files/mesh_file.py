@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from importlib.util import find_spec
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError
-from vrs_cli.extras import how_to_install
+from vrs_cli.extras import MESH_PACKAGES, how_to_install
 from vrs_cli.kinematics.transform import Vector
 
 if TYPE_CHECKING:
@@ -139,11 +140,11 @@ def _loaded(path: Path, *, coloured: bool = False) -> Any:
     FileDamaged.
     """
     check(path)
-    try:
-        import trimesh
-    except ImportError:
-        raise MeshMissing(f"{path}: meshes need trimesh, which is not installed", how_to_install("trimesh")) from None
     kind = path.suffix.lower()[1:]
+    if lacking := missing_package(kind):
+        raise MeshMissing(f"{path}: meshes need {lacking}, which is not installed", how_to_install(MESH_PACKAGES))
+    import trimesh
+
     try:
         content = path.read_bytes()
         _check_faces(path, kind, content)
@@ -162,6 +163,13 @@ def _loaded(path: Path, *, coloured: bool = False) -> Any:
         raise
     except Exception as error:  # whatever the readers of many formats run into
         raise FileDamaged(f"{path}: {str(error) or type(error).__name__}", _WANTED) from None
+
+
+def missing_package(kind: str) -> str:
+    """Return the package that a kind of file needs and that is not installed; empty where none is missing."""
+    if find_spec("trimesh") is None:
+        return "trimesh"
+    return "pycollada" if kind == "dae" and find_spec("collada") is None else ""
 
 
 _WANTED = "a mesh is an STL, OBJ, GLB or DAE file"

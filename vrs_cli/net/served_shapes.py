@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from hashlib import sha256
-from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 from typing import Any
 from urllib.parse import quote
 
 from vrs_cli.errors import NonexistentFile, VrsError
-from vrs_cli.files.mesh_file import check, glb_of
+from vrs_cli.files.mesh_file import check, glb_of, missing_package
 from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.shapes import LinkShape, MeshFile, rgb, to_tables
@@ -62,7 +61,7 @@ def _key(shape: LinkShape, body: MeshFile) -> str | None:
     """Return a name that changes with the file, its scale and its colour, and that nobody guesses; None if the file
     cannot be read.
     """
-    if find_spec("trimesh") is None:
+    if missing_package(Path(body.path).suffix.lower()[1:]):
         return None
     try:
         check(Path(body.path))
