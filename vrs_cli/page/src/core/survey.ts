@@ -48,7 +48,7 @@ export class Survey {
     if (this.due) return;
     const since = performance.now() / 1000 - this.askedAt;
     const wait = Math.max((this.pending ? PATIENCE : PERIOD) - since, 0);
-    this.due = window.setTimeout(() => {
+    this.due = setTimeout(() => {
       this.due = 0;
       void this.ask();
     }, 1000 * wait);

@@ -36,7 +36,7 @@ export function scan(line: string): Run[] {
       if (word.startsWith(".")) ink = "control";
       else if (starts) ink = starts;
       else if (FUNCTIONS.has(word) && (CONSTANTS.has(word) || rest.startsWith("("))) ink = "function";
-      else ink = LINKS.has(word) && !first ? "control" : "name";
+      else ink = LINKS.has(word) && !first && !rest.startsWith("[") ? "control" : "name";
       first = first && (word === "DO" || word === "EXPLAIN");
     }
     runs.push([text, ink]);
