@@ -11,6 +11,7 @@ import { makeScene } from "./scene/scene";
 import { makeDelays } from "./panels/delays";
 import { makeDriving } from "./panels/driving";
 import { makeHint } from "./panels/notice";
+import { columnsOf } from "./panels/transcript";
 import { makeViewing } from "./panels/viewing";
 import { showRecording, type Recording } from "./recording";
 
@@ -22,7 +23,9 @@ else openRobot();
 
 /** Shows a robot that is served. */
 function openRobot(): void {
-  const connection = new Connection(addressOf(name), token, "browser", { follow: { deltas: true, world: true, window: WINDOW } });
+  const connection = new Connection(addressOf(name), token, "browser", {
+    follow: { deltas: true, world: true, window: WINDOW }, columns: () => columnsOf(slot("output")),
+  });
   connection.on("welcome", () => void exchangeToken(name, token));
   makeClass(connection, slot);
   makeLesson(connection, slot);

@@ -27,6 +27,8 @@ export type Socket = Pick<WebSocket, "readyState" | "send" | "close" | "onopen" 
 export interface Options {
   /** Fields of `hello` in place of the usual ones. */
   hello?: Message;
+  /** How many columns replies are drawn for, each time that the page connects. */
+  columns?: () => number;
   /** What is subscribed to at once; null for nothing. */
   follow?: Message | null;
   connect?: (url: string) => Socket;
@@ -213,7 +215,7 @@ export class Connection {
     const resume = this.welcome && { connection: this.welcome.connection, seq: this.seq, ...(unanswered.length ? { unanswered } : {}) };
     return {
       type: "hello", versions: [1], name: this.name,
-      ...(this.options.hello ?? { full: true, attended: true, rendered: 100 }),
+      ...(this.options.hello ?? { full: true, attended: true, rendered: this.options.columns?.() ?? 100 }),
       ...(this.token ? { token: this.token } : {}), ...(resume ? { resume } : {}),
     };
   }

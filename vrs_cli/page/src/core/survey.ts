@@ -14,7 +14,7 @@ export class Survey {
   private asked = { program: "", first: 1 };
   private askedAt = -Infinity;
   private pending = false;
-  private due = 0;
+  private due: ReturnType<typeof setTimeout> | null = null;
 
   /** `surveyed` is called with each answer. */
   constructor(private readonly connection: Connection, private readonly surveyed: (found: Message) => void) {
@@ -49,7 +49,7 @@ export class Survey {
     const since = performance.now() / 1000 - this.askedAt;
     const wait = Math.max((this.pending ? PATIENCE : PERIOD) - since, 0);
     this.due = setTimeout(() => {
-      this.due = 0;
+      this.due = null;
       void this.ask();
     }, 1000 * wait);
   }
@@ -65,7 +65,7 @@ export class Survey {
     this.pending = false;
     if (this.due) {
       clearTimeout(this.due);
-      this.due = 0;
+      this.due = null;
       this.happened();
     }
     if (end.found?.kind !== "Surveyed") return;

@@ -32,7 +32,5 @@ export function makeDriving(app: App, slot: (name: Slot) => HTMLElement, scene: 
     makePrograms(commands, slot("tab:Programs")), makeMove(commands, slot("tab:Move")),
     makeDrag(commands, slot("tab:Drag"), scene.gizmo), makeSignals(commands, slot("tab:Signals")),
   );
-  // a page that goes lets others drive at once, and itself, when it is loaded again
-  window.addEventListener("pagehide", () => connection.send({ type: "bye" }));
   return commands;
 }

@@ -5,7 +5,19 @@ const MAX_LINES = 2000; // in the document; older ones go
 const MAX_LINE_CHARS = 4000;
 const MAX_KEPT_LINES = 400; // over a reload
 const MAX_KEPT_CHARS = 200_000;
+const [MIN_COLUMNS, MAX_COLUMNS] = [40, 200]; // that replies are drawn for
+const MARGIN = 32; // [px] of the columns: padding, and the bar that scrolls
 const NEAR_END = 24; // [px] from the end, where the newest is followed
+
+/** Returns how many columns a transcript has in its slot, as wide as that is now. */
+export function columnsOf(slot: HTMLElement): number {
+  const ruler = h("div", { class: "transcript", style: "position: absolute; visibility: hidden; padding: 0", text: "m".repeat(100) });
+  slot.append(ruler);
+  ruler.style.whiteSpace = "nowrap";
+  const columns = Math.floor((slot.clientWidth - MARGIN) / (ruler.getBoundingClientRect().width / 100));
+  ruler.remove();
+  return Number.isFinite(columns) && columns > 0 ? Math.min(Math.max(columns, MIN_COLUMNS), MAX_COLUMNS) : MIN_COLUMNS;
+}
 
 /** What was said, the newest last: a bounded list of lines of styled runs, which is there again after a reload. */
 export class Transcript {
