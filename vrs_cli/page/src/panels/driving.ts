@@ -24,6 +24,7 @@ export function makeDriving(app: App, slot: (name: Slot) => HTMLElement, scene: 
   const transcript = new Transcript(slot("output"), `vrs said ${connection.welcome!.robot}`);
   const commands = new Commands(app, connection, survey, transcript);
   commands.replied = (told) => told.sketch && scene.explain(told.sketch);
+  commands.refused = (text) => void explainRefused(commands, scene, text);
   makeStop(commands, slot("stop"));
   makeDrives(commands, slot("drives"));
   makeQuestions(commands, slot("questions"));
@@ -33,4 +34,11 @@ export function makeDriving(app: App, slot: (name: Slot) => HTMLElement, scene: 
     makeDrag(commands, slot("tab:Drag"), scene.gizmo), makeSignals(commands, slot("tab:Signals")),
   );
   return commands;
+}
+
+/** Draws why a motion that was typed is refused. */
+async function explainRefused(commands: Commands, scene: Scene, text: string): Promise<void> {
+  if (text.includes("\n")) return;
+  const end = await commands.connection.ask("at", { act: { kind: "WhyRefused", text } });
+  if (end.found) scene.explain(end.found);
 }
