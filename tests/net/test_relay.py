@@ -19,10 +19,11 @@ from tests.net.test_delayed_robot import behind
 from tests.net.test_served_shapes import URDF
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.net.hosted import LocalServer
+from vrs_cli.net.hosted import HERE, LocalServer, PagePlace
 from vrs_cli.net.messages import At, Closing, Delta, Done, Drag, Hello, Line, Replaced, Subscribe, Welcome
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.overheard import LookAhead, PreviewMessage
+from vrs_cli.net.pages import ServedPage
 from vrs_cli.net.relay import Relay
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.trajectory.timeline import Timeline
@@ -39,7 +40,7 @@ def relayed(address: str, **options: object) -> Iterator[str]:
     """The address of a relay to the robot at an address."""
     told = list[str]()
     relay = Relay(address, "cell1", SECRET, **options)  # type: ignore[arg-type]
-    server = LocalServer(secret=SECRET, relays={"cell1": relay}, tell=told.append)
+    server = LocalServer(PagePlace(HERE, SECRET, ServedPage({})), relays={"cell1": relay}, tell=told.append)
     try:
         yield f"{server.address}/robots/cell1"
     finally:

@@ -7,21 +7,19 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, command, group, option, teller
+from vrs_cli.cli.command_line import command, group, option, teller
+from vrs_cli.cli.page import page_place, tell_page
 from vrs_cli.cli.serve import port
-from vrs_cli.cli.view import door_of, open_page
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.extras import how_to_install
 from vrs_cli.repl.shell import at, on_terminal
 
 if TYPE_CHECKING:
+    from vrs_cli.net.hosted import PagePlace
     from vrs_cli.teach.learn import LearnerRecord
     from vrs_cli.teach.lessons import Lesson
-    from vrs_cli.view3d.door import Door
 
 OK, FAILED = 0, 1
 PROGRESS = "learn.json"
@@ -68,8 +66,6 @@ def learn(options: Namespace) -> int:
     if options.list:
         course.list()
         return OK
-    if options.view and find_spec("viser") is None:
-        raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
     return course.run(options)
 
 
@@ -90,7 +86,7 @@ class _Course:
         from vrs_cli.teach.lessons import chosen_folder, lesson_folders, lessons_folder
 
         self._file = progress_file
-        self._door: Door | None = None  # of the page, which stays when the learner goes to another lesson
+        self._page: PagePlace | None = None  # which stays when the learner goes to another lesson
         folder = None if word is None or not Path(word).is_dir() else Path(word)
         if folder is not None and (folder / "lesson.md").exists():
             self.folders: tuple[Path, ...] = (folder,)
@@ -162,14 +158,17 @@ class _Course:
         tell, attended = teller(options.prog), on_terminal()
         standing = progress.of(lesson.key)
         with ExitStack() as stack:
-            classroom = Classroom(lesson, stack, tell, served=options.view, attended=attended)
+            if options.view and self._page is None:
+                options.host = "127.0.0.1"
+                self._page = page_place(options)
+            classroom = Classroom(lesson, stack, tell, page=self._page, attended=attended)
             begin = 0 if standing.finished else standing.passed
             course = {folder: _title(folder) for folder in self.folders}
             learner = Learner(lesson, classroom.look, _shown(attended), progress, course, begin)
-            if options.view and classroom.hosted is not None:
-                options.host, options.url, options.rate = "127.0.0.1", None, 1.0
-                self._door = door_of(options, self._door)
-                open_page(options, stack, self._door, classroom.hosted.hold, lesson.cell if lesson.cell_file else None)
+            if self._page is not None and classroom.hosted is not None:
+                self._page = self._page.at_port(classroom.hosted.port)  # that of all lessons
+                if first:
+                    tell_page(options, classroom.hosted.page(classroom.hosted.name))
             at(LessonPlace(classroom, learner, first=first))
         if learner.standing.finished or learner.wanted is not None:
             return OK, learner.wanted

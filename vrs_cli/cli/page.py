@@ -21,7 +21,7 @@ from vrs_cli.errors import UsageError
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
-    from vrs_cli.net.hosted import Hosted, LocalServer
+    from vrs_cli.net.hosted import Hosted, PagePlace
     from vrs_cli.values.acts import Define
 
 DATA = "?recording"  # of the address of a page: it shows data, and no robot
@@ -36,36 +36,30 @@ def said_of_command_line() -> Iterator[None]:
         raise CommandLineError(error.detail, error.hint) from None
 
 
-class PageAddress:
-    """Where the page of a command is: at its options `--host` and `--port`. `secret`: what the address holds; at a port
-    that was chosen that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
+def page_place(options: Namespace) -> PagePlace:
+    """Return where the page of a command is to be: at its options `--host` and `--port`. At a port that was chosen the
+    secret is that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
     NonexistentFile if the page is not built.
     """
+    from vrs_cli.net.hosted import PagePlace, checked_host, kept_secret, new_secret
+    from vrs_cli.net.pages import ServedPage
+    from vrs_cli.net.server import ListenAddress
+    from vrs_cli.repl.history import state_folder
 
-    def __init__(self, options: Namespace) -> None:
-        from vrs_cli.net.hosted import checked_host, kept_secret, new_secret
-        from vrs_cli.net.pages import ServedPage
-        from vrs_cli.net.server import ListenAddress
-        from vrs_cli.repl.history import state_folder
+    with said_of_command_line():
+        address = ListenAddress(checked_host(options.host), options.port)
+    secret = new_secret()
+    with suppress(RuntimeError):  # there is no home
+        if options.port:
+            secret = kept_secret(state_folder(os.environ) / "view" / str(options.port))
+    return PagePlace(address, secret, ServedPage.read())
 
-        self._options, self._told = options, ""
-        self.pages = ServedPage.read()
-        with said_of_command_line():
-            self.place = ListenAddress(checked_host(options.host), options.port)
-        self.secret = new_secret()
-        with suppress(RuntimeError):  # there is no home
-            if options.port:
-                self.secret = kept_secret(state_folder(os.environ) / "view" / str(options.port))
 
-    def tell(self, server: LocalServer, name: str, query: str = "") -> None:
-        """Print the address of a page, and open it, unless that was done before. What is served later is there too."""
-        address, before = server.page(name, query), self._told
-        self.place, self._told = server.place, address
-        if address == before:
-            return
-        print(f"{self._options.prog}: {address}", flush=True)
-        if not self._options.no_open:
-            Thread(target=_opened, args=(address,), daemon=True).start()
+def tell_page(options: Namespace, address: str) -> None:
+    """Print the address of a page, and open it."""
+    print(f"{options.prog}: {address}", flush=True)
+    if not options.no_open:
+        Thread(target=_opened, args=(address,), daemon=True).start()
 
 
 def _opened(address: str) -> None:
@@ -78,7 +72,7 @@ def _opened(address: str) -> None:
 
 
 def host_robot(
-    options: Namespace, stack: ExitStack, at: PageAddress, model: RobotModel, cell: Cell | None, program: Define | None
+    options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
 ) -> Hosted:
     """Serve a new robot with its page, until the stack is left. Raises what is wrong with the program."""
     from vrs_cli.net.hosted import Hosted
@@ -87,23 +81,21 @@ def host_robot(
     with said_of_command_line():
         hosted = Hosted(
             model,
-            at.place,
+            at,
             rate=options.rate,
             folder=Path.cwd(),
             cell=cell,
             program=program,
             runs=not options.no_run,
             styled=styled_lines,
-            secret=at.secret,
-            pages=at.pages,
             tell=teller(options.prog),
         )
     stack.callback(hosted.close)
-    at.tell(hosted, model.name)
+    tell_page(options, hosted.page(hosted.name))
     return hosted
 
 
-def host_program(options: Namespace, stack: ExitStack, at: PageAddress, read: Callable[[str], Cell]) -> None:
+def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Callable[[str], Cell]) -> None:
     """Serve a new robot with the programs of a file, and the cell around it; the first page executes the first of them.
     Raises FileError, and what is wrong with the file.
     """
@@ -121,7 +113,7 @@ def host_program(options: Namespace, stack: ExitStack, at: PageAddress, read: Ca
 # --- what others did, or do -------------------------------------------------------------------------------------------
 
 
-def serve_recording(options: Namespace, stack: ExitStack, at: PageAddress, cell: Cell | None) -> None:
+def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
     """Serve a saved trajectory. Raises FileError."""
     from vrs_cli.net.hosted import LocalServer
     from vrs_cli.net.recorded_page import recorded_page
@@ -131,12 +123,12 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PageAddress, cell:
     shown = recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
     at.pages.add(f"/recording/{quote(name, safe='')}.json", "application/json", json.dumps(shown).encode())
     with said_of_command_line():
-        server = LocalServer(at.place, secret=at.secret, pages=at.pages, tell=teller(options.prog))
+        server = LocalServer(at, tell=teller(options.prog))
     stack.callback(server.close)
-    at.tell(server, name, DATA)
+    tell_page(options, server.page(name, DATA))
 
 
-def relay_robot(options: Namespace, stack: ExitStack, at: PageAddress) -> None:
+def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace) -> None:
     """Serve the page of a robot that is served elsewhere. Raises what it refuses."""
     from vrs_cli.net.client import hello_of
     from vrs_cli.net.hosted import BROWSER, LocalServer
@@ -163,8 +155,6 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PageAddress) -> None:
         window=window,
     )
     with said_of_command_line():
-        server = LocalServer(
-            at.place, secret=at.secret, pages=at.pages, relays={name: relay}, tell=teller(options.prog)
-        )
+        server = LocalServer(at, relays={name: relay}, tell=teller(options.prog))
     stack.callback(server.close)
-    at.tell(server, name)
+    tell_page(options, server.page(name))

@@ -263,9 +263,9 @@ def show_page(options: argparse.Namespace) -> int:
     """Serve the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
     VrsError.
     """
-    from vrs_cli.cli.page import PageAddress, host_program, host_robot, relay_robot, serve_recording
+    from vrs_cli.cli.page import host_program, host_robot, page_place, relay_robot, serve_recording
 
-    at_page, url = PageAddress(options), options.url or ""
+    at_page, url = page_place(options), options.url or ""
     with ExitStack() as stack:
         if is_program(url):
             host_program(options, stack, at_page, _read_cell)

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from urllib.parse import quote, urlsplit
 
-from msgspec import structs
+from msgspec import Struct, structs
 
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.session.acts import act_on
@@ -37,6 +37,17 @@ BROWSER, SHELL = "browser", "shell"  # who holds a robot, as all see them called
 STARTING = 10.0  # [s] until it listens
 SECRET_BYTES = 18  # random bytes of a secret
 HERE = ListenAddress("127.0.0.1", 0)
+
+
+class PagePlace(Struct, frozen=True):
+    """Where a page is: the address, its secret, and the page itself."""
+
+    address: ListenAddress
+    secret: str
+    pages: ServedPage
+
+    def at_port(self, port: int) -> PagePlace:
+        return structs.replace(self, address=structs.replace(self.address, port=port))
 
 
 def new_secret() -> str:
@@ -67,22 +78,22 @@ def checked_host(host: str) -> str:
 
 
 class LocalServer:
-    """Serves in a thread of its own, for one user. `tokens`: by who they are for; the browser's is `secret`, if that is
-    not empty. `place`: where it listens; `pages`, `relays`: as of `Server`. Raises UsageError if the address is taken.
+    """Serves in a thread of its own, for one user. `place`: of its page, None for any port and no page. `tokens`: by
+    who they are for; the browser's is the secret of the place. `relays`: as of `Server`. Raises UsageError if the
+    address is taken.
     """
 
     def __init__(
         self,
-        place: ListenAddress = HERE,
+        place: PagePlace | None = None,
         *,
-        secret: str = "",
-        pages: ServedPage | None = None,
         relays: Mapping[str, Relay] = NO_RELAYS,
         robots: Mapping[str, RobotModel] | None = None,
         plan: Plan | None = None,
         tell: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        self._left = ExitStack()
+        self._left, address = ExitStack(), HERE if place is None else place.address
+        secret, pages = ("", None) if place is None else (place.secret, place.pages)
         try:
             self.folder = Path(self._left.enter_context(TemporaryDirectory(prefix="vrs-")))
             self.tokens = {BROWSER: secret or new_secret(), SHELL: new_secret()}
@@ -90,14 +101,14 @@ class LocalServer:
             tokens = self.folder / "tokens.toml"
             tokens.write_text("\n".join(rows))
             robots, allowance, audit = robots or {}, Allowance(folder=UNMEASURED), Audit(None, time.time, tell)
-            server = Server(place, allowance, audit, TokenFile(tokens, robots), tell, pages, relays)
+            server = Server(address, allowance, audit, TokenFile(tokens, robots), tell, pages, relays)
             plan = plan or Plan(load_robot("puma560"), self.folder)
             self.hub = Hub(robots, RobotFolders(None, plan.folder, only=True), plan, audit, server.wake, tell)
             self.hub.open_all()
             self._left.callback(self.hub.close)
             self._prepare()
-            self.address = self._served(server, place)
-            self.place = structs.replace(place, port=urlsplit(self.address).port or 0)
+            self.address = self._served(server, address)
+            self.port = urlsplit(self.address).port or 0
         except BaseException:
             self._left.close()
             raise
@@ -124,7 +135,7 @@ class LocalServer:
         return found
 
     def page(self, name: str, query: str = "") -> str:
-        """Return the address of a page, which has the secret."""
+        """Return the address of a page, with the secret."""
         return (
             f"{self.address.replace('ws', 'http', 1)}{VIEW}{quote(name, safe='')}{query}#token={self.tokens[BROWSER]}"
         )
@@ -135,28 +146,28 @@ class LocalServer:
 
 
 class Hosted(LocalServer):
-    """Serves one robot, in `folder`, which is its own if there is none. `url` and `tokens` are what it takes to hold
-    it; who does is one user, and does not have to let himself drive. `rate`: seconds of its time in one second, None
-    for virtual time; `cell`: what is around it. `program`: what is in its memory; `runs`: the first page executes the
-    first program of it, as if its user had typed that. `styled`: as of `Plan`. `session` is changed in the robot's
-    thread alone: `session.actor.call`. Raises what is wrong with the program.
+    """Serves one robot `name`, that of its model if empty, in `folder`, which is its own if there is none. `url` and
+    `tokens` are what it takes to hold it; who does is one user, and does not have to let himself drive. `rate`: seconds
+    of its time in one second, None for virtual time; `cell`: what is around it. `program`: what is in its memory;
+    `runs`: the first page executes the first program of it, as if its user had typed that. `styled`: as of `Plan`.
+    `session` is changed in the robot's thread alone: `session.actor.call`. Raises what is wrong with the program.
     """
 
     def __init__(
         self,
         model: RobotModel,
-        place: ListenAddress = HERE,
+        place: PagePlace | None = None,
         *,
+        name: str = "",
         rate: float | None = 1.0,
         folder: Path | None = None,
         cell: Cell | None = None,
         program: Define | None = None,
         runs: bool = True,
         styled: Callable[[Reply, int], Iterable[StyledLine]] = lambda _reply, _columns: (),
-        secret: str = "",
-        pages: ServedPage | None = None,
         tell: Callable[[str], None] = lambda _text: None,
     ) -> None:
+        self.name = name or model.name
         own = ExitStack()
         here = folder or Path(own.enter_context(TemporaryDirectory(prefix="vrs-")))
         allowance = Allowance(folder=UNMEASURED)
@@ -171,11 +182,10 @@ class Hosted(LocalServer):
         )
         self._program, self._runs = program, runs
         with own:
-            super().__init__(place, secret=secret, pages=pages, robots={model.name: model}, plan=plan, tell=tell)
+            super().__init__(place, robots={self.name: model}, plan=plan, tell=tell)
             self._left.push(own.pop_all())
-        self.session = self.hub.rooms[model.name].session
-        self.url = f"{self.address}/robots/{quote(model.name, safe='')}"
-        self.model = model
+        self.session = self.hub.rooms[self.name].session
+        self.url = f"{self.address}/robots/{quote(self.name, safe='')}"
 
     def _prepare(self) -> None:
         (room,) = self.hub.rooms.values()

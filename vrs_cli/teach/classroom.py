@@ -19,16 +19,17 @@ from vrs_cli.teach.learn import Learner
 from vrs_cli.teach.lessons import Lesson
 
 if TYPE_CHECKING:
-    from vrs_cli.net.hosted import Hosted
+    from vrs_cli.net.hosted import Hosted, PagePlace
 
 T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
+LESSON = "lesson"  # the name of each robot: the page of one lesson goes on with that of the next
 CLOSING = 5.0  # [s] that the end of a line takes at most
 
 
 class Classroom:
-    """The robot of one lesson, until the stack is left. `served`: it is served, so that windows can show it.
-    `attended`: a person is there. `rate`: seconds of a robot in real time in one second.
+    """The robot of one lesson, until the stack is left. `page`: where it has a page, None for none. `attended`: a
+    person is there. `rate`: seconds of a robot in real time in one second.
     """
 
     def __init__(
@@ -37,7 +38,7 @@ class Classroom:
         stack: ExitStack,
         tell: Callable[[str], None],
         *,
-        served: bool = False,
+        page: PagePlace | None = None,
         attended: bool = False,
         rate: float = 1.0,
     ) -> None:
@@ -45,10 +46,10 @@ class Classroom:
         self.hosted: Hosted | None = None
         self._session: Session | None = None
         self.place: Place
-        if lesson.delays is None and not served:
+        if lesson.delays is None and page is None:
             self.place = Local(lesson.robot, cell=lesson.cell_file, dialect=lesson.dialect)
             return
-        self.hosted, self.place = _served(lesson, stack, tell, attended=attended, rate=rate)
+        self.hosted, self.place = _served(lesson, stack, tell, page, attended=attended, rate=rate)
 
     def look(self, ask: Callable[[Session], T]) -> T:
         """Ask the robot for something, between two things that it does."""
@@ -74,18 +75,27 @@ class Classroom:
 
 
 def _served(
-    lesson: Lesson, stack: ExitStack, tell: Callable[[str], None], *, attended: bool, rate: float
+    lesson: Lesson,
+    stack: ExitStack,
+    tell: Callable[[str], None],
+    page: PagePlace | None,
+    *,
+    attended: bool,
+    rate: float,
 ) -> tuple[Hosted, Place]:
     """Serve the robot of a lesson in a folder of its own, behind a line with the delays that the lesson wants."""
     from vrs_cli.net.client import Client, hello_of
     from vrs_cli.net.hosted import SHELL, Hosted
     from vrs_cli.net.socket_port import SocketPort
+    from vrs_cli.render.text import styled_lines
     from vrs_cli.repl.connection import Remote
 
     folder = Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-")))
     realtime = None if lesson.delays is None else rate
     cell = None if lesson.cell_file is None else lesson.cell
-    hosted = Hosted(lesson.robot, rate=realtime, folder=folder, cell=cell, tell=tell)
+    hosted = Hosted(
+        lesson.robot, page, name=LESSON, rate=realtime, folder=folder, cell=cell, styled=styled_lines, tell=tell
+    )
     stack.callback(hosted.close)
     url = hosted.url if lesson.delays is None else _delayed(hosted.url, DelayWays(*lesson.delays), stack)
     port = SocketPort(Client(url, hello_of(hosted.tokens[SHELL], attended=attended), told=tell))

@@ -26,7 +26,13 @@ function openRobot(): void {
   const connection = new Connection(addressOf(name), token, "browser", {
     follow: { deltas: true, world: true, window: WINDOW }, columns: () => columnsOf(slot("output")),
   });
-  connection.on("welcome", () => void exchangeToken(name, token));
+  let model = "";
+  connection.on("welcome", (welcome) => {
+    void exchangeToken(name, token);
+    const told = JSON.stringify(welcome.model);
+    if (model && model !== told) location.reload(); // another robot is there now
+    model = told;
+  });
   makeClass(connection, slot);
   makeLesson(connection, slot);
   const closed = h("div", { class: "note bad banner", role: "alert" });
