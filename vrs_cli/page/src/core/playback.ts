@@ -10,11 +10,15 @@ export class Playback {
   playing = false;
   private at = 0;
   private since = 0;
+  private reached = true;
 
   /** `wake` is called when the time that is shown has changed by a command. `wall`: the time of the day [s]. */
   constructor(private readonly source: Source, private readonly wake: () => void, private readonly wall: () => number) {
-    this.following = source.passes || source.now() < source.timeline.end;
-    this.at = source.timeline.begin;
+    this.following = source.live;
+    this.at = source.live ? source.now() : source.timeline.begin;
+    source.onChange(() => {
+      if (this.reached) this.since = this.wall();
+    });
   }
 
   /** The first time that is shown [s]: of a robot that has stood for hours before, a second before its first motion. */
@@ -29,7 +33,7 @@ export class Playback {
 
   /** The time that is shown [s]. */
   get time(): number {
-    if (this.following) return this.source.now();
+    if (this.following) return this.source.passes ? this.source.now() : this.chase(this.source.now());
     if (!this.playing) return this.at;
     const t = this.at + this.rate * (this.wall() - this.since);
     if (t < this.end) return t;
@@ -38,13 +42,24 @@ export class Playback {
     return (this.at = this.end);
   }
 
+  /** Goes after the clock of a robot in virtual time, which does a motion at once: the motion is played, and no further. */
+  private chase(now: number): number {
+    const t = this.at + this.rate * (this.wall() - this.since);
+    this.reached = this.at >= now || t >= now;
+    if (!this.reached) return t;
+    this.since = this.wall();
+    return (this.at = now);
+  }
+
   /** Whether the time that is shown changes by itself. */
   get moves(): boolean {
-    return this.playing || (this.following && this.source.passes && this.source.now() <= this.source.timeline.end);
+    if (this.playing || !this.following) return this.playing;
+    return this.source.passes ? this.source.now() <= this.source.timeline.end : this.time < this.source.now();
   }
 
   follow(): void {
-    this.following = true;
+    this.following = this.source.live;
+    this.at = this.source.now();
     this.playing = false;
     this.wake();
   }

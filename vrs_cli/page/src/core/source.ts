@@ -16,6 +16,8 @@ export interface Source {
   readonly world: World;
   /** The time that is followed [s]: the robot's clock, or that clock as it is heard; of a recording, its end. */
   now(): number;
+  /** Whether there is a robot, which is followed at first. */
+  readonly live: boolean;
   /** Whether `now` goes on by itself. */
   readonly passes: boolean;
   /** The name of the robot, or of the file. */
@@ -35,6 +37,7 @@ const RECALLED = 600; // [s] that are asked for at once
 
 /** A robot that is served. */
 export class LiveSource implements Source {
+  readonly live = true;
   readonly preview: Preview;
   readonly world = new World();
   private recalling = false;
@@ -75,6 +78,7 @@ export class LiveSource implements Source {
 
 /** A saved trajectory. */
 export class RecordedSource implements Source {
+  readonly live = false;
   readonly passes = false;
   constructor(readonly model: Model, readonly timeline: Timeline, readonly title: string, readonly cell: Cell | null = null, readonly world = new World()) {}
   now(): number {
