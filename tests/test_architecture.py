@@ -118,7 +118,7 @@ DEFERRED = (
     ),
     Deferred(
         ("teach/classroom.py",),
-        ("vrs_cli.net", "vrs_cli.repl.connection"),
+        ("vrs_cli.net", "vrs_cli.render.text", "vrs_cli.repl.connection"),
         "few lessons have a robot that is served",
     ),
     Deferred(("repl/config.py",), ("tomllib",), "most shells have no such file"),
