@@ -2,6 +2,7 @@ import "./scene.css";
 import * as THREE from "three";
 import type { App, Shown } from "../app";
 import { frames } from "../core/kinematics";
+import { fixed } from "../core/pose";
 import { identity, inverse, multiply, transformOf, type Transform } from "../core/transform";
 import { axes } from "./axes";
 import { DIRECTIONS, HOME, homeBall } from "./camera";
@@ -183,7 +184,14 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     triads.tool.visible = framed && !gizmo.seen;
     for (const part of [parts, path, places, reasons, goal, ranges, gizmo, branches, boundary]) part?.show(here);
     prediction.show(here, app.playback.following);
+    if (!app.playback.moves) describe(here);
     stage.draw(app.playback.moves);
+  };
+  /** Says what the picture shows, for screen readers: the tool, what the hand holds, where parts stand, what touches. */
+  const describe = ({ t, T_world_tool }: InWorld): void => {
+    const [x, y, z] = [3, 7, 11].map((k) => fixed(1000 * T_world_tool[k], 0));
+    const text = ["the robot", `its tool is at X ${x} Y ${y} Z ${z} mm`, ...(parts?.told(t) ?? [])].join("; ");
+    if (stage.view.getAttribute("aria-label") !== text) stage.view.setAttribute("aria-label", text);
   };
   const draw = ({ frames, hand, T_world_robot, T_world_tool }: InWorld): void => {
     base = T_world_robot;
