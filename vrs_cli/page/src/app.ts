@@ -39,7 +39,7 @@ export class App {
   constructor(readonly source: Source, readonly connection: Connection | null) {
     this.playback = new Playback(source, () => this.wake(), () => performance.now() / 1000);
     source.onChange(() => this.wake());
-    setInterval(() => this.asked || document.hidden || this.frame(), 250); // a frame of the display costs more where nothing changes
+    setInterval(() => this.asked || document.hidden || this.frame(), 1000); // clocks go on; a frame of the display costs more where nothing else changes
   }
 
   add(...parts: (Part | void)[]): void {
