@@ -2,7 +2,6 @@ import * as THREE from "three";
 import { mergeVertices } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Connection } from "../core/connection";
 import { frames, g, type Model } from "../core/kinematics";
-import type { Source } from "../core/source";
 import { Timeline } from "../core/timeline";
 import { Figure, matrixOf, type Bodies } from "./figure";
 import type { Labels } from "./labels";
@@ -13,17 +12,6 @@ const OPACITY = 0.32;
 const BESIDE = 0.004; // [m] of a link: one that stands nearer is not seen either, as that of the base never is
 const COINCIDE = 0.02; // [rad, m] of a joint: a ghost that stands nearer would only tint the arm
 const OUTLINE = 2.5; // [px] the width of an outline
-
-/** What is expected of a robot behind a line with delays. */
-export interface Delayed {
-  readonly predicted: Timeline;
-  readonly predicts: boolean;
-  readonly flagged: [number, number][];
-  shown(now: number): number;
-  unconfirmed(now: number): number;
-}
-/** Returns what is expected of the robot; null where nothing is known. */
-export const delayed = (source: Source): Delayed | null => (source as { preview?: Delayed }).preview ?? null;
 
 /** An arm that is not there yet, or would be. It is made when it is first seen. */
 abstract class Ghost {
@@ -196,7 +184,7 @@ export class PredictionView {
   }
 
   show(shown: InWorld, follows: boolean): void {
-    const preview = delayed(shown.source);
+    const { preview } = shown.source;
     if (!preview?.predicts || !follows) return this.ghost.hide();
     this.ghost.stand(this.model, g(this.model, preview.predicted, preview.shown(shown.now)), shown);
   }

@@ -1,5 +1,4 @@
 import * as THREE from "three";
-import { delayed } from "./ghosts";
 import type { InWorld } from "./scene";
 import type { Labels } from "./labels";
 import { Dots, Lines, type Piece } from "./lines";
@@ -107,7 +106,7 @@ export class PathView {
 
   /** Draws what is not confirmed, and what was shown wrongly a while ago, of a robot behind a line with delays. */
   private showSides({ t, now, source }: InWorld): void {
-    const preview = delayed(source);
+    const { preview } = source;
     const since = preview ? preview.unconfirmed(now) : Infinity;
     const flagged = (preview?.flagged ?? []).filter(([begin, end]) => t - RECENT < end && begin < t + RECENT);
     const wanted = [...this.drawn, since === Infinity ? since : Math.round(20 * since), ...flagged.flat()];
