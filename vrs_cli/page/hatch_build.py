@@ -174,7 +174,7 @@ def main(words: list[str]) -> int:
             build()
             print(f"built {BUILT}")
     except (PageError, OSError) as error:
-        print(f"the page was not built: {error}", file=sys.stderr)
+        print(error if words else f"the page was not built: {error}", file=sys.stderr)
         return 1
     return 0
 

@@ -12,6 +12,7 @@ class Robot implements Source {
   readonly title = "cell1";
   readonly cell = null;
   readonly world = new World();
+  readonly live = true;
   passes = true;
   clock = 0;
   recalled: number[] = [];
