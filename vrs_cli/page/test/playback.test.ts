@@ -7,6 +7,7 @@ import { World } from "../src/core/world";
 
 /** A robot whose clock and timeline the test sets: rest to 1 s, a motion to 3 s, another to 5 s. */
 class Robot implements Source {
+  readonly live = true;
   readonly model = {} as Model;
   readonly timeline = new Timeline();
   readonly title = "cell1";
