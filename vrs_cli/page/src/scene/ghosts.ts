@@ -164,7 +164,8 @@ export class GoalView {
 
   show(shown: InWorld): void {
     const { timeline, t } = shown;
-    if (!this.visible || !movesAt(timeline, t)) return this.ghost.hide();
+    const steered = timeline.locate(t)[0].motion.kind === "steered"; // a stream of targets has no goal of its own
+    if (!this.visible || steered || !movesAt(timeline, t)) return this.ghost.hide();
     const end = finishAfter(timeline, t);
     const key = `${end} ${timeline.version} ${timeline.number}`;
     if (this.known?.key !== key || this.known.timeline !== timeline) this.known = { key, timeline, q: g(this.model, timeline, end) };
