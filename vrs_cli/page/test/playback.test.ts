@@ -13,7 +13,6 @@ class Robot implements Source {
   readonly title = "cell1";
   readonly cell = null;
   readonly world = new World();
-  readonly live = true;
   passes = true;
   clock = 0;
   recalled: number[] = [];
