@@ -64,12 +64,20 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
 LIVES_IN = {
     "lark": {"language/text/lalr.py"},
     "prompt_toolkit": {"repl"},
-    "websockets": {"net/client.py", "net/http.py", "net/pages.py", "net/relay.py", "net/server.py", "view3d/guard.py"},
+    "websockets": {
+        "net/client.py",
+        "net/http.py",
+        "net/pages.py",
+        "net/relay.py",
+        "net/server.py",
+        "render/browser.py",
+        "view3d/guard.py",
+    },
     "rich": {"render", "view3d/app.py", "view3d/studio.py"},
     "viser": {"view3d"},
     "mujoco": {"contacts/physics.py"},
     "trimesh": {"files/mesh_file.py", "view3d/meshes.py"},
-    "PIL": {"view3d/still.py"},
+    "PIL": {"render/pictures.py"},
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/atomic.py"},
     "mcap": {"files/samples.py"},
@@ -186,10 +194,9 @@ DEFERRED = (
         "few robots have a scene",
     ),
     Deferred(
-        ("view3d/pictures.py", "api/answers.py"),
-        ("vrs_cli.view3d.studio", "vrs_cli.view3d.still"),
-        "viser takes half a second to load",
+        ("api/answers.py",), ("vrs_cli.render.page_export", "vrs_cli.net.recorded_page"), "few scripts show a page"
     ),
+    Deferred(("render/browser.py", "render/pictures.py"), ("websockets", "PIL"), "tables are exported without them"),
     Deferred(
         ("files/mesh_file.py", "view3d/meshes.py"),
         ("trimesh",),

@@ -5,22 +5,19 @@ from __future__ import annotations
 from html import unescape
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import vrs_cli as vrs
-from tests.examples import only_in_full
-from tests.view3d.browser import Browser, needs_browser
-from vrs_cli.view3d import needs
-from vrs_cli.view3d.figure import link_node
+from tests.page.browser import needs_chromium, page_folder, running_chromium, until, window
+from vrs_cli.render import page_export
 
 CELL = Path(__file__).parents[2] / "programs" / "pick_and_place.toml"
 MOST = 2_000_000  # [bytes] that a short lesson's scene adds to a notebook
 
 
-@pytest.fixture(autouse=True)
-def viser() -> None:
-    pytest.importorskip("viser")
+@pytest.fixture(autouse=True, scope="module")
+def built() -> None:
+    page_folder()
 
 
 def moved() -> vrs.Robot:
@@ -55,27 +52,27 @@ def test_the_cell_of_the_robot_is_around_it() -> None:
     assert len(bare.view().html) < len(stands.view().html) == len(bare.view(cell=CELL).html)
 
 
-def test_without_viser_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(needs, "find_spec", lambda _: None)
-    with pytest.raises(vrs.UsageError, match=r"needs viser, which is not installed .*install viser"):
-        moved().view()
+def test_without_the_page_it_is_said_how_to_build_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(page_export, "BUILT_PAGE", tmp_path)
+    page_export._built.cache_clear()
+    try:
+        with pytest.raises(vrs.UsageError, match="the page of the browser is not built"):
+            moved().view()
+    finally:
+        page_export._built.cache_clear()
 
 
-@needs_browser
-@only_in_full()  # a page plays in tests/view3d/test_page.py, and its whole text is in the frame
-def test_a_notebook_plays_it_below_the_cell(tmp_path: Path, browser: Browser) -> None:
+@needs_chromium
+def test_a_notebook_plays_it_below_the_cell(tmp_path: Path) -> None:
     formatters = pytest.importorskip("IPython.core.formatters")
     output, _ = formatters.DisplayFormatter().format(moved().view(height=240))  # what a kernel gives a notebook
-    page = tmp_path / "notebook.html"
-    page.write_text(f"<!doctype html><body>{output['text/html']}", encoding="utf-8")
-    browser.size(320, 260)
-    browser.open(page.as_uri())
-    browser.driver.switch_to.frame(0)
-    browser.has(link_node("/robot", 6), "/caption")
-    place = browser.pose(link_node("/robot", 3))
-    browser.until(lambda: bool(np.abs(browser.pose(link_node("/robot", 3)) - place).max() > 0.05))
-    assert np.ptp(browser.canvas()) > 100
-    assert browser.errors() == ()
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<!doctype html><body>{output['text/html']}", encoding="utf-8")
+    with running_chromium() as browser, window(browser, size=(640, 300)) as page:
+        page.goto(notebook.as_uri())
+        frame = page.frames[1]
+        until(frame, "window.scene && scene.stage.pictures > 0 && app.playback.time > 0.1")
+        assert frame.evaluate("scene.stage.height") > 60
 
 
 def test_a_script_opens_it_in_a_browser(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

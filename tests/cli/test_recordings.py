@@ -269,9 +269,12 @@ PROGRAMS = Path(__file__).parents[2] / "programs"
 PICTURE = b"\x89PNG of the arm"
 
 
+def test_html_has_no_rate(vrs: Vrs) -> None:
+    ended = vrs("export", "t.vrst", "-o", "a.html", "--rate", 30)
+    assert (ended.status, "html shows every moment and has no rate" in ended.err) == (2, True)
+
+
 def test_a_report_has_figures_curves_commands_and_the_arm(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("viser")
     asked: list[float] = []
     worlds: list[World | None] = []
 
@@ -280,8 +283,8 @@ def test_a_report_has_figures_curves_commands_and_the_arm(vrs: Vrs, monkeypatch:
         asked.append(t)
         stream.write(PICTURE)
 
-    monkeypatch.setattr("vrs_cli.view3d.needs.find_browser", lambda: "chromium")
-    monkeypatch.setattr("vrs_cli.view3d.still.write_still", drawn)
+    monkeypatch.setattr("vrs_cli.render.pictures.check_still", lambda: None)
+    monkeypatch.setattr("vrs_cli.render.pictures.write_still", drawn)
     assert vrs("replay", "t.vrst", "--report", "a.html", "--report-at", 0.5) == (0, "", "")
     assert vrs("replay", "t.vrst", "--report", "b.html").status == 0
     assert asked == [0.5, read_trajectory(Path("t.vrst")).timeline.end]
@@ -298,13 +301,13 @@ def test_a_report_has_figures_curves_commands_and_the_arm(vrs: Vrs, monkeypatch:
 
 
 def test_a_report_says_what_it_lacks(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.view3d.needs.shutil", SimpleNamespace(which=lambda _: None))
-    monkeypatch.setattr("vrs_cli.view3d.needs.ELSEWHERE", ())
-    monkeypatch.setattr("vrs_cli.render.plots.find_spec", lambda _: None)
+    monkeypatch.setattr("vrs_cli.render.browser.shutil", SimpleNamespace(which=lambda _: None))
+    monkeypatch.setattr("vrs_cli.render.browser.ELSEWHERE", ())
+    monkeypatch.setattr("vrs_cli.render.plots.find_spec", lambda _: None)  # curves need no matplotlib
     assert vrs("replay", "t.vrst", "--report", "a.html") == (0, "", "")
     page = Path("a.html").read_text()
     assert "No picture of the arm: " in page
-    assert "No curves: a plot needs matplotlib" in page
+    assert "<svg" in page
     assert "<td>MOVE" in page
 
 

@@ -66,6 +66,9 @@ def leave_out(reason: str) -> None:
     pytest.skip(reason)
 
 
+needs_chromium = pytest.mark.skipif(bool(missing()) and not os.environ.get(REQUIRED), reason=missing() or "it is there")
+
+
 def page_folder() -> Path:
     """Return the built page, built of the sources that are here: once, by the first of all processes that needs it."""
     if BUILDER.is_file():

@@ -16,9 +16,9 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.render.browser import PictureError
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.figure import link_node
-from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.paths import Around
 from vrs_cli.view3d.studio import MOST_FRAMES, RATE, frame_times, page, stretches, usual_rate
 

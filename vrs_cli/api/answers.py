@@ -24,7 +24,6 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.numbers import fixed
 from vrs_cli.values.replies import Plot, Reply, is_error
 from vrs_cli.values.results import RunOutcome, RunResult
-from vrs_cli.view3d.needs import check_view
 
 if TYPE_CHECKING:
     from vrs_cli.world.world import World
@@ -129,18 +128,22 @@ class Scene:
     """An arm that follows a timeline, in a cell or alone. `html`: the page, which plays offline; `height` [px] of what
     a notebook shows.
 
-    Raises UsageError where viser is missing.
+    Raises UsageError where the page is not built.
     """
 
     def __init__(self, arm: RobotArm, timeline: Timeline, height: int, world: World | None = None) -> None:
-        check_view()
+        from vrs_cli.render.page_export import check_page
+
+        check_page()
         self._arm, self._timeline, self._height, self._world = arm, timeline, height, world
 
     @cached_property
     def html(self) -> str:
-        from vrs_cli.view3d.studio import page, usual_rate
+        from vrs_cli.net.recorded_page import recorded_page
+        from vrs_cli.render.page_export import page
 
-        return page(self._arm, self._timeline, usual_rate(self._timeline), self._world)
+        cell = None if self._world is None else self._world.cell
+        return page(recorded_page(self._arm, self._timeline, cell=cell))
 
     def save(self, path: str | Path) -> None:
         """Write the page to a file. Raises FileError."""

@@ -515,8 +515,8 @@ class Robot:
         `.save("a.html")` writes the page.
 
         It follows its own timeline, or another one for this robot. The parts, fixtures and sensors of a cell file are
-        around it; without one, those of the cell in which the robot stands. Raises UsageError where viser is missing,
-        FileError for a cell that cannot be read.
+        around it; without one, those of the cell in which the robot stands. Raises UsageError where the page is not
+        built, FileError for a cell that cannot be read.
         """
         world = self._robot.port.world
         if cell is not None:

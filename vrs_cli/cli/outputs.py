@@ -183,13 +183,14 @@ def _check_report(path: str) -> None:
 def _write_report(
     path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None, world: World | None
 ) -> None:
-    """Write figures, a picture of the arm, curves and commands. The picture takes a browser some seconds, the curves
-    need matplotlib; the page says so where they are not there. `t`: the moment of the picture [s]; None for the end.
-    Raises FileError.
+    """Write figures, a picture of the arm, curves and commands. The picture takes a browser some seconds; the page says
+    so where there is none. `t`: the moment of the picture [s]; None for the end. Raises FileError.
     """
     from html import escape
 
     from vrs_cli.files.atomic import write_atomically
+    from vrs_cli.render.curves import curves_svg
+    from vrs_cli.render.plots import TIME, trajectory_panels
 
     rows = list(_commands(timeline))
     moment = timeline.end if t is None else min(max(t, timeline.start), timeline.end)
@@ -201,7 +202,7 @@ def _write_report(
     parts = (
         f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {len(rows)} commands, {timeline.end:.3f} s</p>",
         _or_why("picture of the arm", lambda: _picture(arm, timeline, moment, world)),
-        _or_why("curves", lambda: _curves(arm, timeline)),
+        curves_svg(trajectory_panels(arm, timeline), TIME),
         f"<table><tr><th>No.</th><th>Command</th><th>from s</th><th>to s</th></tr>{cells}</table>{more}",
     )
     page = (
@@ -225,23 +226,13 @@ def _picture(arm: RobotArm, timeline: Timeline, t: float, world: World | None) -
     """Raises PictureError."""
     from base64 import b64encode
 
-    from vrs_cli.view3d.needs import check_still
+    from vrs_cli.render.pictures import check_still, write_still
 
     check_still()
-    from vrs_cli.view3d.still import write_still
-
     stream = BytesIO()
     write_still(stream, arm, timeline, t, world)
     data = b64encode(stream.getvalue()).decode()
     return f'<p><img alt="The arm at {t:.3f} s" src="data:image/png;base64,{data}"></p>'
-
-
-def _curves(arm: RobotArm, timeline: Timeline) -> str:
-    """Raises PlotError."""
-    from vrs_cli.render.plots import drawn_trajectory
-
-    drawn = drawn_trajectory(arm, timeline, "", "svg").decode()
-    return drawn[drawn.index("<svg") :]
 
 
 def _commands(timeline: Timeline) -> Iterator[tuple[int, str, float, float]]:

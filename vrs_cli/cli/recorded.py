@@ -191,6 +191,8 @@ def export(options: Namespace) -> None:
     exporter = _format(_formats(), options.to, options.output)
     if exporter.of_moment and options.rate is not None:
         raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
+    if exporter.name == "html" and options.rate is not None:
+        raise CommandLineError("html shows every moment and has no rate", "leave --rate out")
     if options.at is not None and not exporter.of_moment:
         raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")
     if options.cell is not None and not exporter.shows_cell:
@@ -210,12 +212,16 @@ def export(options: Namespace) -> None:
         from vrs_cli.world.world import World
 
         exporter = replace(exporter, write=partial(exporter.write, world=World(recording.arm, read_cell(options.cell))))
+    if exporter.name == "html":
+        exporter = replace(
+            exporter, write=partial(exporter.write, title=os.path.splitext(os.path.basename(options.file))[0])
+        )
     write_export(exporter, options.output, recording.arm, recording.timeline, given)
 
 
 def _formats() -> Mapping[str, Exporter]:
     from vrs_cli.files.exports import EXPORTERS
-    from vrs_cli.view3d.pictures import PICTURES
+    from vrs_cli.render.pictures import PICTURES
 
     return {**EXPORTERS, **PICTURES}
 
@@ -231,7 +237,7 @@ def export_parser(prog: str) -> Parser:
         option(
             "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
         ),
-        rate_option(", or frames (html: 30; gif, mp4: 10)"),
+        rate_option(", or frames (gif, mp4: 10)"),
         option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
         option("--cell", metavar="CELL.toml", help="the cell of the robot, to be shown (mcap: where its parts are)"),
         LENIENT,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
+from itertools import groupby
 from typing import Any
 
+from vrs_cli.engine.position import position_at
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import VrsError
@@ -14,19 +17,32 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.net.told_course import WholeCourse, whole_course
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import MotionKind
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import table_of
 from vrs_cli.wire.snapshots import snapshot_record
 
 FORMAT = "vrs page 1"
+MAX_PLACES = 200
+PLACE = re.compile(r"MOVE[ST]* ([A-Z][A-Z0-9_.]*)", re.IGNORECASE)  # to a named location, and nothing else
 GLB = "data:model/gltf-binary;base64,"
 
 
 def recorded_page(
-    arm: RobotArm, timeline: Timeline, *, title: str = "", rate: float = 1.0, cell: Cell | None = None
+    arm: RobotArm,
+    timeline: Timeline,
+    *,
+    title: str = "",
+    rate: float = 1.0,
+    cell: Cell | None = None,
+    between: tuple[float, float] | None = None,
+    picture: int = 0,
 ) -> dict[str, Any]:
-    """Return what the page shows of a timeline, as values of JSON, with all meshes, and with what becomes of the parts
-    of the `cell` around the robot. `rate`: at which it is played at first.
+    """Return what the page shows of a timeline, as values of JSON, with all meshes, locations that motions name, and
+    what becomes of the parts of the `cell` around the robot.
+
+    `rate`: at which it is played at first, `between` two times [s]. `picture`: only the picture is shown, for
+    photographs, in this quality (1 the finest).
     """
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
@@ -34,12 +50,15 @@ def recorded_page(
     snapshot = snapshot_record(Snapshot.of(timeline, Settings()))
     return {
         "format": FORMAT,
-        "title": title,
+        "title": title or arm.model.title,
         "rate": rate,
         "model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]},
         "snapshot": table_of(snapshot),
         "cell": None if cell is None else cell_record(cell),
         "world": None if cell is None else table_of(_course(arm, timeline, cell)),
+        "places": _places(arm, timeline),
+        "between": between,
+        "picture": picture,
     }
 
 
@@ -58,3 +77,17 @@ def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:
     except VrsError:
         return {key: value for key, value in table.items() if key != "glb"}
     return {**table, "glb": GLB + b64encode(found).decode()}
+
+
+def _places(arm: RobotArm, timeline: Timeline) -> list[dict[str, Any]]:
+    """Return the locations that motions go to by name: where the tool is when the motion ends."""
+    found: dict[str, dict[str, Any]] = {}
+    for _, segments in groupby(timeline, lambda segment: segment.motion.number):
+        *_, last = segments
+        motion = last.motion
+        named = PLACE.fullmatch(motion.text.strip())
+        if named and motion.kind in (MotionKind.JOINT, MotionKind.STRAIGHT) and motion.relative is None:
+            name = named[1]
+            if name not in found and len(found) < MAX_PLACES:
+                found[name] = {"name": name, "pose": position_at(arm, timeline, last.finish).T_world_tool}
+    return list(found.values())

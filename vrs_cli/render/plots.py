@@ -64,13 +64,7 @@ def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: 
 
     Raises UsageError (no matplotlib, no picture file) or FileError.
     """
-    plot_panels(path, TIME, _panels(arm, timeline), title)
-
-
-def drawn_trajectory(arm: RobotArm, timeline: Timeline, title: str, form: str) -> bytes:
-    """The same as `svg` or `png`. Raises UsageError where there is no matplotlib."""
-    _check_matplotlib()
-    return _drawn(TIME, _panels(arm, timeline), title, form)
+    plot_panels(path, TIME, trajectory_panels(arm, timeline), title)
 
 
 def plot_curves(path: str | Path, plot: Plot) -> None:
@@ -87,7 +81,7 @@ def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: s
         stream.write(picture)
 
 
-def _panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
+def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
     """Joints, their velocities and the tool, at even steps and at the borders of segments, where curves bend."""
     import numpy as np
 

@@ -20,11 +20,11 @@ from viser import SceneApi
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.render.browser import PictureError
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.contact_marks import ContactMarks
 from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop, camera_for
-from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.parts import Shown, ShownPart, put
 from vrs_cli.view3d.paths import USUAL, Around, Path
 from vrs_cli.view3d.scene_bodies import SceneBodies

@@ -19,7 +19,7 @@ class World:
     """An arm in a cell. Any thread may ask."""
 
     def __init__(self, arm: RobotArm, cell: Cell) -> None:
-        self.settings = WorldSettings(arm, cell)
+        self.cell, self.settings = cell, WorldSettings(arm, cell)
         self._courses: list[WorldCourse] = []  # the one asked for last stands last
         self._lock = Lock()
 

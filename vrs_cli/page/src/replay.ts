@@ -1,5 +1,8 @@
 import "./style/style.css";
+import "./style/replay.css";
 import { makeLayout } from "./layout";
-import { showRecording } from "./recording";
+import { photograph, showRecording, type Recording } from "./recording";
 
-showRecording(JSON.parse(document.getElementById("recording")!.textContent!), makeLayout());
+const data = JSON.parse(document.getElementById("recording")!.textContent!) as Recording;
+if (data.picture) photograph(data);
+else showRecording(data, makeLayout());

@@ -14,21 +14,27 @@ export class Playback {
 
   /** `wake` is called when the time that is shown has changed by a command. `wall`: the time of the day [s]. */
   constructor(private readonly source: Source, private readonly wake: () => void, private readonly wall: () => number) {
+<<<<<<< HEAD
     this.following = source.live;
     this.at = source.live ? source.now() : source.timeline.begin;
     source.onChange(() => {
       if (this.reached) this.since = this.wall();
     });
+=======
+    this.following = source.passes || source.now() < source.timeline.end;
+    this.at = source.span?.[0] ?? source.timeline.begin;
+>>>>>>> 2b988e07 (Export pages, pictures, films and reports by the new page)
   }
 
   /** The first time that is shown [s]: of a robot that has stood for hours before, a second before its first motion. */
   get begin(): number {
     const { begin, segments } = this.source.timeline;
+    if (this.source.span) return this.source.span[0];
     return this.source.passes && segments.length > 1 ? Math.max(begin, segments[1].start - LEAD) : begin;
   }
   /** The last time that can be shown [s]. */
   get end(): number {
-    return Math.max(this.source.timeline.end, this.source.now());
+    return this.source.span?.[1] ?? Math.max(this.source.timeline.end, this.source.now());
   }
 
   /** The time that is shown [s]. */

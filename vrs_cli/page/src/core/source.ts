@@ -20,6 +20,8 @@ export interface Source {
   readonly live: boolean;
   /** Whether `now` goes on by itself. */
   readonly passes: boolean;
+  /** The times that are played [s]; absent: all. */
+  readonly span?: [number, number];
   /** The name of the robot, or of the file. */
   readonly title: string;
   /** Asks for what was before a time [s], where it is not known. */
@@ -80,7 +82,10 @@ export class LiveSource implements Source {
 export class RecordedSource implements Source {
   readonly live = false;
   readonly passes = false;
-  constructor(readonly model: Model, readonly timeline: Timeline, readonly title: string, readonly cell: Cell | null = null, readonly world = new World()) {}
+  constructor(
+    readonly model: Model, readonly timeline: Timeline, readonly title: string, readonly cell: Cell | null = null,
+    readonly world = new World(), readonly span?: [number, number],
+  ) {}
   now(): number {
     return this.timeline.end;
   }

@@ -26,6 +26,8 @@ export class QualityControl {
   private last = -Infinity;
   private patience = PATIENCE;
   private since = -Infinity;
+  /** The quality stays. */
+  fixed = false;
 
   constructor(public level = 0) {}
 
@@ -37,7 +39,7 @@ export class QualityControl {
   drawn(now: number, follows: boolean): boolean {
     const time = now - this.last;
     this.last = now;
-    if (!follows || time > GAP) return false;
+    if (!follows || time > GAP || this.fixed) return false;
     this.times.push(time);
     if (this.times.length < PICTURES) return false;
     const median = this.times.sort((a, b) => a - b)[PICTURES / 2];

@@ -44,6 +44,8 @@ export interface Scene {
   readonly gizmo: Gizmo;
   readonly labels: Labels;
   readonly figure: Figure;
+  /** Resolved when all meshes are there. */
+  readonly ready: Promise<void>;
   /** Draws what WHY or EXPLAIN says until the timeline changes; null takes it away. */
   explain(sketch: Sketch | null): void;
 }
@@ -219,5 +221,5 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     }
   }, { capture: true });
   app.add({ show });
-  return { stage, layers, cameras, gizmo, labels, figure, explain: (sketch) => reasons.explain(sketch) };
+  return { stage, layers, cameras, gizmo, labels, figure, ready: bodies.ready, explain: (sketch) => reasons.explain(sketch) };
 }

@@ -122,6 +122,12 @@ export class Stage {
     return this.quality.level;
   }
 
+  /** Draws all pictures in one quality from now on, 0 the finest. */
+  fix(level: number): void {
+    Object.assign(this.quality, { level, fixed: true });
+    this.refine();
+  }
+
   /** Keeps the middle of the picture in the part that panels leave free. */
   setInsets(insets: Partial<Insets>): void {
     this.insets = { ...this.insets, ...insets };
