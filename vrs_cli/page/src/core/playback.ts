@@ -14,16 +14,11 @@ export class Playback {
 
   /** `wake` is called when the time that is shown has changed by a command. `wall`: the time of the day [s]. */
   constructor(private readonly source: Source, private readonly wake: () => void, private readonly wall: () => number) {
-<<<<<<< HEAD
     this.following = source.live;
-    this.at = source.live ? source.now() : source.timeline.begin;
+    this.at = source.live ? source.now() : (source.span?.[0] ?? source.timeline.begin);
     source.onChange(() => {
       if (this.reached) this.since = this.wall();
     });
-=======
-    this.following = source.passes || source.now() < source.timeline.end;
-    this.at = source.span?.[0] ?? source.timeline.begin;
->>>>>>> 2b988e07 (Export pages, pictures, films and reports by the new page)
   }
 
   /** The first time that is shown [s]: of a robot that has stood for hours before, a second before its first motion. */
