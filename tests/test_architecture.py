@@ -452,38 +452,38 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 59_109  # of Python, in all
+MAX_STATEMENTS = 61_967  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 207,
     "extras": 36,
-    "page": 134,
-    "kinematics": 6092,
-    "values": 1492,
+    "page": 133,
+    "kinematics": 6206,
+    "values": 1570,
     "trajectory": 2974,
-    "engine": 4696,
-    "language": 6698,
-    "wire": 822,
-    "files": 3172,
-    "world": 1301,
+    "engine": 4897,
+    "language": 6697,
+    "wire": 876,
+    "files": 3178,
+    "world": 1329,
     "devices": 968,
-    "contacts": 994,
-    "interfaces": 7655,
-    "net": 5172,
-    "render": 1830,
-    "view3d": 3651,
-    "repl": 2260,
-    "api": 936,
+    "contacts": 1026,
+    "interfaces": 7789,
+    "net": 6757,
+    "render": 2157,
+    "view3d": 3317,
+    "repl": 2262,
+    "api": 951,
     "highlight": 37,
     "lsp": 604,
-    "teach": 4581,
-    "cli": 2914,
+    "teach": 4781,
+    "cli": 3171,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 414  # with content
+MAX_FILES = 434  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
-MAX_TYPESCRIPT_LINES = {"src": 5_500, "test": 2_000}  # of the page
+MAX_TYPESCRIPT_LINES = {"src": 8_153, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 59  # modules that `import vrs_cli.net.protocol` loads
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from vrs_cli.errors import UsageError
 from vrs_cli.net import messages
-from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, hello_of, waits
+from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, dialled, hello_of, waits
 from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.net.messages import PORT
 
@@ -157,7 +157,7 @@ def test_a_client_connects_with_the_times_that_a_line_over_half_the_world_needs(
 ) -> None:
     asked: dict[str, Any] = {}
     monkeypatch.setattr("vrs_cli.net.client.connect", lambda url, **times: asked.update(times, url=url))
-    client_of(Far())._connect()
+    dialled(client_of(Far()).url, None)
     assert asked["url"] == f"ws://localhost:{PORT}"
     assert (asked["open_timeout"], asked["ping_interval"], asked["ping_timeout"]) == (10.0, 2.0, 10.0)
     assert asked["close_timeout"] == 2.0
@@ -175,11 +175,11 @@ def test_the_first_attempt_after_a_connection_was_open_comes_as_soon_as_the_firs
         far = Far()
         client = client_of(far)
 
-        def connect() -> None:
+        def dial(_url: str, _tls: object) -> None:
             far.open = next(opens)
             raise OSError("no")
 
-        client._connect = connect
+        monkeypatch.setattr("vrs_cli.net.client.dialled", dial)
         client._goes_on = lambda _why, _hint: len(tried) < 4
         await client._run()
 

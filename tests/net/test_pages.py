@@ -181,13 +181,16 @@ HOSTILE = (
     "/view/" + "a" * 201,
     "/wall/x",
     "/recording/day.json",
-    "/enter/cell1",
-    "/enter/",
     "/robots/cell1/mesh/..%2f..%2fsecret.txt",
     "/robots/nobody/mesh/abc.glb",
     "http://elsewhere.example/wall",
     "*",
 )
+
+
+def test_where_tokens_are_no_cookies_a_page_that_wants_one_keeps_its_token(server: Serving) -> None:
+    found = get(server, "/enter/cell1")
+    assert (found.status, found.read(), cookies_of(found)) == (200, b"", [])
 
 
 @pytest.mark.parametrize("path", HOSTILE, ids=range(len(HOSTILE)))

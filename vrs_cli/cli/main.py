@@ -51,7 +51,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "experiment": Subcommand("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Subcommand("serve", "", "serve robots to others over the network"),
     "token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),
-    "class": Subcommand("classroom", "new|links|collect|forget FOLDER", "a class in browsers: links, hand-ins"),
+    "class": Subcommand("classroom", "COMMAND FOLDER", "a class in browsers: new, links, collect, forget"),
     "put": Subcommand("remote", "FILE URL", "put a file into the folder of a robot that is served"),
     "get": Subcommand("remote", "NAME URL", "get a file from there"),
     "view": Subcommand("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),

@@ -11,6 +11,7 @@ export class Playback {
   private at = 0;
   private since = 0;
   private reached = true;
+  private atBegin = false;
 
   /** `wake` is called when the time that is shown has changed by a command. `wall`: the time of the day [s]. */
   constructor(private readonly source: Source, private readonly wake: () => void, private readonly wall: () => number) {
@@ -18,6 +19,7 @@ export class Playback {
     this.at = source.live ? source.now() : (source.span?.[0] ?? source.timeline.begin);
     source.onChange(() => {
       if (this.reached) this.since = this.wall();
+      if (this.atBegin && !this.playing && !this.following) this.at = this.begin; // older parts have come
     });
   }
 
@@ -65,7 +67,8 @@ export class Playback {
     this.wake();
   }
   seek(t: number): void {
-    if (t <= this.begin) this.source.recall?.(this.source.timeline.begin);
+    this.atBegin = t <= this.begin;
+    if (this.atBegin) this.source.recall?.(this.source.timeline.begin);
     this.at = Math.min(Math.max(t, this.begin), this.end);
     this.since = this.wall();
     this.following = false;
