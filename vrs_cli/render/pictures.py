@@ -155,7 +155,7 @@ def check_gif() -> None:
     """Raises UsageError where a browser, the page or Pillow is missing."""
     check_still()
     if find_spec("PIL") is None:
-        raise PictureError("moving pictures need Pillow, which is not installed", how_to_install("PIL"))
+        raise PictureError("moving pictures need Pillow, which is not installed", how_to_install("pillow"))
 
 
 def check_mp4() -> None:

@@ -11,7 +11,7 @@ export class Playback {
   private at = 0;
   private since = 0;
   private reached = true;
-  private atBegin = false;
+  private atBegin = false; // which comes earlier when older parts come
 
   /** `wake` is called when the time that is shown has changed by a command. `wall`: the time of the day [s]. */
   constructor(private readonly source: Source, private readonly wake: () => void, private readonly wall: () => number) {
@@ -19,7 +19,6 @@ export class Playback {
     this.at = source.live ? source.now() : (source.span?.[0] ?? source.timeline.begin);
     source.onChange(() => {
       if (this.reached) this.since = this.wall();
-      if (this.atBegin && !this.playing && !this.following) this.at = this.begin; // older parts have come
     });
   }
 
@@ -37,7 +36,7 @@ export class Playback {
   /** The time that is shown [s]. */
   get time(): number {
     if (this.following) return this.source.passes ? this.source.now() : this.chase(this.source.now());
-    if (!this.playing) return this.at;
+    if (!this.playing) return this.atBegin ? this.begin : this.at;
     const t = this.at + this.rate * (this.wall() - this.since);
     if (t < this.end) return t;
     if (this.loop && this.end > this.begin) return this.begin + ((t - this.begin) % (this.end - this.begin));
