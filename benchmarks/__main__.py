@@ -6,7 +6,19 @@ import sys
 from importlib import import_module
 
 ALL = (
-    *("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "prompt", "startup", "bulk"),
+    *(
+        "kinematics",
+        "robots",
+        "engine",
+        "steering",
+        "chunks",
+        "timeline",
+        "language",
+        "program",
+        "prompt",
+        "startup",
+        "bulk",
+    ),
     *("longest", "crowd", "viewers", "view", "hostile", "contacts", "world", "events", "grading", "classroom"),
 )
 

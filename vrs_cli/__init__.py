@@ -17,6 +17,7 @@ _HOMES = {  # where each public name is
     "Robot": "vrs_cli.api.robot",
     "load": "vrs_cli.api.robot",
     "connect": "vrs_cli.api.connection",
+    "LeRobotArm": "vrs_cli.api.lerobot",
     "trans": "vrs_cli.api.location",
     "Location": "vrs_cli.api.location",
     "Posture": "vrs_cli.api.posture",

@@ -6,6 +6,7 @@ from vrs_cli.api.answers import Run as Run
 from vrs_cli.api.answers import Scene as Scene
 from vrs_cli.api.changes import Change as Change
 from vrs_cli.api.connection import connect as connect
+from vrs_cli.api.lerobot import LeRobotArm as LeRobotArm
 from vrs_cli.api.location import Location as Location
 from vrs_cli.api.location import trans as trans
 from vrs_cli.api.notebook import load_ipython_extension as load_ipython_extension
