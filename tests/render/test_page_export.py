@@ -19,9 +19,10 @@ from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.recorded_page import recorded_page
+from vrs_cli.net.recorded_page import moments, recorded_page
+from vrs_cli.net.recorded_page import robot as shown_robot
 from vrs_cli.render import page_export
-from vrs_cli.render.page_export import PageError, in_script, page
+from vrs_cli.render.page_export import PageError, in_script, page, replay, viewer
 
 ARM = arm_for(load_robot("puma560"))
 CELL = Path(__file__).parents[2] / "programs" / "pick_and_place.toml"
@@ -74,7 +75,7 @@ def scripts_of(text: str) -> tuple[dict[str, object], str, list[str]]:
     parser = Scripts()
     parser.feed(text)
     (data_kind, data), (script_kind, script) = parser.found
-    assert data_kind == {"type": "application/json", "id": "recording"}
+    assert data_kind == {"type": "application/json", "id": data_kind["id"]}
     assert script_kind == {}
     return json.loads(data), script, parser.attributes
 
@@ -145,3 +146,29 @@ def test_it_plays_from_a_file(tmp_path: Path) -> None:
         found = shown.evaluate("new Promise((done) => app.add({ show: ({ t, q }) => done([t, q]) }))")
         assert found[0] == t
         assert found[1] == pytest.approx(joints_at(ARM, robot.timeline, t), abs=1e-9)
+
+
+@needs_chromium
+def test_a_viewer_plays_what_lies_beside_it_and_nothing_else(tmp_path: Path) -> None:
+    robot = moved()
+    between = (0.25 * robot.end, 0.75 * robot.end)
+    (tmp_path / "replays").mkdir()
+    (tmp_path / "viewer.html").write_text(viewer(shown_robot(ARM)), encoding="utf-8")
+    (tmp_path / "elsewhere.js").write_text("document.title = 'obeyed'\n", encoding="utf-8")
+    for name, title in (("ann", HOSTILE[0]), ("bob", "Bob")):
+        shown = moments(ARM, robot.timeline, title=title, between=between)
+        (tmp_path / "replays" / f"{name}.js").write_text(replay(shown), encoding="utf-8")
+    address = (tmp_path / "viewer.html").as_uri()
+    with running_chromium() as browser:
+        for name, title in (("ann", HOSTILE[0]), ("bob", "Bob")):
+            with window(browser, size=(600, 500)) as seen:
+                seen.goto(f"{address}#{name}")
+                until(seen, "window.scene && scene.stage.pictures > 0")
+                assert seen.title() == title
+                assert seen.evaluate("[app.playback.begin, app.playback.end]") == list(between)
+        for name in ("../elsewhere", "..%2felsewhere", "%22%3E%3Cscript%3E", ""):
+            with window(browser, size=(600, 500)) as seen:
+                seen.goto(f"{address}#{name}")
+                seen.evaluate("new Promise((done) => setTimeout(done))")
+                assert seen.title() == "Unimation PUMA 560"
+                assert seen.locator("script[src]").count() == 0

@@ -127,9 +127,7 @@ def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submis
     results = results_object(exercise, gradings, alike)
     _write(options, exercise, gradings, results)
     if pages is not None:
-        from vrs_cli.teach.reports.pages import viewer_of
-
-        pages.finish(gradings, alike, results["digest"], viewer_of(next(iter(grader.models.values()))))
+        pages.finish(gradings, alike, results["digest"], next(iter(grader.models.values())).arm)
     if not options.quiet and STANDARD_STREAM not in (getattr(options, name) for name in FILES):
         _show(exercise, gradings, alike)
         print(f"digest {results['digest']}")
@@ -161,7 +159,7 @@ def _given(exercise: Exercise) -> Iterator[str]:
 
 
 def _check_outputs(options: Namespace, several: bool) -> None:
-    """Raise now what would make writing fail later: CommandLineError, FileError, PictureError."""
+    """Raise now what would make writing fail later: CommandLineError, FileError, PageError."""
     from vrs_cli.cli.outputs import check_distinct
     from vrs_cli.files.atomic import check_writable
 
@@ -177,9 +175,9 @@ def _check_outputs(options: Namespace, several: bool) -> None:
         elif path != STANDARD_STREAM:
             check_writable(path)
     if options.html is not None:
-        from vrs_cli.view3d.needs import check_view
+        from vrs_cli.render.page_export import check_page
 
-        check_view()
+        check_page()
 
 
 def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], results: dict[str, object]) -> None:

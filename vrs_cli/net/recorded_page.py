@@ -41,31 +41,55 @@ def recorded_page(
     """Return what the page shows of a timeline, as values of JSON, with all meshes, locations that motions name, and
     what becomes of the parts of the `cell` around the robot.
 
-    `rate`: at which it is played at first, `between` two times [s]. `picture`: only the picture is shown, for
-    photographs, in this quality (1 the finest).
+    `rate`: at which it is played at first. `between`: two times [s]; no other motion is shown. `picture`: only the
+    picture is shown, for photographs, in this quality (1 the finest).
     """
+    return {**moments(arm, timeline, title=title, rate=rate, cell=cell, between=between, picture=picture), **robot(arm)}
+
+
+def robot(arm: RobotArm) -> dict[str, Any]:
+    """Return the part of a recorded page that is the same for all timelines of a robot: its model, with all meshes."""
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
     model.pop("collision", None)  # it names files of this machine
-    snapshot = snapshot_record(Snapshot.of(timeline, Settings()))
+    return {"model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]}}
+
+
+def moments(
+    arm: RobotArm,
+    timeline: Timeline,
+    *,
+    title: str = "",
+    rate: float = 1.0,
+    cell: Cell | None = None,
+    between: tuple[float, float] | None = None,
+    picture: int = 0,
+) -> dict[str, Any]:
+    """Return a recorded page without its `robot`."""
     return {
         "format": FORMAT,
         "title": title or arm.model.title,
         "rate": rate,
-        "model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]},
-        "snapshot": table_of(snapshot),
+        "snapshot": table_of(snapshot_record(_snapshot(timeline, between))),
         "cell": None if cell is None else cell_record(cell),
-        "world": None if cell is None else table_of(_course(arm, timeline, cell)),
+        "world": None if cell is None else table_of(_course(arm, timeline, cell, between)),
         "places": _places(arm, timeline),
         "between": between,
         "picture": picture,
     }
 
 
-def _course(arm: RobotArm, timeline: Timeline, cell: Cell) -> WholeCourse:
+def _snapshot(timeline: Timeline, between: tuple[float, float] | None) -> Snapshot:
+    if between is None:
+        return Snapshot.of(timeline, Settings())
+    first, last = (timeline.index_at(t) for t in between)
+    return Snapshot.part(timeline, Settings(), first, last + 1)
+
+
+def _course(arm: RobotArm, timeline: Timeline, cell: Cell, between: tuple[float, float] | None) -> WholeCourse:
     from vrs_cli.world.world import World
 
-    return whole_course(World(arm, cell), timeline)
+    return whole_course(World(arm, cell), timeline, between)
 
 
 def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:

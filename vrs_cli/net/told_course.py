@@ -110,7 +110,8 @@ class CourseComputer:
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._world, self._now = world, now
-        self.looks = looks and not world.settings.scene.empty and find_spec("mujoco") is not None
+        self.can_look = not world.settings.scene.empty and find_spec("mujoco") is not None
+        self.looks = looks and self.can_look
         self._checker: Checker | None = None
 
     def begin(self, timeline: Timeline, known: Known | None, cut: Cut) -> Known:
@@ -142,9 +143,9 @@ class CourseComputer:
         end = min(known.until, last if known.until == inf else wanted)
         if begin < end:
             end = min(end, begin + (STRETCH if begin < timeline.end else STANDING))
-            return replace(known, high=end, touches=joined(known.touches, self._touches(known, begin, end)))
+            return replace(known, high=end, touches=joined(known.touches, self.touches(known, begin, end)))
         if known.until == inf and begin < inf:  # all stands for ever
-            touches = (one for one in self._touches(known, last, last + STRETCH) if one.end == last + STRETCH)
+            touches = (one for one in self.touches(known, last, last + STRETCH) if one.end == last + STRETCH)
             found = [one._replace(begin=max(one.begin, begin), end=None) for one in touches]
             return replace(known, high=inf, touches=joined(known.touches, found))
         return None
@@ -155,9 +156,10 @@ class CourseComputer:
         if end <= course.begins or len(known.touches) > MAX_TOUCHES:
             return None
         begin = max(course.begins, end - STRETCH)
-        return replace(known, low=begin, touches=joined(self._touches(known, begin, end), known.touches))
+        return replace(known, low=begin, touches=joined(self.touches(known, begin, end), known.touches))
 
-    def _touches(self, known: Known, begin: float, end: float) -> list[ContactSpan]:
+    def touches(self, known: Known, begin: float, end: float) -> list[ContactSpan]:
+        """Return the contacts between two times of a course that is known [s]."""
         if self._checker is None:
             from vrs_cli.contacts.checker import Checker
 
@@ -388,13 +390,15 @@ class WholeCourse(Struct, frozen=True):
     until: float | None
 
 
-def whole_course(world: World, timeline: Timeline) -> WholeCourse:
-    """Compute the course and the contacts of a whole timeline; `to_json` makes JSON of it for a page."""
-    teller = CourseTeller(world, lambda: timeline.start, looks=timeline.last - timeline.start <= MAX_LOOKED)
-    teller.begin(timeline)
-    while teller.step():
-        pass
-    known = teller.known
-    assert known is not None
+def whole_course(world: World, timeline: Timeline, between: tuple[float, float] | None = None) -> WholeCourse:
+    """Compute the course of a whole timeline, and its contacts, which take longer, `between` two times [s] alone."""
+    looks = between is None and timeline.last - timeline.start <= MAX_LOOKED
+    computer = CourseComputer(world, lambda: timeline.start, looks=looks)
+    known = computer.begin(timeline, None, NEVER)
+    while (following := computer.step(known)) is not known:
+        known = following
+    touches = known.touches if computer.looks else None
+    if between is not None and computer.can_look:
+        touches = tuple(computer.touches(known, *between))
     until = None if known.until == inf else known.until
-    return WholeCourse(known.course.rows(-inf, known.until), known.touches if teller.looks else None, until)
+    return WholeCourse(known.course.rows(-inf, known.until), touches, until)

@@ -2,6 +2,7 @@
 
 The file is the page's script for recordings, which holds the timeline and computes the robot at each moment as a client
 does, and the recording beside it as JSON. Its security policy allows this script alone, by its hash, and no address.
+Where there are many recordings of one robot, they can share such a file.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from vrs_cli.extras import BUILT_PAGE, how_to_build_page
 
 SCRIPT, SHEET = "replay.js", "replay.css"
 NOT_ASCII = re.compile(r"[^\x00-\x7f]")
-POLICY = "default-src 'none'; script-src 'sha256-{script}'; style-src 'unsafe-inline'; img-src data: blob:; " + (
+POLICY = "default-src 'none'; script-src 'sha256-{script}'{more}; style-src 'unsafe-inline'; img-src data: blob:; " + (
     "connect-src data: blob:; base-uri 'none'; form-action 'none'"
 )
 
@@ -31,9 +32,26 @@ class PageError(UsageError, text="No page"):
 
 def page(data: Mapping[str, Any]) -> str:
     """Return the HTML file of a `recorded_page`: the same text for the same data. Raises PageError without a page."""
+    return _html(data["title"], "recording", data)
+
+
+def viewer(robot: Mapping[str, Any]) -> str:
+    """Return an HTML file that plays `replays/NAME.js` beside it as `viewer.html#NAME`: `replay` makes such files, of
+    this `robot` alone. Raises PageError without a page.
+    """
+    return _html(robot["model"]["title"], "robot", robot, " 'self' file:")
+
+
+def replay(moments: Mapping[str, Any]) -> str:
+    """Return the script with what a `viewer` plays."""
+    return f"replay({json.dumps(moments, separators=(',', ':'))})\n"
+
+
+def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> str:
+    """Return the page with its data. `scripts`: where it may have other scripts from."""
     script, sheet = _built()
-    title = escape(data["title"]).encode("ascii", "xmlcharrefreplace").decode()
-    policy = POLICY.format(script=b64encode(sha256(script.encode()).digest()).decode())
+    title = escape(title).encode("ascii", "xmlcharrefreplace").decode()
+    policy = POLICY.format(script=b64encode(sha256(script.encode()).digest()).decode(), more=scripts)
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
@@ -41,7 +59,7 @@ def page(data: Mapping[str, Any]) -> str:
         '<meta name="color-scheme" content="light dark"><meta name="referrer" content="no-referrer">\n'
         f"<title>{title}</title>\n<style>{sheet}</style></head><body>\n"
         "<noscript>This page shows a robot; it needs JavaScript.</noscript>\n"
-        f'<script type="application/json" id="recording">{in_script(data)}</script>\n'
+        f'<script type="application/json" id="{name}">{in_script(data)}</script>\n'
         f"<script>{script}</script>\n</body></html>\n"
     )
 

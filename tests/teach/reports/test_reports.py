@@ -77,7 +77,7 @@ def lost(student: str = "ann", why: str = "it took longer than 120 s") -> Gradin
     return Grading(student, f"{student}.v2", "0" * 64, why)
 
 
-REPLAY = Replay(1, 1.5, ("<svg></svg>",), "window.__VISER_EMBED_DATA__='';\n")
+REPLAY = Replay(1, 1.5, ("<svg></svg>",), "replay({})\n")
 
 
 # --- hidden checks ---------------------------------------------------------------------------------------------------

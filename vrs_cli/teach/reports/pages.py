@@ -15,16 +15,17 @@ from msgspec import Struct
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.net.recorded_page import moments, robot
 from vrs_cli.render.html import picture
+from vrs_cli.render.page_export import replay, viewer
 from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import Grading, total_of
 from vrs_cli.teach.reports.students import ShownMark, shown_marks
 from vrs_cli.teach.reports.texts import file_stem, plain, points_text
 from vrs_cli.teach.similar import Likeness
-from vrs_cli.world.world import World
 
-RATE = 15.0  # [1/s] frames
 BEFORE, AFTER = 3.0, 1.0  # [s] of a replay, round its moment
 LONGEST = 20.0  # [s] of a replay without a moment: the end of the run
 PLOTS = (("TOOL",), ("POSITION",), ("SPEED",))
@@ -34,7 +35,7 @@ STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "table{border-collapse:collapse;width:100%}td,th{padding:.25rem .8rem;text-align:left;vertical-align:top;"
     "border-bottom:1px solid #ddd}.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}"
-    ".lost{color:#b00000}.hint{color:#555}iframe{width:100%;height:32rem;border:1px solid #ddd}"
+    ".lost{color:#b00000}.hint{color:#555}iframe{width:100%;height:40rem;border:1px solid #ddd}"
     "svg{max-width:100%;height:auto}td{overflow-wrap:anywhere}@media print{iframe{display:none}}"
     "th.n{white-space:normal;min-width:5em}td:last-child{min-width:12em}"
 )
@@ -55,8 +56,6 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
     """Return the run in which the first open check failed that has a moment, else the first that failed, else the first
     run; None where nothing was executed.
     """
-    from vrs_cli.view3d.studio import page, viewer_and_recording
-
     lost = [one for one in shown_marks(exercise, grading) if not one.passed and one.reason]
     failed = next((one for one in lost if one.at is not None), lost[0] if lost else None)
     variant = failed.variant if failed is not None else 0
@@ -66,10 +65,11 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
     at = failed.at if failed is not None else None
     timeline = run.timeline
     curves = (plotted(run.arm, timeline, selected(run.arm, words)) for words in PLOTS)
-    between = (timeline.end - LONGEST, timeline.end) if at is None else (at - BEFORE, at + AFTER)
-    world = None if run.course is None else World(run.arm, run.cell)
-    html = page(run.arm, timeline, RATE, world, between)
-    return Replay(variant, at, tuple(picture(plot, at) for plot in curves), viewer_and_recording(html)[1])
+    begin, end = (timeline.end - LONGEST, timeline.end) if at is None else (at - BEFORE, at + AFTER)
+    between = max(begin, timeline.start), min(end, timeline.end)
+    cell = None if run.course is None else run.cell
+    shown = moments(run.arm, timeline, title=plain(exercise.title), cell=cell, between=between)
+    return Replay(variant, at, tuple(picture(plot, at) for plot in curves), replay(shown))
 
 
 class Pages:
@@ -96,18 +96,11 @@ class Pages:
             write_atomically(folder / REPLAYS / f"{stem}.js", replay.recording)
         write_atomically(folder / f"{stem}.html", student_page(self._exercise, grading, replay, stem))
 
-    def finish(self, gradings: Sequence[Grading], alike: Sequence[Likeness], digest: str, viewer: str) -> None:
+    def finish(self, gradings: Sequence[Grading], alike: Sequence[Likeness], digest: str, arm: RobotArm) -> None:
         """Write the viewer and the teacher's page. Raises FileError."""
-        write_atomically(self._folder / STUDENTS / VIEWER, viewer)
+        write_atomically(self._folder / STUDENTS / VIEWER, viewer(robot(arm)))
         page = teacher_page(self._exercise, gradings, alike, digest, self._files)
         write_atomically(self._folder / TEACHER, page)
-
-
-def viewer_of(run: Evidence) -> str:
-    """Return the viewer for all recordings of a robot; `run`: any of it."""
-    from vrs_cli.view3d.studio import page, viewer_and_recording
-
-    return viewer_and_recording(page(run.arm, run.timeline, RATE, None, (0.0, 0.0)))[0]
 
 
 # --- pages as text ---------------------------------------------------------------------------------------------------
