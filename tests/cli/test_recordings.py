@@ -203,7 +203,12 @@ def test_verify_says_that_a_trajectory_is_sound(vrs: Vrs) -> None:
     ended = vrs("verify", "t.vrst")
     assert (ended.status, ended.err) == (0, "")
     assert ended.out.endswith(": sound\n")
-    assert json.loads(vrs("verify", "t.vrst", "--json").out) == {"sound": True, "checksums": True, "faults": []}
+    assert json.loads(vrs("verify", "t.vrst", "--json").out) == {
+        "sound": True,
+        "checksums": True,
+        "reports": 0,
+        "faults": [],
+    }
 
 
 def test_verify_follows_lines_with_the_velocities_of_the_joints(vrs: Vrs, saved: Path) -> None:

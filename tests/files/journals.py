@@ -8,6 +8,7 @@ from pathlib import Path
 from tests.files.trajectories import initial, puma
 from vrs_cli.files.journal import Course, Journal, Taken, take, take_up
 from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.timeline import TimelineDelta
 
 
@@ -33,7 +34,7 @@ class Kept:
         return cls(take_up(path))
 
     def _course(self) -> Course:
-        return Course(puma(), [initial()], self.happened)
+        return Course(puma(), [initial()], self.happened, MeasuredRecord(6).seen)
 
     def happen(self, *deltas: TimelineDelta, anyway: bool = False) -> None:
         """Written down, then done. Raises FileError, and nothing is done."""

@@ -595,6 +595,7 @@ def load(
         warnings.warn(f"{path}: {warning}", stacklevel=2)
     port = local_port(recording.model, conditions_of(limits, folder, cell, signals))
     port.session.engine.take_up(bookmark_of(path, recording, port.session.engine))
+    port.session.engine.measured.take(recording.measured)
     robot = Robot.of(port, units)
     robot._folders.fixed = folder is not None
     return robot

@@ -79,11 +79,13 @@ def verify(options: Namespace) -> int:
     wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]
     checksums = recording.checksum is not None
     if options.json:
-        print(json.dumps({"sound": not wrong, "checksums": checksums, "faults": wrong}, indent=2))
+        told = {"sound": not wrong, "checksums": checksums, "reports": len(recording.measured), "faults": wrong}
+        print(json.dumps(told, indent=2))
     else:
         for what in wrong:
             print(f"{options.file}, {what}")
         held = f"{len(recording.deltas)} changes, {len(recording.timeline)} segments, {recording.timeline.end:.3f} s"
+        held += f", {len(recording.measured)} measured reports" if recording.measured else ""
         print(f"{held}{'' if checksums else ', no checksums'}: {'sound' if not wrong else 'not sound'}")
     return FAILED if wrong else OK
 
@@ -99,7 +101,7 @@ Exit status 1 when something is.
   vrs verify day.vrst --json
 """,
     option("file", metavar="T.vrst", help="a saved trajectory"),
-    option("--json", action="store_true", help="print one JSON object: sound, checksums, faults"),
+    option("--json", action="store_true", help="print one JSON object: sound, checksums, reports, faults"),
 )
 
 

@@ -44,6 +44,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, angle_between, compose
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.laws.law import LAWS
+from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import (
@@ -111,13 +112,16 @@ class Bookmark(Struct, frozen=True):
 
 
 class Engine:
-    """One robot. `events`: every change of the timeline, and every other timeline that takes its place."""
+    """One robot. `events`: every change of the timeline, and every other timeline that takes its place. `measured`:
+    what a body has reported; UNDO and branches leave it as it is.
+    """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: RobotClock | None = None) -> None:
         self.model = model
         self.arm: RobotArm = arm_for(model)
         self.clock: RobotClock = clock or VirtualClock()
         self.clock.set(0.0)
+        self.measured = MeasuredRecord(model.joint_count)
         self.settings = Settings().after(SetParameter("PROFILE", model.profile))
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one

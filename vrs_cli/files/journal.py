@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from itertools import count
+from math import inf
 from pathlib import Path
 
 from msgspec import Struct
@@ -27,25 +28,32 @@ from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.events import EventRow
+from vrs_cli.trajectory.measured import MeasuredTimeline
+from vrs_cli.trajectory.reports import CHUNK as CHUNK_REPORTS
+from vrs_cli.trajectory.reports import ReportColumns
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
+from vrs_cli.values.measured import Report
 from vrs_cli.values.motion import Motion
 from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form
 
 CHUNK = 1 << 16  # bytes that a journal which is not durable writes at once
 TRIES = 3  # files for one change
+REPORT_SECONDS = 1.0  # [s] of reports that are written at once
+RETRY_SECONDS = 10.0  # [s] of reports after which a file that could not be written is tried again
 NOT_DONE = "what cannot be written down is not done: make room, and give it again"
 ANYWAY = "what stops the robot is done all the same, and is written as soon as it can be"
 
 
 class Course(Struct, frozen=True):
-    """The content of a journal: the robot, its first timeline, and every change since."""
+    """The content of a journal: the robot, its first timeline, every change since, and the reports of a body."""
 
     model: RobotModel
     initial: Iterable[Segment]
     deltas: Sequence[TimelineDelta]
+    measured: MeasuredTimeline
 
     def motions(self) -> dict[int, Motion]:
         """The motions that the lines of the last part describe, by number."""
@@ -156,6 +164,8 @@ class Journal:
         self._owed = b""  # lines of what has happened that are to be written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
+        self._reports: list[Report] = []  # that are not written yet, and when that is due
+        self._reports_due = -inf
         self._places: list[int] = []  # where the line of each PART-th delta begins
         self.past = it.resumed.past if it.resumed is not None else None
         with writing(it.path):
@@ -179,8 +189,9 @@ class Journal:
         self._places.clear()
         try:
             size = 0
-            for number, line in enumerate(trajectory_lines(course.model, course.initial, course.deltas, lines), -1):
-                if not number % PART and number >= 0:
+            written = trajectory_lines(course.model, course.initial, course.deltas, course.measured, lines)
+            for number, line in enumerate(written, -1):
+                if not number % PART and 0 <= number < len(course.deltas):
                     self._places.append(size)
                 beside.stream.write(line)
                 size += len(line)
@@ -208,7 +219,7 @@ class Journal:
         if self._before is not None and deltas[0].version <= self._before.version:
             self._take_back()  # Ctrl-C came between the writing and the change
         try:
-            self._write(deltas)
+            self._write(deltas[0].version, lambda: self._encoded(deltas))
         except FileError as error:
             if not happens:
                 raise
@@ -228,15 +239,15 @@ class Journal:
             self._move(f"does not keep what is written ({error.detail})")
         self.unsettled = self._doubtful = False
 
-    def _write(self, deltas: Sequence[TimelineDelta]) -> None:
+    def _write(self, version: int, lines: Callable[[], bytes]) -> None:
         if self._doubtful:
             self._move("has not kept what was written")
             self.unsettled = self._doubtful = False
         for _ in range(TRIES):
             before = self._before = _Before(
-                deltas[0].version, self._file.size, self._owed, self._lines.checksum, len(self._places)
+                version, self._file.size, self._owed, self._lines.checksum, len(self._places)
             )
-            data = self._owed + self._encoded(deltas)
+            data = self._owed + lines()
             if not self._durable and len(data) < CHUNK:
                 self._owed = data
                 return
@@ -257,6 +268,40 @@ class Journal:
             data += self._lines.delta(delta)
         return data
 
+    def add_reports(self, reports: Sequence[Report]) -> None:
+        """Write the reports of a body, those of about a second at once. Where that fails, it is told, and tried again
+        when more come.
+        """
+        if self._closed:
+            return
+        if not self._reports:
+            self._reports_due = reports[0].t + REPORT_SECONDS
+        self._reports += reports
+        if reports[-1].t >= self._reports_due:
+            try:
+                self._write_reports()
+            except FileError as error:
+                self._reports_due = reports[-1].t + RETRY_SECONDS
+                self._tell(f"{error}; the measured reports wait in memory")
+
+    def _write_reports(self) -> None:
+        """Raises FileError."""
+        version = len(self._course().deltas)
+        if self._before is not None and version <= self._before.version:
+            self._take_back()  # Ctrl-C came between the writing and the change
+        reports = sorted(self._reports, key=lambda report: report.t)
+        columns = ReportColumns(len(reports[0].joints), len(reports))
+        for report in reports:
+            columns.put(report)
+        blocks = [(first, min(first + CHUNK_REPORTS, len(reports))) for first in range(0, len(reports), CHUNK_REPORTS)]
+        try:
+            self._write(version, lambda: b"".join([self._lines.reports(columns, *block) for block in blocks]))
+        except FileError:
+            self._take_back()
+            raise
+        self._before = None
+        self._reports = []
+
     def _take_back(self) -> None:
         """Remove what was written last: it did not happen."""
         before, self._before = self._before, None
@@ -274,6 +319,12 @@ class Journal:
         if self._closed:
             return
         self._closed = True
+        if self._reports:
+            try:
+                self._write_reports()
+            except FileError as error:
+                self.sound = False
+                self._tell(f"{error}; the last measured reports are lost")
         try:
             if not self._moved() or self._owed:
                 with writing(self.path):
@@ -442,7 +493,7 @@ def keep_journal(
         form = None if reach is None else Form.of(engine.arm)
         journal = Journal(
             it,
-            lambda: Course(engine.model, book.initial, book.deltas),
+            lambda: Course(engine.model, book.initial, book.deltas, engine.measured.seen),
             tell,
             durable=durable,
             together=together,
@@ -455,5 +506,9 @@ def keep_journal(
         book.keep_short(MemoryWindow(journal, reach, 0 if found is None else found.version))
     if goes_on is not None:
         engine.take_up(goes_on)
+    read = it.resumed or it.recording
+    if read is not None:
+        engine.measured.take(read.measured)
+    engine.measured.listeners.append(journal.add_reports)
     book.journal = journal
     return journal

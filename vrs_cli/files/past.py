@@ -22,6 +22,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.trajectory.events import EventRow
+from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.rope import Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
@@ -34,9 +35,11 @@ from vrs_cli.wire.lines import (
     PartRecord,
     decode_delta,
     decode_events,
+    decode_reports,
     decode_row,
+    has_delta,
+    has_reports,
     is_object,
-    is_repeated,
 )
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
@@ -187,7 +190,7 @@ class Past:
         """Raises RecordError."""
         number = first
         for line in lines(self.file, self.places[first // PART]) if first < last else ():
-            if not is_repeated(line.record):
+            if has_delta(line.record):
                 yield decode_delta(line.record, motions, self.form)
                 number += 1
                 if number == last:
@@ -240,7 +243,8 @@ def _checksums(file: GrowingFile, place: int) -> Checksums:
 
 class Resumed(Struct, frozen=True):
     """A course of events as its journal has it. `size`: the bytes of whole lines;
-    `checksum`: of the last. `version`: of the checkpoint that it was read from.
+    `checksum`: of the last. `version`: of the checkpoint that it was read from;
+    `measured`: the reports since then.
     """
 
     model: RobotModel
@@ -249,6 +253,7 @@ class Resumed(Struct, frozen=True):
     size: int
     checksum: int | None
     version: int
+    measured: MeasuredTimeline
 
 
 def resumed(file: GrowingFile, changes: int) -> Resumed | None:
@@ -257,7 +262,7 @@ def resumed(file: GrowingFile, changes: int) -> Resumed | None:
     """
     try:
         place = _last_checkpoint(file)
-        after = 0 if place is None else sum(not is_repeated(line.record) for line in lines(file, place))
+        after = 0 if place is None else sum(has_delta(line.record) for line in lines(file, place))
         version = None  # of the checkpoint that follows
         while place is not None:
             record = decode(_line(file, place).record, CheckpointRecord)
@@ -310,14 +315,16 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
     header = decode(data[: data.index(b"\n")], HeaderRecord)
     model = from_dict(header.robot, f"{file.path}, line 1: robot")
     form = Form.of(arm_for(model))
-    past, motions = Past(file, form, record.deltas, place), Motions()
+    past, motions, measured = Past(file, form, record.deltas, place), Motions(), MeasuredRecord(form.joint_count)
     known, new, size = list[TimelineDelta](), list[TimelineDelta](), 0
     parts, more = divmod(record.checkpoint, PART)
     for line in lines(file, past.places[parts] if more else place):
         size = line.end
         if line.record.startswith(CHECKPOINT):
             past.checkpoint = line.place
-        elif not is_repeated(line.record):
+        elif has_reports(line.record):
+            measured.add_columns(decode_reports(line.record, form))
+        elif has_delta(line.record):
             delta = decode_delta(line.record, motions, form)
             (known if line.place < place else new).append(delta)
             if line.place > place and not delta.version % PART:
@@ -340,6 +347,7 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
         size=size,
         checksum=_checksums(file, size).last,
         version=record.checkpoint,
+        measured=measured.seen,
     )
 
 

@@ -24,6 +24,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.language.text.collector import pause_collector
+from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
 from vrs_cli.version import __version__
@@ -36,8 +37,10 @@ from vrs_cli.wire.lines import (
     LineEncoder,
     Marks,
     decode_delta,
+    decode_reports,
+    has_delta,
+    has_reports,
     is_object,
-    is_repeated,
 )
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
@@ -55,19 +58,28 @@ def write_trajectory(
     initial: Iterable[Segment],
     deltas: Iterable[TimelineDelta],
     within: Folder = FREE,
+    measured: MeasuredTimeline | None = None,
 ) -> None:
     """Save a trajectory: the whole file or, when that fails, what was there before. Raises FileError."""
     with atomically(path, within) as stream:
-        stream.writelines(trajectory_lines(model, initial, deltas))
+        stream.writelines(trajectory_lines(model, initial, deltas, measured))
 
 
 def trajectory_lines(
-    model: RobotModel, initial: Iterable[Segment], deltas: Iterable[TimelineDelta], lines: LineEncoder | None = None
+    model: RobotModel,
+    initial: Iterable[Segment],
+    deltas: Iterable[TimelineDelta],
+    measured: MeasuredTimeline | None = None,
+    lines: LineEncoder | None = None,
 ) -> Iterator[bytes]:
-    """The lines of a trajectory file; `lines` knows them then."""
+    """The lines of a trajectory file: the header, those of the deltas, and those of the reports. `lines` knows them
+    then.
+    """
     lines = lines or LineEncoder()
     yield lines.header(model, initial)
     yield from map(lines.delta, deltas)
+    for columns, first, last in () if measured is None else measured.parts():
+        yield lines.reports(columns, first, last)
 
 
 # --- reading --------------------------------------------------------------------------------------------
@@ -81,7 +93,7 @@ class Recording(Struct, frozen=True):
     last line that had not been written to its end was left out. `size`: the bytes of all others; `checksum`: that of
     the last, None where the file has none. These two are what writing on needs. `lines`: of the deltas; `places`: where
     the line of each PART-th delta begins. `laws`: the version of the motion laws of the vrs that began the file; all
-    motions are kept as they were planned.
+    motions are kept as they were planned. `measured`: the reports of the file.
     """
 
     arm: RobotArm
@@ -96,6 +108,7 @@ class Recording(Struct, frozen=True):
     lines: Sequence[int]
     places: tuple[int, ...]
     laws: int
+    measured: MeasuredTimeline
 
     @property
     def model(self) -> RobotModel:
@@ -149,7 +162,7 @@ class _Reader:
             raise _damaged(path, 1, str(error)) from None
         if not self._initial:
             raise _damaged(path, 1, "the initial timeline has no segment")
-        self._hand = OlderHand()
+        self._hand, self._measured = OlderHand(), MeasuredRecord(self._form.joint_count)
         self._begin = self._timeline = self._hand.initial(self._initial)
 
     def take(self, number: int, line: bytes, place: int) -> bool:
@@ -158,7 +171,9 @@ class _Reader:
         """
         try:
             record = self._opened(number, line)
-            if is_repeated(record):
+            if has_reports(record):
+                self._measured.add_columns(decode_reports(record, self._form))
+            if not has_delta(record):
                 return True
             delta = self._hand.read(self._timeline, decode_delta(record, self._motions, self._form))
             self._timeline = apply(self._timeline, delta)
@@ -204,6 +219,7 @@ class _Reader:
             lines=self._numbers,
             places=tuple(self._places),
             laws=self._laws,
+            measured=self._measured.seen,
         )
 
 

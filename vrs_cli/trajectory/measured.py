@@ -12,7 +12,7 @@ bytes for the time and the mode. A `MeasuredTimeline` is a view that never chang
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 from math import inf, isfinite, nan
 from operator import attrgetter
@@ -22,7 +22,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.trajectory.polynomial import Polynomial
-from vrs_cli.trajectory.reports import MODE, MODES, ReportArrays, ReportColumns
+from vrs_cli.trajectory.reports import MAX_NUMBER, MODE, MODES, ReportArrays, ReportColumns
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.measured import LATE, BodyMode, Report, ReportCounts
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
 GAP = 0.5  # [s] between two reports that are farther apart, the joints are unknown
-MAX_NUMBER = 1e6  # of a report [rad, m, rad/s, m/s, N m, N]: what is greater is no measurement
 MEASURED = Motion(0, MotionKind.JOINT, Start.AT, text="measured")
 
 _begin, _end = attrgetter("begin"), attrgetter("end")
@@ -250,10 +249,13 @@ class MeasuredTimeline(Sequence[Report]):
 
 
 class MeasuredRecord:
-    """The reports of one robot as they come. One thread puts them in; any may take `seen`."""
+    """The reports of one robot as they come. One thread puts them in; any may take `seen`. `listeners` are given those
+    that were put in, in the order in which they came.
+    """
 
     def __init__(self, joint_count: int) -> None:
         self.joint_count = joint_count
+        self.listeners: list[Callable[[Sequence[Report]], None]] = []
         self._chunks: list[ReportColumns] = []
         self._version = 0  # changes whenever reports do
         self._seen = 0, MeasuredTimeline(joint_count)
@@ -278,17 +280,23 @@ class MeasuredRecord:
         """
         rows = [self._checked(report) for report in reports]
         late = duplicate = reordered = 0
+        taken = []
         for report in rows:
             newest = self._chunks[-1].end if self._chunks else None
             if newest is None or report.t > newest:
                 self._append(report)
             elif report.t < newest - LATE:
                 late += 1
+                continue
             elif self._insert(report):
                 reordered += 1
             else:
                 duplicate += 1
+                continue
+            taken.append(report)
         self._version += 1
+        for listener in self.listeners if taken else ():
+            listener(taken)
         return ReportCounts(len(rows), 0, late, duplicate, reordered)
 
     def _checked(self, report: Report) -> Report:
@@ -339,6 +347,13 @@ class MeasuredRecord:
         else:
             self._append_columns(columns)
         self._version += 1
+
+    def take(self, other: MeasuredTimeline) -> None:
+        """Put in all reports of a measured timeline, as `add_columns` does."""
+        for columns, first, last in other.parts():
+            part = ReportColumns(self.joint_count, last - first)
+            part.extend(columns, first, last)
+            self.add_columns(part)
 
     def _append_columns(self, columns: ReportColumns) -> None:
         first = 0

@@ -1,7 +1,7 @@
 """The lines of a trajectory file: JSON, a header and then one record per timeline delta, each with its checksum.
 
 Between them a journal may have lines that repeat what those above say, so that not all of it has to be read: rows of
-the timeline's segments and of its events, and checkpoints.
+the timeline's segments and of its events, and checkpoints. Other lines have reports of the measured robot.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import msgspec
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.trajectory.laws.law import VERSION
+from vrs_cli.trajectory.reports import ReportColumns
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, TimelineDelta
 from vrs_cli.values.events import Event
@@ -40,6 +41,7 @@ from vrs_cli.wire.records import (
     segment_records,
     segments_of,
 )
+from vrs_cli.wire.reports import ReportsRecord, columns_of, reports_record
 
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
@@ -154,7 +156,7 @@ class CheckpointRecord(StrictRecord, frozen=True):
     events: tuple[PartRecord, ...] = ()
 
 
-ROW, EVENTS, CHECKPOINT = b'{"row":', b'{"events":', b'{"checkpoint":'  # how these lines begin
+ROW, EVENTS, CHECKPOINT, REPORTS = b'{"row":', b'{"events":', b'{"checkpoint":', b'{"reports":'  # how these begin
 
 
 class Marks(msgspec.Struct):
@@ -207,6 +209,10 @@ class LineEncoder:
         """The next line, which is a checkpoint."""
         return self._line(record)
 
+    def reports(self, columns: ReportColumns, first: int, last: int) -> bytes:
+        """The next line, which has the reports from `first` to before `last`."""
+        return self._line(reports_record(columns, first, last))
+
     def _line(self, record: msgspec.Struct) -> bytes:
         return self._checksums.seal(_encoder.encode(record)) + b"\n"
 
@@ -229,9 +235,19 @@ def decode_events(line: bytes) -> tuple[Event, ...]:
     return events_of(decode(line, EventRowRecord).events)
 
 
-def is_repeated(line: bytes) -> bool:
-    """Return whether a line repeats what the lines above say."""
-    return line.startswith((ROW, EVENTS, CHECKPOINT))
+def decode_reports(line: bytes, form: Form) -> ReportColumns:
+    """The reports of a line without its checksum. Raises RecordError."""
+    return columns_of(decode(line, ReportsRecord), form.joint_count)
+
+
+def has_reports(line: bytes) -> bool:
+    """Return whether a line has reports of the measured robot."""
+    return line.startswith(REPORTS)
+
+
+def has_delta(line: bytes) -> bool:
+    """Return whether a line after the header is a delta: others repeat what the lines above say, or have reports."""
+    return not line.startswith((ROW, EVENTS, CHECKPOINT, REPORTS))
 
 
 def is_object(line: bytes) -> bool:

@@ -118,6 +118,8 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
     yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
+    if recording.measured:
+        yield Message(f"{path} has {count(len(recording.measured), 'measured report')}, which stay in the file")
     commands = count(station.engine.book.history.commands, "command")
     yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
@@ -173,7 +175,8 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
     path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
     model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
-    yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder))
+    measured = engine.measured.seen
+    yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder, measured))
     yield Message(f"{path} saved: {count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
 
 

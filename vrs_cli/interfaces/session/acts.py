@@ -220,7 +220,7 @@ def _execute(session: Session, act: Execute) -> Dialogue[RunResult]:
 
 def _record(session: Session, _act: Record) -> Dialogue[Recorded]:
     engine = session.engine
-    course = engine.model, engine.book.initial, engine.book.deltas.copy()
+    course = engine.model, engine.book.initial, engine.book.deltas.copy(), engine.measured.seen
     return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 

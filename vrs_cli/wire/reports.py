@@ -1,0 +1,113 @@
+"""Reports of a measured robot as a record of a trajectory file: the columns of a stretch of time, compressed.
+
+`docs/trajectory-file.md` describes it. The bytes of a column are written by their place in the number: the first bytes
+of all its numbers, then all second ones. The bytes of signs and exponents, which hardly change, are together then, and
+compress to little.
+"""
+
+from __future__ import annotations
+
+import sys
+import zlib
+from array import array
+from math import isfinite
+from operator import lt
+from typing import Annotated
+
+import msgspec
+
+from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.trajectory.reports import EFFORT, MAX_NUMBER, MODE, MODES, VELOCITY, ReportColumns
+from vrs_cli.wire.records import RecordError, StrictRecord
+
+MAX_REPORTS = 1 << 16  # of one record
+LEVEL = 1  # of compression: others take much longer, and gain little
+
+
+class ReportsRecord(StrictRecord, frozen=True):
+    """So many reports of so many joints. `columns`: times, positions, velocities and efforts if any report has them,
+    and flags.
+    """
+
+    reports: Annotated[int, msgspec.Meta(ge=1, le=MAX_REPORTS)]
+    joints: Annotated[int, msgspec.Meta(ge=1, le=64)]
+    columns: bytes
+    velocities: bool = False
+    efforts: bool = False
+
+
+def reports_record(columns: ReportColumns, first: int, last: int) -> ReportsRecord:
+    """Return the reports from `first` to before `last` as a record. The same reports give the same record."""
+    n, flags = columns.joint_count, bytes(columns.flags[first:last])
+    numbers = slice(first * n, last * n)
+    rates = columns.velocities if any(flag & VELOCITY for flag in flags) else None
+    efforts = columns.efforts if any(flag & EFFORT for flag in flags) else None
+    parts = [_planes(columns.times[first:last]), _planes(columns.positions[numbers])]
+    parts += [_planes(column[numbers]) for column in (rates, efforts) if column is not None]
+    data = zlib.compress(b"".join([*parts, flags]), LEVEL)
+    return ReportsRecord(last - first, n, data, rates is not None, efforts is not None)
+
+
+def columns_of(record: ReportsRecord, joint_count: int) -> ReportColumns:
+    """Return the reports of a record. Raises RecordError for a record that is not as `reports_record` makes it."""
+    count, n = record.reports, record.joints
+    if n != joint_count:
+        raise RecordError(f"reports of {n} joints, the robot has {joint_count}")
+    made = ReportColumns(n, count)
+    sizes = [8 * count, 8 * count * n, 4 * count * n * record.velocities, 4 * count * n * record.efforts, count]
+    data = _inflated(record.columns, sum(sizes))
+    made.times, data = _column("d", data, sizes[0])
+    made.positions, data = _column("d", data, sizes[1])
+    if record.velocities:
+        made.velocities, data = _column("f", data, sizes[2])
+    if record.efforts:
+        made.efforts, data = _column("f", data, sizes[3])
+    made.flags = bytearray(data)
+    _check(made)
+    made.count, made.begin, made.end = count, made.times[0], made.times[-1]
+    return made
+
+
+def _check(made: ReportColumns) -> None:
+    """Raises RecordError where numbers are not finite or too large, times do not rise, or a flag means nothing."""
+    numbers = [column for column in (made.positions, made.velocities, made.efforts) if column is not None]
+    for column, most in ((made.times, LATEST), *((column, MAX_NUMBER) for column in numbers)):
+        if not isfinite(sum(column)) or max(column) > most or min(column) < -most:
+            raise RecordError("a number of a report is too large, or none")
+    if not all(map(lt, made.times, made.times[1:])):
+        raise RecordError("the times of reports do not rise")
+    known = VELOCITY * (made.velocities is not None) | EFFORT * (made.efforts is not None)
+    if any(flag & ~(MODE | known) or flag & MODE >= len(MODES) for flag in set(made.flags)):
+        raise RecordError("a report with an unknown flag")
+
+
+def _inflated(data: bytes, size: int) -> bytes:
+    """Decompress data of a size that is known. Raises RecordError for any other."""
+    inflater = zlib.decompressobj()
+    try:
+        found = inflater.decompress(data, size + 1)
+    except zlib.error as error:
+        raise RecordError(f"the columns of reports cannot be read: {error}") from None
+    if len(found) != size or not inflater.eof or inflater.unused_data:
+        raise RecordError("the columns of reports have another size than they should")
+    return found
+
+
+def _planes(column: array[float]) -> bytes:
+    """The first bytes of all numbers of a column, then all second ones, as a little-endian machine has them."""
+    data, size = column.tobytes(), column.itemsize
+    return b"".join([data[place::size] for place in _places(size)])
+
+
+def _column(code: str, data: bytes, size: int) -> tuple[array[float], bytes]:
+    """Return the column of the first `size` bytes, and the other bytes."""
+    made: array[float] = array(code)
+    count, whole = size // made.itemsize, bytearray(size)
+    for number, place in enumerate(_places(made.itemsize)):
+        whole[place :: made.itemsize] = data[number * count : (number + 1) * count]
+    made.frombytes(whole)
+    return made, data[size:]
+
+
+def _places(size: int) -> range:
+    return range(size) if sys.byteorder == "little" else range(size - 1, -1, -1)
