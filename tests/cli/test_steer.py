@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
+from tests.net.serving import serving
 from vrs_cli.files.trajectory_file import read_trajectory
 
 
@@ -231,3 +232,34 @@ def test_joints_that_slide_are_in_mm(vrs: Vrs, tmp_path: Path) -> None:
     assert "followed to 0.00 deg rms, 0.00 at most; 0." in said
     assert said.rstrip().endswith("at most")
     assert " mm rms, 0." in said
+
+
+def test_a_served_robot_follows(vrs: Vrs, tmp_path: Path) -> None:
+    wave(tmp_path / "wave.csv", 2.0)
+    (folder := tmp_path / "served").mkdir()
+    with serving(folder) as served:
+        ended = vrs("steer", served.address, "wave.csv", "--json")
+        told = json.loads(ended.out)
+        assert (ended.status, told["targets"], told["late"], told["lost"]) == (0, 100, 0, 0)
+        assert told["error_deg"]["max"] < 0.3
+        ended = vrs("steer", "wave.csv", served.address)
+        assert ended.out.startswith("100 targets, each 0.")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("ws://127.0.0.1:1", "wave.csv"), "does not answer"),
+        (("ws://127.0.0.1:1", "wave.csv", "--save", "a.vrst"), "--save is for a robot of this process"),
+        (("wave.csv", "ws://127.0.0.1:1", "--robot", "puma260"), "--robot is for a robot of this process"),
+        (("wave.csv", "--lead", 1), "--lead is for a robot that is served"),
+        (("wave.csv", "other.csv"), "one argument too many: other.csv"),
+        (("ws://127.0.0.1:1", "ws://127.0.0.1:2"), "one argument too many: ws://127.0.0.1:2"),
+    ],
+)
+def test_what_is_wrong_with_an_address_is_told(vrs: Vrs, tmp_path: Path, words: tuple[object, ...], said: str) -> None:
+    wave(tmp_path / "wave.csv", 0.1)
+    ended = vrs("steer", *words)
+    assert ended.status != 0
+    assert said in ended.err
+    assert len(ended.err.splitlines()) == 1

@@ -7,9 +7,10 @@ from math import cos, pi, radians
 import pytest
 
 from tests.engine.wall import ManualWall
+from vrs_cli.api.robot import Robot
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import LocationOutOfRange
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.errors import LocationOutOfRange, PowerOff
+from vrs_cli.interfaces.steering import ChunkSteering, Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import distance, from_oat
@@ -22,7 +23,7 @@ def swing(t: float) -> Joints:
     return (READY[0] + radians(20.0) * (1.0 - cos(pi * t / 2.0)), *READY[1:])
 
 
-def follow(steering: Steering, seconds: float) -> None:
+def follow(steering: Steering | ChunkSteering, seconds: float) -> None:
     for k in range(round(seconds * 50)):
         steering.to(swing(k * 0.02), k * 0.02)
 
@@ -120,3 +121,41 @@ def test_beyond_a_range_it_stops_at_the_end() -> None:
     steering.finish()
     assert steering.following.held == 400 - 161
     assert engine.position(engine.end).joints[0] == pytest.approx(MODEL.upper[0])
+
+
+def test_chunks_lead_through_the_same_places_without_rest_between() -> None:
+    robot = Robot("puma560").held
+    steering = ChunkSteering(robot, 0.4)
+    follow(steering, 4.0)
+    steering.finish()
+    followed = steering.followed
+    assert (followed.targets, followed.late, followed.held, followed.lost) == (200, 0, 0, 0)
+    assert 10 <= followed.chunks <= 20
+    assert followed.turning[0] / followed.samples < radians(0.1)
+    assert followed.turning[1] < radians(0.3)
+    for k in range(10, 200, 7):
+        assert robot.at(0.4 + k * 0.02).joints == pytest.approx(swing(k * 0.02), abs=radians(0.3))
+    slow = [abs(robot.at(0.4 + k * 0.01).velocity[0]) for k in range(60, 140)]
+    assert min(slow) > radians(20.0), "it does not rest between chunks"
+    assert robot.at(robot.timeline.end).joints == pytest.approx(swing(3.98))
+
+
+def test_after_a_gap_of_the_stream_the_robot_goes_to_the_next_target_alone() -> None:
+    robot = Robot("puma560").held
+    steering = ChunkSteering(robot, 0.0)
+    steering.to(swing(0.0), 0.0)
+    steering.to(swing(1.0), 3.0)
+    steering.finish()
+    assert robot.at(2.99).joints == pytest.approx(swing(0.0))
+    assert robot.at(robot.timeline.end).joints == pytest.approx(swing(1.0))
+    assert steering.followed.chunks == 2
+
+
+def test_what_the_robot_refuses_ends_the_stream() -> None:
+    robot = Robot("puma560")
+    robot.do("DISABLE POWER")
+    steering = ChunkSteering(robot.held, 0.0)
+    follow(steering, 0.5)
+    with pytest.raises(PowerOff):
+        steering.finish()
+    assert steering.refused is not None

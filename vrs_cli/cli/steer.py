@@ -8,11 +8,13 @@ import json
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
+from itertools import chain, pairwise
 from math import degrees
+from queue import Empty, Queue
+from threading import Thread
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.cli.command_line import (
@@ -35,7 +37,8 @@ if TYPE_CHECKING:
 
     from vrs_cli.engine.clock import RobotClock
     from vrs_cli.files.timed_lines import TimedTarget
-    from vrs_cli.interfaces.steering import Following, Steering
+    from vrs_cli.interfaces.roles.supervisor import Supervisor
+    from vrs_cli.interfaces.steering import ChunkSteering, Following, Steering
     from vrs_cli.kinematics.joints import JointKind, Joints
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.render.progress import RunProgress
@@ -51,10 +54,20 @@ t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them.
 its time on, within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
 A line that is no target is named and left out.
 
+A robot that is served follows in its own real time; each target is sent ahead, and due so many seconds after its time
+as --lead says.
+
   vrs steer taught.csv --csv followed.csv
   vrs steer taught.csv --save followed.vrst --json
   robot_logger | vrs steer - --realtime
+  vrs steer ws://lab:8000/robots/left taught.csv
+  robot_logger | vrs steer ws://lab:8000
 """
+LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
+ADDRESSES = ("ws://", "wss://")
+READ_AHEAD = 1000  # targets
+TRIES = 3  # round trips that are measured
+ALLOWANCE = 0.1  # [s] for what delays vary, and for the robot's planning
 
 
 def steer(options: Namespace) -> int:
@@ -62,10 +75,33 @@ def steer(options: Namespace) -> int:
     outputs = Outputs.of(options)
     from vrs_cli.render.progress import RunProgress
 
-    return _Run(options, outputs, RunProgress(options.file)).run()
+    run = _Run if _takes_address(options) is None else _ServedRun
+    return run(options, outputs, RunProgress(options.file)).run()
+
+
+def _takes_address(options: Namespace) -> str | None:
+    """Put the address of a served robot, wherever it stands, into `options.url`, and return it. Raises CommandLineError
+    where something else is there, and for options that a served robot has no use for.
+    """
+    if options.file.startswith(ADDRESSES):
+        options.url, options.file = options.file, options.url or STANDARD_STREAM
+    if options.url is None:
+        if options.lead is not None:
+            raise CommandLineError("--lead is for a robot that is served", "give its address, ws://HOST:PORT")
+        return None
+    if not options.url.startswith(ADDRESSES) or options.file.startswith(ADDRESSES):
+        what = options.file if options.file.startswith(ADDRESSES) else options.url
+        raise CommandLineError(f"one argument too many: {what}", "vrs steer ws://HOST:PORT FILE.csv")
+    given = [name for name in LOCAL if getattr(options, name) is not None]
+    if given:
+        name = given[0].replace("_", "-")
+        hint = f"leave it out: {options.url} has its own robot and clock"
+        raise CommandLineError(f"--{name} is for a robot of this process", hint)
+    return str(options.url)
 
 
 def steer_parser(prog: str) -> Parser:
+    from vrs_cli.cli.remote import ADDRESS, CONNECTION
     from vrs_cli.kinematics.model import PROFILES
 
     return Parser(
@@ -73,6 +109,8 @@ def steer_parser(prog: str) -> Parser:
         "Let the virtual robot follow a stream of targets.",
         EPILOG,
         option("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)"),
+        option("url", metavar="URL", nargs="?", help=f"the robot to steer, where it is served: {ADDRESS}"),
+        option("--lead", metavar="S", type=positive, help="of a served robot (default: round trip + 0.35 s)"),
         *ROBOT,
         option("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed"),
         option(
@@ -86,6 +124,7 @@ def steer_parser(prog: str) -> Parser:
         option("--save", metavar="T.vrst", help="save the trajectory, target by target"),
         *OUTPUT_OPTIONS,
         option("--json", action="store_true", help="print one JSON object and nothing else"),
+        CONNECTION,
     )
 
 
@@ -275,6 +314,144 @@ class _Run:
             **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
             "final": position_object(engine.position(engine.end), engine.model.units),
         }
+
+
+class _ServedRun(_Run):
+    """One stream for a robot that is served."""
+
+    def run(self) -> int:
+        """Follow, and tell how it went; the exit status."""
+        from vrs_cli.cli.remote import client_of
+        from vrs_cli.engine.clock import VirtualClock
+        from vrs_cli.files.timed_lines import read_targets
+        from vrs_cli.interfaces.roles.supervisor import Supervisor
+        from vrs_cli.interfaces.steering import ChunkSteering
+        from vrs_cli.net.socket_port import SocketPort
+        from vrs_cli.repl.interrupt import Stoppable
+
+        stop = Stoppable(lambda: True)
+        with _lines(self.options.file) as lines, closing(SocketPort(client_of(self.options))) as port:
+            robot = Supervisor(port)
+            units = robot.arm.model.units
+            targets = read_targets(
+                lines,
+                robot.arm.model.joint_count,
+                self.source,
+                relative=True,
+                live=self.live,
+                units=units,
+                wrong=self._skip,
+            )
+            first, rate = self._first(targets), robot.followed.rate
+            steering = ChunkSteering(robot, self._lead(robot), speed=self.options.speed / 100.0)
+            clock = clock_of(rate) or VirtualClock()
+            with self.progress, stop:
+                self._send(steering, _read_beside(chain((first,), targets)), clock, stop)
+                steering.finish()
+            self._tell_served(steering, units.kinds)
+        stop.end()
+        followed = steering.followed
+        return FAILED if self.unreached or self.skipped or followed.lost or followed.late else OK
+
+    def _send(
+        self, steering: ChunkSteering, targets: Queue[TimedTarget | VrsError | None], clock: RobotClock, stop: Stoppable
+    ) -> None:
+        """Send each target at its time, to the end of the stream, to a signal, or until the robot refuses to follow. A
+        stream that pauses lets the robot come to the last target.
+        """
+        from vrs_cli.interfaces.steering import WINDOW
+
+        while stop.number is None and steering.refused is None:
+            it: TimedTarget | VrsError | None = None
+            with stop.broken_off():
+                try:
+                    it = targets.get(timeout=WINDOW)
+                except Empty:
+                    steering.send()
+                    continue
+                if isinstance(it, VrsError):
+                    raise it
+                if it is not None:
+                    if it.t - clock.now > WINDOW:
+                        steering.send()
+                    clock.advance(it.t)
+            if it is None or stop.number is not None:
+                return
+            try:
+                steering.to(it.target, it.t)
+            except MotionError as error:
+                self.unreached += 1
+                self._complain(f"{self.source}:{it.line}: {error}")
+            self.progress(it.t)
+
+    def _lead(self, robot: Supervisor) -> float:
+        """Return --lead, or what a round trip takes now, at most, with what a chunk lasts [s]."""
+        from time import monotonic
+
+        from vrs_cli.interfaces.steering import WINDOW
+        from vrs_cli.values.acts import ListBranches
+
+        if self.options.lead is not None:
+            return float(self.options.lead)
+        times = [monotonic()]
+        for _ in range(TRIES):
+            robot.act(ListBranches())
+            times.append(monotonic())
+        return max(b - a for a, b in pairwise(times)) + WINDOW + ALLOWANCE
+
+    def _tell_served(self, steering: ChunkSteering, kinds: Collection[JointKind]) -> None:
+        from vrs_cli.kinematics.joints import JointKind
+        from vrs_cli.values.numbers import count
+
+        followed = steering.followed
+        told = (
+            (JointKind.REVOLUTE, "deg", degrees(1.0), followed.turning),
+            (JointKind.PRISMATIC, "mm", 1e3, followed.sliding),
+        )
+        scales = [
+            (unit, scale / max(followed.samples, 1), scale, found) for kind, unit, scale, found in told if kind in kinds
+        ]
+        errors = [(unit, part * total, scale * worst) for unit, part, scale, (total, worst) in scales]
+        if self.options.json:
+            found = {
+                "targets": followed.targets,
+                "chunks": followed.chunks,
+                "lead_s": round(steering.lead, 6),
+                "late": followed.late,
+                "lost": followed.lost,
+                "held": followed.held,
+                "out_of_reach": self.unreached,
+                "skipped": self.skipped,
+                **{f"error_{unit}": {"mean": round(mean, 6), "max": round(worst, 6)} for unit, mean, worst in errors},
+            }
+            print(json.dumps(found, indent=2))
+            return
+        said = "; ".join(f"{mean:.2f} {unit} in the mean, {worst:.2f} at most" for unit, mean, worst in errors)
+        print(f"{count(followed.targets, 'target')}, each {steering.lead:.2f} s after its time, followed to {said}")
+        for number, noun, what in (
+            (followed.late, "target", "came too late for the robot: give a longer --lead"),
+            (followed.lost, "target", "got lost, as there was no connection"),
+            (followed.held, "target", "went beyond the range of a joint, which stopped at its end"),
+            (self.skipped, "line", "could not be read"),
+        ):
+            if number:
+                print(f"{count(number, noun)} {what}")
+
+
+def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError | None]:
+    """Read targets in a thread of its own; None follows the last one, or what is wrong with the stream."""
+    found: Queue[TimedTarget | VrsError | None] = Queue(READ_AHEAD)
+
+    def read() -> None:
+        try:
+            for it in targets:
+                found.put(it)
+            found.put(None)
+        except VrsError as error:
+            found.put(error)
+
+    Thread(target=read, name="vrs steer reads", daemon=True).start()
+    return found
 
 
 def _until_stopped(targets: Iterator[TimedTarget], stop: Stoppable, clock: RobotClock) -> Iterator[TimedTarget]:

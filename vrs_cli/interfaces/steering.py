@@ -7,17 +7,27 @@ targets move, but does not change the past.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import sqrt
+from queue import SimpleQueue
+from threading import Thread
 
 from msgspec import Struct, field
 
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.targets import select
+from vrs_cli.errors import RequestRefused, TooLate, VrsError
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.joints import Joints, JointUnits, put_inside
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.trajectory.state import Target
+from vrs_cli.values.acts import FollowChunk
+from vrs_cli.values.results import FollowReport
 
 STEER = "STEER"  # the text of its motions
 SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
+WINDOW = 0.25  # [s] of a stream that go to a served robot in one chunk
 
 
 class TrackingError(Struct):
@@ -107,3 +117,121 @@ class Steering:
         tick = max(since, SHORTEST)
         velocity = tuple((b - a) / tick for a, b in zip(last[1], goal, strict=True))
         self.engine.steer(Target(goal, velocity), tick, speed=self.speed, text=STEER)
+
+
+class FollowedChunks(Struct):
+    """Measures of how well a served robot follows: targets sent, those that came too late for it, those held at the
+    end of a joint's range, those lost because there was no connection, chunks; `samples`: of chunks that were followed;
+    and of the joints that turn and of those that slide the sum of the errors at these, and the largest [rad, m].
+    """
+
+    targets: int = 0
+    late: int = 0
+    held: int = 0
+    lost: int = 0
+    chunks: int = 0
+    samples: int = 0
+    turning: tuple[float, float] = (0.0, 0.0)
+    sliding: tuple[float, float] = (0.0, 0.0)
+
+    def count(self, report: FollowReport, targets: int, sent_before: int, units: JointUnits) -> None:
+        """Count a chunk of new `targets`, after those sent before: its errors are those of its farthest joints."""
+        self.late += max(report.late - sent_before, 0)
+        self.held += report.held
+        self.samples += targets
+        self.turning = _summed(self.turning, report, targets, units, slides=False)
+        self.sliding = _summed(self.sliding, report, targets, units, slides=True)
+
+
+def _summed(
+    before: tuple[float, float], report: FollowReport, targets: int, units: JointUnits, *, slides: bool
+) -> tuple[float, float]:
+    """Add the errors of the joints of one kind in a chunk to the sum and the largest of those before."""
+    pairs = [
+        (mean, worst)
+        for joint, (mean, worst) in enumerate(zip(report.mean, report.worst, strict=True), 1)
+        if units.slides(joint) is slides
+    ]
+    mean, worst = (max(errors) for errors in zip(*pairs, strict=True)) if pairs else (0.0, 0.0)
+    return before[0] + targets * mean, max(before[1], worst)
+
+
+class ChunkSteering:
+    """Feeds targets to a served robot, in chunks of time-stamped joints: a target is due `lead` [s] after its time, so
+    that it arrives in time over delays. Answers are heard in a thread, which nothing waits for before the end;
+    `refused` is the first that ends the stream.
+    """
+
+    def __init__(self, robot: Supervisor, lead: float, *, speed: float = 1.0) -> None:
+        self.robot, self.lead, self.speed = robot, lead, speed
+        self.followed = FollowedChunks()
+        self._shift: float | None = None  # from times of the stream to the robot's clock [s]
+        self._times: list[float] = []
+        self._joints: list[Joints] = []
+        self._new = 0  # targets that were not sent yet
+        self.refused: VrsError | None = None
+        self._sent: SimpleQueue[tuple[int, int, Callable[[], FollowReport]] | None] = SimpleQueue()
+        self._hearing = Thread(target=self._hear, name="vrs steer", daemon=True)
+        self._hearing.start()
+
+    def to(self, target: Joints | Transform, t: float) -> None:
+        """Be at a target at time t [s] of the stream. Raises LocationOutOfRange and others for a pose that no
+        configuration reaches.
+        """
+        robot = self.robot
+        if self._shift is None:
+            begin = robot.timeline.end if robot.followed.rate is None else robot.now
+            self._shift = begin + self.lead - t
+        joints = self._joints_for(target) if isinstance(target, Transform) else target
+        due = t + self._shift
+        if self._times and due <= self._times[-1]:
+            due = self._times[-1] + SHORTEST
+        if self._times and due - self._times[-1] > LONGEST:  # it is not known how the robot is to move meanwhile
+            self.send()
+            self._times, self._joints = [], []
+        self._times.append(due)
+        self._joints.append(joints)
+        self._new += 1
+        self.followed.targets += 1
+        if due - self._times[0] >= WINDOW:
+            self.send()
+
+    def _joints_for(self, T_world_tool: Transform) -> Joints:
+        frames = self.robot.frames
+        near = self._joints[-1] if self._joints else self.robot.at().joints
+        return select(self.robot.arm, Settings(), compose(frames.base, T_world_tool), frames, near)
+
+    def send(self) -> None:
+        """Send the targets that there are. The last one is the first of the next chunk too: the robot passes it without
+        coming to rest.
+        """
+        if not self._new:
+            return
+        chunk, count = FollowChunk(tuple(self._times), tuple(self._joints), self.speed), self._new
+        sent_before = len(self._times) - count
+        self._times, self._joints, self._new = self._times[-1:], self._joints[-1:], 0
+        self.followed.chunks += 1
+        try:
+            self._sent.put((count, sent_before, self.robot.start(chunk)))
+        except RequestRefused:
+            self.followed.lost += count
+
+    def finish(self) -> None:
+        """Send the rest, and hear what became of all. The robot rests at the last target. Raises what it refused."""
+        self.send()
+        self._sent.put(None)
+        self._hearing.join()
+        if self.refused is not None:
+            raise self.refused
+
+    def _hear(self) -> None:
+        while (sent := self._sent.get()) is not None:
+            count, sent_before, wait = sent
+            try:
+                self.followed.count(wait(), count, sent_before, self.robot.arm.model.units)
+            except TooLate:
+                self.followed.late += count
+            except RequestRefused:
+                self.followed.lost += count
+            except VrsError as error:
+                self.refused = self.refused or error
