@@ -21,6 +21,7 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import KnownEvents, Snapshot, TimelineReplaced, fitted, last_values, unfitted
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
+from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.records import Form, RecordError
@@ -102,7 +103,8 @@ class Mirror:
 
     `window`: so many seconds before the robot's clock are kept. `begins`: the timeline is known from this time on;
     before it the robot was elsewhere than the mirror says. `events` tells of every change of the known timeline, as the
-    robot does. `world`: of the cell around the robot, None where there is none.
+    robot does. `world`: of the cell around the robot, None where there is none. `record`: takes the reports of its
+    body.
     """
 
     def __init__(
@@ -117,6 +119,7 @@ class Mirror:
         self.arm, self.window, self.world, self._wall = arm, window, world, wall
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
+        self.record = MeasuredRecord(arm.model.joint_count)
         self._held = _Held.of(snapshot, seq)
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
 
@@ -125,6 +128,11 @@ class Mirror:
     @property
     def timeline(self) -> Timeline:
         return self._held.timeline
+
+    @property
+    def measured(self) -> MeasuredTimeline:
+        """What the body of the robot has reported, as far as it was told here."""
+        return self.record.seen
 
     @property
     def settings(self) -> Settings:

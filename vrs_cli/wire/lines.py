@@ -41,7 +41,7 @@ from vrs_cli.wire.records import (
     segment_records,
     segments_of,
 )
-from vrs_cli.wire.reports import ReportsRecord, columns_of, reports_record
+from vrs_cli.wire.report_columns import ReportsRecord, columns_of, reports_record
 
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}

@@ -24,6 +24,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
+from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage
 from vrs_cli.wire.refusal import Refusal
@@ -58,6 +59,10 @@ class _LocalUser(UserSession):
         """Return how many seconds of the robot pass in one; None if its time does not pass by itself."""
         clock = self.session.engine.clock
         return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
+
+    @property
+    def measured(self) -> MeasuredTimeline:
+        return self.session.engine.measured.seen
 
     def put(self, dialogue: Dialogue[T], outlet: ActorOutlet | None = None, *, urgent: bool = False) -> Ticket[T]:
         if self.conditions is not None:

@@ -16,6 +16,7 @@ from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.language.text.ast import Program
+from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import Question
@@ -67,7 +68,9 @@ class Console:
 
 
 class FollowedRobot(Watched, Protocol):
-    """A robot whose timeline is known from `begins` on [s], and is kept up to date."""
+    """A robot whose timeline is known from `begins` on [s], and is kept up to date; so are the reports of its body,
+    `measured`.
+    """
 
     @property
     def rate(self) -> float | None:
@@ -75,6 +78,8 @@ class FollowedRobot(Watched, Protocol):
 
     @property
     def begins(self) -> float: ...
+    @property
+    def measured(self) -> MeasuredTimeline: ...
 
 
 class Port(Protocol):
