@@ -113,7 +113,7 @@ def test_files_of_the_page_are_served_with_hard_headers(server: Serving, path: s
     assert {name: found.headers[name] for name in HARDENED} == HARDENED
     policy = found.headers["Content-Security-Policy"]
     assert "default-src 'none'; script-src 'self';" in policy
-    assert "connect-src 'self';" in policy
+    assert "connect-src 'self' blob:;" in policy
     assert "base-uri 'none'" in policy
     assert "frame-ancestors 'self'" in policy
     assert "unsafe-eval" not in policy

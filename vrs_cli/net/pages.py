@@ -39,9 +39,9 @@ ASK_FIRST = "no-cache"  # the browser keeps it, and asks each time whether it is
 
 # CodeMirror puts <style> elements into the page, so styles may be inline; scripts never are
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self' {styles}; connect-src 'self'; img-src 'self' data: blob:; "
-    "font-src 'self' data:; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'self'"
+    "default-src 'none'; script-src 'self'; style-src 'self' {styles}; connect-src 'self' blob:; "
+    "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; manifest-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
 )
 SECURITY: tuple[tuple[str, str], ...] = (
     ("Referrer-Policy", "no-referrer"),

@@ -97,26 +97,29 @@ export class PartsView {
     if (!on) this.labels.remove("part ");
   }
 
-  show({ t, q, frames, T_world_robot }: InWorld): void {
+  show({ t, frames, T_world_robot }: InWorld): void {
+    if (!this.root.visible) return;
     const { world } = this;
-    const now = `${t} ${q} ${T_world_robot} ${world.version} ${this.named}`;
-    if (now === this.drawn || !this.root.visible) return;
-    this.drawn = now;
     const T_world_flange = multiply(T_world_robot, frames[frames.length - 1] ?? identity());
-    for (const name of this.parts) {
+    const poses = this.parts.map((name) => world.pose(name, t, T_world_flange));
+    const lit = this.sensors.map((_, k) => world.sees(k, t));
+    const touching = world.touching(t, LASTING).flat();
+    const now = `${poses} ${lit} ${touching} ${this.named}`;
+    if (now === this.drawn) return;
+    this.drawn = now;
+    this.parts.forEach((name, i) => {
       const { mesh } = this.bodies.get(name)!;
-      const T = world.pose(name, t, T_world_flange);
+      const T = poses[i];
       mesh.visible = !!T;
       if (T) setPose(mesh, T);
       if (T && this.named) this.labels.set(`part ${name}`, "part", name, [T[3], T[7], T[11]]);
       else this.labels.remove(`part ${name}`, true);
-    }
-    this.sensors.forEach(({ material }, k) => {
-      const on = world.sees(k, t);
-      material.color.copy(on ? LIT : DARK);
-      material.opacity = on ? 0.75 : 0.25;
     });
-    this.paint(new Set(world.touching(t, LASTING).flat()));
+    this.sensors.forEach(({ material }, k) => {
+      material.color.copy(lit[k] ? LIT : DARK);
+      material.opacity = lit[k] ? 0.75 : 0.25;
+    });
+    this.paint(new Set(touching));
     this.stage.change(true);
   }
 
