@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests.net.serving import serving
-from vrs_cli.net.messages import Clock, Done, Get, Hello, Names, Put, Refused, Told, Welcome
+from vrs_cli.net.messages import Clock, Done, Get, Hello, Names, Put, Refused, Screen, Told, Welcome
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.net.told_replies import MOST_ROWS, is_long, joined, may_hold, parts_of, prefixes_of, without
 from vrs_cli.render.colours import Ink
@@ -66,6 +66,17 @@ def test_a_client_that_draws_no_replies_hears_their_lines(tmp_path: Path) -> Non
             assert one.lines == tuple(styled_lines(one.reply, 60))
             assert {style for line in one.lines for _, style in line} <= {ink.value for ink in Ink}
         assert not any(one.lines for one in plain.heard if isinstance(one, Told))
+
+
+def test_lines_of_replies_follow_the_screen_of_a_client(tmp_path: Path) -> None:
+    with serving(tmp_path, styled=styled_lines) as server, server.call(hello=Hello((1,), rendered=40)) as drawn:
+        drawn.line("WHERE")
+        drawn.protocol.send(Screen(100))
+        drawn.line("WHERE")
+        narrow, wide = [one for one in drawn.heard if isinstance(one, Told)]
+        assert narrow.lines == tuple(styled_lines(narrow.reply, 40))
+        assert wide.lines == tuple(styled_lines(wide.reply, 100))
+        assert len(wide.lines) < len(narrow.lines)
 
 
 def test_lines_of_a_reply_hold_no_escape_sequences() -> None:

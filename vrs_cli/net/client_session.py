@@ -231,6 +231,8 @@ class ClientSession(UserSession):
             case messages.Who(id):
                 driver = self._robot.driving.lease.holder
                 self.say(messages.Present(id, self._robot.robots(self.grant), tuple(self._users), driver))
+            case messages.Screen(columns):
+                self._columns = columns
             case messages.Ping(sent):
                 now = self._wall()
                 self.say(messages.Pong(sent, now, now, self.now))

@@ -102,6 +102,14 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     resume: Resume | None = None
 
 
+class Screen(ClientMessage, frozen=True):
+    """The screen of the client has so many columns now: later replies are drawn for them, as `rendered` in `hello`
+    says it for the first ones.
+    """
+
+    columns: Columns
+
+
 class Ping(ClientMessage, frozen=True):
     """Measure the delay. `sent`: the time by the client's clock [s]. `pong` answers."""
 
@@ -248,6 +256,7 @@ OF_CLASS = AskHelp | HandIn | TEACHING
 
 FromClient = (
     Hello
+    | Screen
     | Ping
     | Bye
     | Line

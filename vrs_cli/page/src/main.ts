@@ -26,6 +26,7 @@ function openRobot(): void {
   const connection = new Connection(addressOf(name), token, "browser", {
     follow: { deltas: true, world: true, window: WINDOW }, columns: () => columnsOf(slot("output")),
   });
+  new ResizeObserver(() => connection.resized()).observe(slot("output"));
   let model = "";
   connection.on("welcome", (welcome) => {
     void exchangeToken(name, token);

@@ -86,6 +86,7 @@ export class Connection {
   private left = false;
   private heardAt: number;
   private readonly timers = new Set<number>();
+  private columns = 0; // for which replies are drawn
   private socket!: Socket;
   private readonly wall: () => number;
 
@@ -215,7 +216,7 @@ export class Connection {
     const resume = this.welcome && { connection: this.welcome.connection, seq: this.seq, ...(unanswered.length ? { unanswered } : {}) };
     return {
       type: "hello", versions: [1], name: this.name,
-      ...(this.options.hello ?? { full: true, attended: true, rendered: this.options.columns?.() ?? 100 }),
+      ...(this.options.hello ?? { full: true, attended: true, rendered: (this.columns = this.options.columns?.() ?? 100) }),
       ...(this.token ? { token: this.token } : {}), ...(resume ? { resume } : {}),
     };
   }
@@ -227,6 +228,12 @@ export class Connection {
     if (this.left || this.options.connect) return; // a test opens the next socket itself
     const wait = Math.random() * Math.min(LATEST, SOONEST * 2 ** this.attempt++);
     this.later(wait, () => this.open());
+  }
+
+  /** Has replies drawn for as many columns as there are now. */
+  resized(): void {
+    const columns = this.options.columns?.() ?? this.columns;
+    if (columns !== this.columns && this.send({ type: "screen", columns })) this.columns = columns;
   }
 
   /** Connects again now. */
