@@ -111,3 +111,13 @@ test("the notes say what is on its way, what will be refused and what was wrong"
   connection.tell("preview", { number: 7, since_heard: true });
   expect(preview.doubt(10)).toBe("unconfirmed from 10.000 s on: DRAG");
 });
+
+test("a command that is refused stays marked when it is expected no more", () => {
+  const [connection, , preview] = looking();
+  const late = { id: 3, text: "DRIVE 1, 30 AT 9", issued: 9.5, refused: "it is too late" };
+  connection.tell("preview", { number: 7, expected: [{ id: 2, text: "WHERE", issued: 9 }, late] });
+  connection.tell("preview", { number: 8, expected: [late] });
+  connection.tell("preview", { number: 9 });
+  expect(preview.expected).toEqual([]);
+  expect(preview.late).toEqual([late]);
+});

@@ -19,6 +19,7 @@ export type Span = [begin: number, end: number];
 
 /** [s] for which a note about a span stays after its end. */
 const FRESH = 3;
+const MAX_LATE = 20; // commands that are remembered
 
 /**
  * What is expected of a robot that is served. Of one behind a line with delays `vrs view` computes it, and tells it by
@@ -28,6 +29,8 @@ const FRESH = 3;
 export class Preview {
   expected: Expected[] = [];
   flagged: Span[] = [];
+  /** Commands that the robot will not do, or has not done: the last ones. */
+  readonly late: Expected[] = [];
   /** D_f + D_b, in seconds of the robot. */
   roundTrip = 0;
   ahead: Ahead = "present";
@@ -53,6 +56,8 @@ export class Preview {
       if (deltas.every((delta) => predicted.apply(delta, predicted.number + 1))) this.own = predicted;
     }
     this.expected = message.expected ?? [];
+    for (const one of this.expected) if (one.refused !== undefined && !this.late.some(({ id }) => id === one.id)) this.late.push(one);
+    this.late.splice(0, this.late.length - MAX_LATE);
     this.flagged = message.flagged ?? [];
     this.roundTrip = message.round_trip ?? 0;
     this.ahead = message.ahead ?? "present";

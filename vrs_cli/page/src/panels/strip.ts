@@ -1,5 +1,6 @@
 import type { App, Part, Shown } from "../app";
 import type { Message } from "../core/connection";
+import type { Preview } from "../core/preview";
 import type { Timeline } from "../core/timeline";
 import { PHASES, type Span, commandsIn, doingAt, roundStep, shares, spanOf } from "../core/spans";
 import { h } from "../dom";
@@ -20,12 +21,12 @@ export interface Doubts {
 }
 
 function doubtsOf(shown: Shown): Doubts {
-  const { preview } = shown.source as { preview?: { unconfirmed(now: number): number; flagged: [number, number][]; expected: Message[] } };
+  const { preview } = shown.source as { preview?: Preview };
   const untrue: Message[] = shown.surveyed?.untrue ?? [];
   return {
     unconfirmed: preview?.unconfirmed(shown.now) ?? Infinity,
     flagged: preview?.flagged ?? [],
-    late: (preview?.expected ?? []).filter((one) => one.refused !== undefined).map((one) => ({ t: one.issued, text: `${one.text}: ${one.refused}` })),
+    late: (preview?.late ?? []).map((one) => ({ t: one.issued, text: `${one.text}: ${one.refused}` })),
     untrue: untrue.map((one) => ({ t: one.time, text: untrueText(one) })),
   };
 }
@@ -118,7 +119,7 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
     span = spanOf(app.playback, zoom.seconds, t);
     doubts = doubtsOf(now);
     const unconfirmed = Number.isFinite(doubts.unconfirmed) ? Math.round(place(doubts.unconfirmed)) : "";
-    const key = [timeline.number, timeline.version, timeline.first, timeline.segments.length, span.low, span.high, width, unconfirmed, doubts.flagged.length, doubts.late.length, doubts.untrue.map((one) => one.t)].join();
+    const key = [timeline.number, timeline.version, timeline.first, timeline.segments.length, span.low, span.high, width, unconfirmed, doubts.flagged.flat(), [...doubts.late, ...doubts.untrue].map((one) => one.t)].join();
     if (key !== drawn && performance.now() >= drawnAt + REDRAW) {
       drawn = key;
       drawnAt = performance.now();
