@@ -211,6 +211,14 @@ class WordAsName(ProgramError, code=59, text="Word as a name"):
     """A warning: a variable whose name a reader could take for a function or an instruction, or the reverse."""
 
 
+class HiddenStatement(ProgramError, code=62, text="Statement in a comment"):
+    """A warning: what stands after a semicolon looks like a second statement of the line, and is a comment."""
+
+
+class AngleUnit(ProgramError, code=63, text="Angle in degrees"):
+    """A warning: an angle that looks like one in radians."""
+
+
 class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
     """A warning: nothing leads to a step."""
 

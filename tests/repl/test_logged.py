@@ -12,6 +12,7 @@ from tests.repl.afar import local_front_end
 from vrs_cli.repl.terminal import PlainTerminal
 
 LINES = (".PROGRAM p", 'TYPE "<hallo>", /S', "TYPE $CHR(27)", ".END", "EXECUTE", "MOVE nowhere", "HISTORY 2")
+HINT = "HERE nowhere or SET nowhere = TRANS(x, y, z) defines it"
 
 
 def logged(path: Path, *lines: str) -> str:
@@ -37,7 +38,7 @@ def test_a_transcript_as_text(tmp_path: Path) -> None:
         "<hallo>^[",
         "Program completed",
         ".MOVE nowhere",
-        "*Undefined value* nowhere",
+        f"*Undefined value* nowhere ({HINT})",
         ".HISTORY 2",
         "    6  EXECUTE",
         "    7  MOVE nowhere",
@@ -49,7 +50,7 @@ def test_a_transcript_as_a_page(tmp_path: Path) -> None:
     page = logged(tmp_path / "s.html")
     assert page.endswith("</pre></body></html>\n")
     assert "&lt;hallo&gt;" in page
-    assert '<span style="color:#eb0000;">*Undefined value* nowhere</span>' in page
+    assert f'<span style="color:#eb0000;">*Undefined value* nowhere ({HINT})</span>' in page
 
 
 def test_a_transcript_as_a_cast(tmp_path: Path) -> None:
@@ -58,7 +59,7 @@ def test_a_transcript_as_a_cast(tmp_path: Path) -> None:
     times = [time for time, _, _ in events]
     assert times == sorted(times)
     assert {kind for _, kind, _ in events} == {"o"}
-    assert any(text == "\x1b[38;2;235;0;0m*Undefined value* nowhere\x1b[0m\r\n" for _, _, text in events)
+    assert any(text == f"\x1b[38;2;235;0;0m*Undefined value* nowhere ({HINT})\x1b[0m\r\n" for _, _, text in events)
 
 
 @pytest.mark.parametrize(

@@ -129,4 +129,4 @@ def test_signs_of_other_languages_lead_to_ours(sign: str, hint: str) -> None:
         lexer(f"IF x {sign} 3 THEN").step()
     found = caught.value.diagnostic
     assert (found.detail, found.hint) == (f"{sign} is no sign of VAL-II", hint)
-    assert (found.span.column, found.span.end) == (6, 8)
+    assert (found.span.column, found.span.end) == (6, 6 + len(sign))

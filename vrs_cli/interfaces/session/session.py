@@ -36,7 +36,7 @@ from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.station.operands import own, path_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
-from vrs_cli.language.analysis.analyzer import check_line
+from vrs_cli.language.analysis.analyzer import check_line, hidden_statement
 from vrs_cli.language.analysis.lineage import line_beyond
 from vrs_cli.language.text.ast import (
     DoInstruction,
@@ -190,7 +190,11 @@ class Session(Station):
         statement = parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ProgramHeader):
             return _Reading(line, statement, ())
-        return _Reading(line, statement, check_line(statement, self.environment.kinds))
+        found = check_line(statement, self.environment.kinds)
+        if ";" in line:
+            comment = line[statement.span.end - 1 :].partition(";")[2]
+            found = (*found, *hidden_statement(statement, comment, len(line) + 1))
+        return _Reading(line, statement, found)
 
     def carry_out(self, statement: Statement) -> Dialogue[None]:
         """Do a monitor command by its handler, everything else as DO."""

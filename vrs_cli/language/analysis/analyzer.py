@@ -10,8 +10,10 @@ instruction is. A function that needs arguments is not: `dx` and `DX(part)` are 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import cached_property, partial
 from typing import Any
 
@@ -19,6 +21,7 @@ from vrs_cli.engine.parameters import SETTINGS, idle_of, row_of
 from vrs_cli.errors import (
     ArgumentMismatch,
     CannotInterpret,
+    HiddenStatement,
     IllegalAssignment,
     InvalidName,
     NotAvailable,
@@ -30,7 +33,7 @@ from vrs_cli.errors import (
     UsageError,
     WordAsName,
 )
-from vrs_cli.language.analysis.expressions import SHAPES, Expressions, miscounted
+from vrs_cli.language.analysis.expressions import SHAPES, Expressions, miscounted, numbers_meant
 from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
@@ -47,11 +50,12 @@ from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, variables_given_by
+from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
-from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
+from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, giving, kinds_of_name
 from vrs_cli.language.words.word import Argument, Route, Shape, State, Word, argument_at
-from vrs_cli.values.diagnostics import Diagnostic, Span, did_you_mean, ordered, warning
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, ordered, warning
 from vrs_cli.values.numbers import count
 
 FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
@@ -245,6 +249,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     for index, step in enumerate(program.steps):
         if step.statement is not None:
             steps.statement(index + 1, step.statement)
+            steps.diagnostics += hidden_statement(step.statement, step.comment, step.span.end)
     steps.finish(program, surroundings)
     found = (*structure.diagnostics, *steps.diagnostics, *beyond(program))
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
@@ -268,6 +273,24 @@ def check_line(
     else:
         steps.command(line)
     return tuple(steps.diagnostics)
+
+
+_ASSIGNMENT = re.compile(r"[ \t]*[#$]?[A-Za-z][\w.]*[ \t]*(?:\[[^\]]*\][ \t]*)?=[ \t]*[^=\s]")
+
+
+def hidden_statement(statement: Statement, comment: str | None, end: int) -> Iterator[Diagnostic]:
+    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`: the second one is a comment, which ends at column `end`."""
+    if isinstance(statement, ast.DoInstruction):
+        statement = statement.statement or statement
+    word = statement.word if isinstance(statement, ast.Instruction) else ""
+    if not comment or not isinstance(statement, ast.Assignment | ast.Instruction):
+        return
+    if comment.strip().upper().startswith(f"{word} ") if word else _ASSIGNMENT.match(comment):
+        with suppress(LineRefused):
+            hidden = parse_step(comment.strip()).statement
+            if isinstance(hidden, type(statement)):
+                span = Span(statement.span.line, end - len(comment) - 1, end)
+                yield warning(HiddenStatement, span, f"{comment.strip()} is a comment", "a line holds one statement")
 
 
 class _Steps(Expressions):
@@ -355,9 +378,11 @@ class _Steps(Expressions):
         ]
         own = Candidates({*self.given, *self.parameters})
         for number, variable in enumerate(nowhere):
-            detail = f"{variable.sigil}{variable.name} is given a value nowhere"
+            name = variable.sigil + variable.name
+            detail = f"{name} is given a value nowhere"
             hint = around.name_meant(variable, own) if number < MOST_HINTS else ""
-            self.warn(UndefinedValue, variable.span, detail, hint)
+            decided = self._decided(variable)
+            self.warn(UndefinedValue, variable.span, detail, hint or giving(name, decided and decided.kind))
         self.diagnostics += confusions(program, self, around)
 
     # --- statements ---
@@ -376,7 +401,11 @@ class _Steps(Expressions):
             self.given.add(target.key)
             return
         wanted = STRING if target.sigil else REAL
-        self.value(value, wanted)
+        if not target.sigil and self.kind_of(value) is Kind.STRING:
+            self.fault(TypeMismatch, target.span, f"{name} holds a number, no string", f"${name} = ... holds a string")
+            self.value(value, STRING)
+        else:
+            self.value(value, wanted)
         self.define(target, wanted)
 
     def _reals(self, *expressions: Expression | None) -> None:
@@ -394,8 +423,8 @@ class _Steps(Expressions):
         asked = statement.arguments[0] if statement.arguments else None
         number = None if asked is None else ast.channel(asked)
         if asked is not None and number is not None:
-            clear, hint = f"SIG({number})", "DELAY n lets n seconds pass"
-            self.warn(OldMeaning, asked.span, f"it is taken as WAIT {clear}", hint, clear)
+            hint = "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"
+            self.warn(OldMeaning, asked.span, f"it waits for the signal: WAIT SIG({number})", hint)
 
     def _set(self, statement: ast.Instruction) -> None:
         """A precision point takes joints, any other name a transformation."""
@@ -431,10 +460,13 @@ class _Steps(Expressions):
                 self._wait(statement)
             elif row.name == "SET":
                 self._set(statement)
+            elif row.name == "RETURN" and statement.arguments:
+                detail, hint = "it leaves out steps after the CALL", "a program gives values back by its parameters"
+                self.warn(OldMeaning, statement.span, detail, hint)
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Report a missing argument, and one too many."""
-        hint = f"the form is {row.form}"
+        hint = numbers_meant(row, statement.arguments) or f"the form is {row.form}"
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
         for span, detail in miscounted(row.name, statement.arguments, row, end, end):
             self.fault(CannotInterpret, span, detail, hint)

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from vrs_cli.errors import (
     AmbiguousGrouping,
+    AngleUnit,
     CannotInterpret,
     IllegalArrayIndex,
     IllegalAssignment,
@@ -212,6 +213,11 @@ class Expressions(NameFindings):
         end = Span(call.span.line, call.span.end - 1, call.span.end)
         for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
             self.fault(IllegalExpression, span, detail, f"the form is {function.form}")
+        if call.name in ("SIN", "COS", "TAN"):
+            for angle in call.arguments:
+                if angle is not None and turns_of_pi(angle) > 0:
+                    hint = "half a turn is 180; x * 180 / PI converts radians"
+                    self.warn(AngleUnit, angle.span, f"{call.name} takes degrees", hint)
         for place, expression in enumerate(call.arguments):
             if expression is not None and function.arguments:
                 shape = function.arguments[min(place, len(function.arguments) - 1)].shape
@@ -243,6 +249,35 @@ def miscounted(
         extra = given[len(row.arguments)]
         found.append((whole if extra is None else extra.span, f"{name}: too many arguments"))
     return found
+
+
+def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
+    """Say what MOVE 100, 200, 300 and DELAY 0,5 were meant as, as a hint; "" for what is usual."""
+    numbers = [one for one in given if isinstance(one, ast.Number)]
+    if len(numbers) != len(given) or len(given) <= len(row.arguments) or not row.arguments:
+        return ""
+    texts, shape = [number.text for number in numbers], row.arguments[0].shape
+    if len(numbers) >= 3 and shape in (Shape.PLACE, Shape.LOCATION):
+        return f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT(...)"
+    if len(numbers) == 2 and shape is Shape.REAL and numbers[1].span.column == numbers[0].span.end + 1:
+        return f"a decimal number has a point: {'.'.join(texts)}"
+    return ""
+
+
+def turns_of_pi(expression: Expression) -> int:
+    """The power of PI in an angle: 1 for PI / 2, which is in radians; 0 for x * 180 / PI, which converts them."""
+    match expression:
+        case ast.Call(name="PI"):
+            return 1
+        case ast.Unary(operand=operand):
+            return turns_of_pi(operand)
+        case ast.Binary(operator="*", left=left, right=right):
+            return turns_of_pi(left) + turns_of_pi(right)
+        case ast.Binary(operator="/", left=left, right=right):
+            return turns_of_pi(left) - turns_of_pi(right)
+        case ast.Binary(operator="+" | "-", left=left, right=right):
+            return max(turns_of_pi(left), turns_of_pi(right))
+    return 0
 
 
 _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {

@@ -296,8 +296,11 @@ class Memory(Variables):
         """The program of that name, or the one whose name is cut short. Raises UndefinedName."""
         key = key_of(typed)
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
-        if key in self.programs or not begun:
-            return self.program(typed)
+        if not begun:
+            names = {other: stored.name for other, stored in self.programs.items()}
+            raise UndefinedName(f"program {typed}", closest(key, names) or f"LOAD {typed} reads it from {typed}.v2")
+        if key in self.programs:
+            return self.programs[key]
         if len(begun) > 1:
             raise UndefinedName(f"program {typed}", f"{', '.join(stored.name for stored in begun)} begin so")
         return begun[0]

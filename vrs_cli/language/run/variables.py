@@ -18,6 +18,7 @@ from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Entry, Number
 from vrs_cli.language.words.values import (
     Kind,
+    giving,
     key_of,
     kind_of_name,
     kind_of_value,
@@ -80,7 +81,8 @@ class Cells(dict[str | Index, Value]):
         if others is not None and key in others:
             self.deny(key)
         simple = self if self.array is None and isinstance(key, str) else ()
-        raise UndefinedValue(self.name(key), closest(str(key), {str(name): self.name(name) for name in simple}))
+        near = closest(str(key), {str(name): self.name(name) for name in simple})
+        raise UndefinedValue(self.name(key), near or giving(self.name(key), self.kind))
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
         """Give many variables their values."""

@@ -22,7 +22,7 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.language.words.foreign import FOREIGN_COMMENT, FOREIGN_SIGNS, OWN_COMMENT, way
+from vrs_cli.language.words.foreign import FOREIGN_COMMENT, FOREIGN_SIGNS, OWN_COMMENT, POWER, QUOTES, way
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
     INSTRUCTIONS,
@@ -83,14 +83,15 @@ _QUALIFIER = r"[ \t]*(/[A-Za-z])\b"
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 SORT = rf"(?i)[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])"
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
-_COLON_EQUAL = r"[ \t]*(?:\[.*\][ \t]*)?(:=)"
+_FOREIGN_ASSIGNMENT = r"[ \t]*(?:\[.*\][ \t]*)?(:=|[-+*/]=(?!=)|(?:\+\+|--)(?=[ \t]*(?:;|$)))"
 _VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # what begins an expression, where no word stands
 _OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign after a name that begins no argument
-_NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
+_NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)^%]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
 _ELEMENT = r"\(.*\)[ \t]*=(?!=)"
 _RAW = r'"[^"]*"|[^\s;,="]+'
 _RELATION = r"[=<>]{1,2}"
+_LIST = r"[ \t]+(\[[^\]]*\])[ \t]*(?:;|$)"
 _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])"
 
 
@@ -124,6 +125,7 @@ class Lexer:
         self._ends = _ENDS
         self._row: Word | None = None
         self._val_if = False  # IF a EQ b THEN label
+        self._has_foreign_sign = "=" in text or "++" in text or "--" in text
         self._defined: Container[str] = ()  # the keys of what is defined, at the prompt
 
     @property
@@ -186,7 +188,7 @@ class Lexer:
             label = _LABEL.match(self._text, self._at)
             return self._follows(_NO_ARGUMENT if label else _VALUE, label.end() if label else self._at)
         name, at = word[0].upper(), word.end()
-        if self._follows(_COLON_EQUAL, at):
+        if self._has_foreign_sign and self._follows(_FOREIGN_ASSIGNMENT, at):
             return False
         if name[0] in "#$" or name in _PREFIXES:
             return True
@@ -207,22 +209,32 @@ class Lexer:
         kind: type[VrsError] = UsageError if at_prompt else CannotInterpret
         hint = "LISTR 5+3 shows a value, HELP the commands" if at_prompt else ""
         word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
-        colon_equal = re.compile(_COLON_EQUAL).match(self._text, word.end()) if ":=" in self._text else None
-        if colon_equal:
-            raise self._refusal(
-                CannotInterpret,
-                *colon_equal.span(1),
-                ":= is no sign of VAL-II",
-                f"{word[0]} = 5 assigns, {word[0]} == 5 compares",
-            )
+        foreign = re.compile(_FOREIGN_ASSIGNMENT).match(self._text, word.end()) if self._has_foreign_sign else None
+        if foreign is not None:
+            sign, target = foreign[1], self._text[word.start() : foreign.start(1)].rstrip()
+            hint = f"{target} = 5 assigns, {target} == 5 compares"
+            if sign != ":=":
+                hint = f"write {target} = {target} {sign[0]} {'1' if sign in ('++', '--') else '...'}"
+            raise self._refusal(CannotInterpret, *foreign.span(1), f"{sign} is no sign of VAL-II", hint)
         if _ASSIGNS.match(self._text, word.end()):
             if word[0].upper() in OPERATOR_WORDS:  # AND = 5: what follows would be read as its operand
                 raise self._refusal(InvalidName, *word.span(), *why_reserved(word[0].upper()))
+            self._refuse_list(word)
             self._rest()
         elif word[0][0] in "#$%":
             raise self._refusal(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
         else:
             self._operation(self._row_of(word, at_prompt), word, at_prompt)
+
+    def _refuse_list(self, word: re.Match[str]) -> None:
+        """Refuse MOVE [100, 200, 300], which would be read as an element of an array."""
+        row = INSTRUCTIONS.get(word[0].upper())
+        given = re.compile(_LIST).match(self._text, word.end())
+        if row is None or given is None or word[0].lower()[:NAME_LENGTH] in self._defined:
+            return
+        moves = any(argument.shape is Shape.PLACE for argument in row.arguments)
+        hint = f"write {row.name} TRANS({given[1][1:-1]})" if moves else f"the form is {row.form}"
+        raise self._refusal(CannotInterpret, *given.span(1), f"{given[1]} is no value", hint)
 
     def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
         self._skip_blanks()
@@ -258,6 +270,8 @@ class Lexer:
             return "a monitor command, typed at the prompt"
         if rest.startswith("=="):
             return "= assigns; == compares, in IF, WHILE and the like"
+        if rest.startswith("^"):
+            return POWER
         if re.match(_ELEMENT, rest):
             return f"an element of an array is {word}[index]"
         known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
@@ -393,7 +407,8 @@ class Lexer:
                 self._sign(text, start, end)
             case "NUMBER":
                 if (glued := self._glued(end)) > end:
-                    raise self._refusal(InvalidNumber, start, glued, self._text[start:glued])
+                    hint = POWER if "^" in self._text[start:glued] else QUOTES if text[0] == "'" else ""
+                    raise self._refusal(InvalidNumber, start, glued, self._text[start:glued], hint)
                 self._add(kind, text, start, end)
             case "STRING":
                 self._add(kind, text[1:-1], start, end)
@@ -501,11 +516,18 @@ class Lexer:
         if character == '"':
             return self._refusal(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
         if character in "^'" and glued > at:
-            return self._refusal(InvalidNumber, at, glued, self._text[at:glued], "write ^HFF, ^B101, ^17 or 'A")
+            hint = "write ^HFF, ^B101, ^17 or 'A"
+            if character == "^" and self._operand:
+                hint = POWER
+            elif glued > at + 2 and character == "'":
+                hint = QUOTES
+            return self._refusal(InvalidNumber, at, glued, self._text[at:glued], hint)
+        sign = next((sign for sign in FOREIGN_SIGNS if self._text.startswith(sign, at)), "")
+        if sign and (sign != "%" or self._operand):  # %name is a name of other systems
+            hint = FOREIGN_SIGNS[sign]
+            return self._refusal(CannotInterpret, at, at + len(sign), f"{sign} is no sign of VAL-II", hint)
         if character in "_#$%" or character.isalpha():
             end = max(glued, at + 1)
             return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
-        if (sign := self._text[at : at + 2]) in FOREIGN_SIGNS:
-            return self._refusal(CannotInterpret, at, at + 2, f"{sign} is no sign of VAL-II", FOREIGN_SIGNS[sign])
         shown = character if character.isprintable() else f"character {ord(character)}"
         return self._refusal(CannotInterpret, at, at + 1, f"{shown} has no meaning here")

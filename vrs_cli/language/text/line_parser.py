@@ -27,7 +27,7 @@ from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import MODIFIERS
+from vrs_cli.language.words.word import MODIFIERS, Shape
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
 
 GRAMMAR = "val2.lark"
@@ -235,7 +235,10 @@ class Complaint:
             return self._say(MissingParenthesis, f"{self._text} closes nothing")
         in_index = bool(opened) and opened[-1].type == "LSQB"
         if opened and self._type not in _VALUES and (self._type != "EQUAL" or in_index):
-            return self._say(MissingParenthesis, f"{opened[-1].text} is not closed", "", opened[-1])
+            row = self._head.row if self._head is not None else None
+            moves = row is not None and row.arguments and row.arguments[0].shape is Shape.PLACE
+            hint = "a place is TRANS(x, y, z) or a name" if moves and self._type == "COMMA" else ""
+            return self._say(MissingParenthesis, f"{opened[-1].text} is not closed", hint, opened[-1])
         return None
 
     def _equals(self) -> Diagnostic | None:

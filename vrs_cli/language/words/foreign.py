@@ -8,7 +8,13 @@ from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 
 # signs of C and its children, and what says it here
-FOREIGN_SIGNS = {"!=": "<> is unequal", "&&": "AND is both", "||": "OR is either"}
+FOREIGN_SIGNS = {
+    "!=": "<> is unequal",
+    "&&": "AND is both",
+    "||": "OR is either",
+    "%": "MOD gives the rest of a division: 7 MOD 3",
+}
+POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
 FOREIGN_COMMENT, OWN_COMMENT = r"//|#(?![A-Za-z])", "a comment begins with ;"
 
 # the word that does it here, and the words that do it elsewhere
@@ -42,13 +48,15 @@ _SAME = {
     "FDELETE": "RM UNLINK",
     "FCOPY": "CP",
     "FRENAME": "MV",
-    "ZERO": "NEW",
 }
 _WORDS: Mapping[str, str] = {foreign: ours for ours, theirs in _SAME.items() for foreign in theirs.split()}
 
 # what no word does here
 _ADVICE: Mapping[str, str] = {
     **dict.fromkeys(("CLEAR", "CLS"), "Ctrl-L clears the screen; ZERO deletes all programs and variables"),
+    "NEW": "EDIT name begins a program; ZERO deletes all programs and variables",
+    **dict.fromkeys(("RESTART", "RERUN", "AGAIN"), "EXECUTE runs the last program again, PROCEED goes on after a stop"),
+    **dict.fromkeys(("ROBOT", "ROBOTS"), "STATUS names the robot; vrs shell --robot NAME chooses another"),
     **dict.fromkeys(("DEF", "FUNCTION", "PROC", "SUB", "FUNC"), ".PROGRAM name begins a program, .END ends it"),
     **dict.fromkeys(("IMPORT", "INCLUDE", "USE"), "LOAD file reads programs from a file"),
     **dict.fromkeys(("LET", "VAR", "DIM", "INT", "FLOAT", "NUM", "DECL"), "x = 5 makes a variable"),

@@ -37,6 +37,13 @@ class Kind(Enum):
 SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
 
+def giving(name: str, kind: Kind | None) -> str:
+    """Say how a place is given a value, as a hint; "" for other kinds, and where the kind is not known."""
+    if kind is Kind.LOCATION:
+        return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
+    return f"HERE {name} defines it" if kind is Kind.PRECISION else ""
+
+
 def kind_of_name(name: str) -> Kind:
     """The kind that a name shows; REAL for a bare one, which can be a transformation too."""
     return SIGIL_KINDS.get(name[:1], Kind.REAL)

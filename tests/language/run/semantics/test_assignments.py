@@ -25,7 +25,7 @@ def test_a_compound_defines_its_last_name(line: str) -> None:
 
 
 def test_the_names_before_the_last_must_be_defined() -> None:
-    assert str(run_lines("HERE base1:part").error) == "*Undefined value* base1"
+    assert str(run_lines("HERE base1:part").error).startswith("*Undefined value* base1 (HERE base1 or ")
 
 
 def test_decompose_fills_six_elements() -> None:

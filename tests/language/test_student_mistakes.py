@@ -1,0 +1,54 @@
+"""What students write who know another language: each line is told about, and what would be right."""
+
+import pytest
+
+from vrs_cli.interfaces.inspection import inspect
+from vrs_cli.kinematics.robot_file import load_robot
+
+PUMA = load_robot("puma560")
+
+
+@pytest.mark.parametrize(
+    ("line", "told", "hint"),
+    [
+        ("x += 1", "+= is no sign of VAL-II", "write x = x + ..."),
+        ("a[2]++", "++ is no sign of VAL-II", "write a[2] = a[2] + 1"),
+        ("MOVE [100, 200, 300]", "[100, 200, 300] is no value", "write MOVE TRANS(100, 200, 300)"),
+        (
+            "MOVE 100,200,300",
+            "MOVE: too many arguments",
+            "a place is TRANS(100, 200, 300) or a name, joints are #PPOINT(...)",
+        ),
+        ("MOVE (100,200,300)", "( is not closed", "a place is TRANS(x, y, z) or a name"),
+        ("DELAY 0,5", "DELAY: too many arguments", "a decimal number has a point: 0.5"),
+        ("TYPE 7%3", "% is no sign of VAL-II", "MOD gives the rest of a division: 7 MOD 3"),
+        ("TYPE 2^3", "2^3", "** raises to a power: 2 ** 3"),
+        ("TYPE 'hello'", "'hello'", 'a text stands in double quotes: "hello"'),
+        ('name = "bob"', "name holds a number, no string", "$name = ... holds a string"),
+        ("TYPE SIN(PI/2)", "SIN takes degrees", "half a turn is 180; x * 180 / PI converts radians"),
+        ("TYPE COS(2*PI*0.25 + 1)", "COS takes degrees", "half a turn is 180; x * 180 / PI converts radians"),
+        ("x = 3; y = 4", "y = 4 is a comment", "a line holds one statement"),
+        ("OPENI 1; OPENI 2", "OPENI 2 is a comment", "a line holds one statement"),
+        ("RETURN 5", "it leaves out steps after the CALL", "a program gives values back by its parameters"),
+        ("MOVE part", "part is given a value nowhere", "HERE part or SET part = TRANS(x, y, z) defines it"),
+        ("MOVE #part", "#part is given a value nowhere", "HERE #part defines it"),
+        ("WAIT 3", "it waits for the signal: WAIT SIG(1003)", "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"),
+    ],
+)
+def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) -> None:
+    found = inspect(f".PROGRAM p\n{line}\n.END\n", PUMA)
+    assert (told, hint) in [(one.detail, one.hint) for one in found]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "TYPE SIN(x*180/PI), SIN(90), COS(1 / PI), TAN(-y)\nx = 1\ny = 1",
+        "x = 3 ; y is 4 later",
+        "x = 3 ; y == 4 holds",
+        "OPENI ; open the hand",
+        "a[1] = 1\na[2] = -1\nTYPE a[1], - -a[2]",
+    ],
+)
+def test_usual_lines_are_not(line: str) -> None:
+    assert [str(one) for one in inspect(f".PROGRAM p\nx = 0\ny = 0\n{line}\n.END\n", PUMA)] == []
