@@ -28,6 +28,16 @@ export interface Part {
   show(shown: Shown): void;
 }
 
+/** Something that can be shown or not. */
+export interface Switch {
+  readonly name: string;
+  readonly label: string;
+  /** One sentence that says what it is. */
+  readonly hint: string;
+  on: boolean;
+  set(on: boolean): void;
+}
+
 /** A page with one robot. */
 export class App {
   readonly parts: Part[] = [];

@@ -1,11 +1,8 @@
 type Props = Record<string, unknown>;
+type Child = Node | string;
 
 /** Makes an element with properties (`class`, `text`, `on...`, attributes) and children. Data goes in as text alone. */
-export function h<K extends keyof HTMLElementTagNameMap>(
-  tag: K,
-  props: Props = {},
-  ...children: (Node | string)[]
-): HTMLElementTagNameMap[K] {
+export function h<K extends keyof HTMLElementTagNameMap>(tag: K, props: Props = {}, ...children: Child[]): HTMLElementTagNameMap[K] {
   const element = document.createElement(tag);
   for (const [name, to] of Object.entries(props)) {
     if (name === "text") element.textContent = String(to);
@@ -16,4 +13,26 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   }
   element.append(...children);
   return element;
+}
+
+/** Makes a button that shows a text or an icon, and acts. `props`: as of `h`; the class is beside "button". */
+export function button(shown: Child, act: () => unknown, props: Props = {}): HTMLButtonElement {
+  return h("button", { type: "button", ...props, class: `button ${props.class ?? ""}`.trim(), onclick: () => void act() }, shown);
+}
+
+/** Makes a group of buttons with a label for screen readers. */
+export const group = (label: string, ...buttons: Child[]): HTMLElement => h("div", { class: "group", role: "group", "aria-label": label }, ...buttons);
+
+/** Makes buttons of which one is pressed: that of `chosen`. `names`: their texts. */
+export function choice<T extends string>(label: string, names: Record<T, string>, chosen: () => T, choose: (name: T) => void): HTMLElement {
+  const entries = Object.entries(names) as [T, string][];
+  const buttons = entries.map(([name, text]) => button(text, () => (choose(name), mark())));
+  const mark = (): void => buttons.forEach((one, i) => one.setAttribute("aria-pressed", String(entries[i][0] === chosen())));
+  mark();
+  return group(label, ...buttons);
+}
+
+/** Sets the text of an element; nothing happens where it has it. */
+export function put(element: Element, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
 }

@@ -1,7 +1,7 @@
 import "./style/style.css";
 import { App } from "./app";
 import { makeClass } from "./class";
-import { Connection, WINDOW } from "./core/connection";
+import { Connection } from "./core/connection";
 import { LiveSource } from "./core/source";
 import { addressOf, exchangeToken, takeToken } from "./core/token";
 import { h } from "./dom";
@@ -23,9 +23,7 @@ else openRobot();
 
 /** Shows a robot that is served. */
 function openRobot(): void {
-  const connection = new Connection(addressOf(name), token, "browser", {
-    follow: { deltas: true, world: true, window: WINDOW }, columns: () => columnsOf(slot("output")),
-  });
+  const connection = new Connection(addressOf(name), token, "browser", { columns: () => columnsOf(slot("output")) });
   new ResizeObserver(() => connection.resized()).observe(slot("output"));
   let model = "";
   connection.on("welcome", (welcome) => {

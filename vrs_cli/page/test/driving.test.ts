@@ -1,5 +1,6 @@
 import { expect, test, vi } from "vitest";
 import type { Connection, Message } from "../src/core/connection";
+import type { Model } from "../src/core/kinematics";
 import { merged, Survey } from "../src/core/survey";
 import { heldText } from "../src/panels/drag";
 import { scan } from "../src/panels/language";
@@ -17,12 +18,12 @@ test("words have the ink of their table, and a line is its runs", () => {
 });
 
 test("what holds the tool is said in the units of its joint", () => {
-  const joints = [{ a: 0, d: 0, alpha: 0, lower: -Math.PI, upper: 1 }, { a: 0, d: 0, alpha: 0, lower: 0, upper: 0.25, kind: "prismatic" }];
+  const model: Model = { name: "", title: "", poses: {}, joints: [{ a: 0, d: 0, alpha: 0, lower: -Math.PI, upper: 1 }, { a: 0, d: 0, alpha: 0, lower: 0, upper: 0.25, kind: "prismatic" }] };
   const held = (...holds: Message[]): Message => ({ away: 0.0123, holds });
-  expect(heldText(held({ limit: "joint", joint: 1, end: "lower" }), joints)).toBe("JT1 is at its lower limit, -180.0 deg (12 mm away)");
-  expect(heldText(held({ limit: "joint", joint: 2, end: "upper" }), joints)).toBe("JT2 is at its upper limit, 250.0 mm (12 mm away)");
-  expect(heldText(held({ limit: "reach", which: "far" }, { limit: "speed", joint: 2 }), joints)).toBe("out of reach: too far; JT2 is as fast as it may be (12 mm away)");
-  expect(heldText(undefined, joints)).toBe("");
+  expect(heldText(held({ limit: "joint", joint: 1, end: "lower" }), model)).toBe("JT1 is at its lower limit, -180.0 deg (12 mm away)");
+  expect(heldText(held({ limit: "joint", joint: 2, end: "upper" }), model)).toBe("JT2 is at its upper limit, 250.0 mm (12 mm away)");
+  expect(heldText(held({ limit: "reach", which: "far" }, { limit: "speed", joint: 2 }), model)).toBe("out of reach: too far; JT2 is as fast as it may be (12 mm away)");
+  expect(heldText(undefined, model)).toBe("");
 });
 
 test("lists that are left out stay as they are known, an empty mark is no program", () => {
@@ -38,7 +39,10 @@ test("a survey is asked at most five times a second, and again while a program r
   let task: Message | undefined;
   const connection = {
     state: "open",
-    on: (topic: string, hear: () => void) => ((heard[topic] = hear), () => {}),
+    on: (topics: string | string[], hear: () => void) => {
+      for (const topic of [topics].flat()) heard[topic] = hear;
+      return () => {};
+    },
     ask: async (_type: string, { act }: Message) => {
       asked.push(act);
       return { found: { kind: "Surveyed", marks: ["a", "b", act.program ? "c" : ""], tasks: task ? [task] : [], text: {} } };

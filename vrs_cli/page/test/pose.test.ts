@@ -1,7 +1,8 @@
 import { expect, test } from "vitest";
-import { fixed, inWorld, oat, speedsAt } from "../src/core/pose";
+import { fixed, oat, speedsAt } from "../src/core/pose";
 import type { Model } from "../src/core/kinematics";
 import { Timeline } from "../src/core/timeline";
+import { movedTo, multiply } from "../src/core/transform";
 
 /** Rotations by rows, and to_oat of vrs_cli/kinematics/transform.py for them [rad]. */
 const ANGLES: [number[], number[]][] = [
@@ -48,5 +49,5 @@ test("speeds of joints and tool, and the tool in the world", () => {
   expect(moving.tool).toBeCloseTo(2 * 0.75, 6);
   expect(speedsAt(ARM, timeline, 1.5)).toEqual({ joints: [0, 0], tool: 0 });
   expect(speedsAt(ARM, timeline, 9)).toEqual({ joints: [0, 0], tool: 0 });
-  expect(inWorld(timeline, 0.5, Float64Array.of(1, 0, 0, 0.75, 0, 1, 0, 0, 0, 0, 1, 0))[3]).toBeCloseTo(0.65, 12);
+  expect(multiply(timeline.base(0.5), movedTo([0.75, 0, 0]))[3]).toBeCloseTo(0.65, 12);
 });

@@ -20,8 +20,8 @@ class FakeConnection {
   constructor() {
     this.timeline.replace({ version: 3, segments: [{ ...rest(0, 5, 0), motion }] }, 7);
   }
-  on(topic: string, listener: (message: Message) => void): () => void {
-    this.heard.set(topic, [...(this.heard.get(topic) ?? []), listener]);
+  on(topics: string | string[], listener: (message: Message) => void): () => void {
+    for (const topic of [topics].flat()) this.heard.set(topic, [...(this.heard.get(topic) ?? []), listener]);
     return () => {};
   }
   tell(topic: string, message: Message = {}): void {

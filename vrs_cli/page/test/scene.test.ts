@@ -1,13 +1,13 @@
 import { expect, test } from "vitest";
 import { frames, type Model } from "../src/core/kinematics";
 import { Timeline, value, type SegmentRecord } from "../src/core/timeline";
+import type { Point } from "../src/core/transform";
 import { opened } from "../src/scene/figure";
-import { finishAfter, movesAt } from "../src/scene/ghosts";
 import { arrange } from "../src/scene/labels";
 import { gather } from "../src/scene/path";
 import { dashes } from "../src/scene/places";
 import { QUALITIES, QualityControl } from "../src/scene/quality";
-import { ERROR, Way, distanceFromLine, type Point } from "../src/scene/way";
+import { ERROR, Way, distanceFromLine } from "../src/scene/way";
 
 const model: Model = {
   name: "arm", title: "arm", poses: {},
@@ -153,6 +153,6 @@ test("a motion ends with its last segment", () => {
   const rest = (start: number, finish: number, phase: string, motion: number | { number: number; kind: string }) => ({ start, finish, phase, motion, joints: [[0]] });
   const timeline = new Timeline();
   timeline.replace({ version: 0, segments: [rest(0, 1, "rest", { number: 0, kind: "rest" }), rest(1, 2, "accelerate", { number: 1, kind: "joint" }), rest(2, 3, "decelerate", 1), rest(3, 4, "cruise", { number: 2, kind: "joint" })] });
-  expect(finishAfter(timeline, 1.5)).toBe(3);
-  expect([0.5, 1.5, 3.5, 4.5].map((t) => movesAt(timeline, t))).toEqual([false, true, true, false]);
+  expect(timeline.finishAfter(1.5)).toBe(3);
+  expect([0.5, 1.5, 3.5, 4.5].map((t) => timeline.moves(t))).toEqual([false, true, true, false]);
 });

@@ -1,4 +1,5 @@
 import { expect, test } from "vitest";
+import { Timeline } from "../src/core/timeline";
 import { World, type ContactSpan, type CourseRows } from "../src/core/world";
 import recorded from "./recorded_world.json";
 
@@ -13,7 +14,7 @@ const check = (world: World, { t, flange, parts, held, opening, signals }: Look)
     wanted?.forEach((x, i) => expect(found![i]).toBeCloseTo(x, 12));
   }
   expect(world.held(t)).toBe(held);
-  expect(world.fingers(t, undefined)).toBe(opening);
+  expect(world.opening(t)).toBe(opening);
   for (const [number, on] of Object.entries(signals)) expect(world.signal(Number(number), t)).toBe(on);
 };
 
@@ -48,6 +49,9 @@ test("sensors are on from one row to the next, and contacts are replaced in a st
 
 test("fingers move until they stop at the part that they take", () => {
   const world = World.of({ grips: [[0, null, 1], [2.5, "box", 0.5]] }, null, null);
-  const closes = { time: 2, channel: 0, value: 0, duration: 0.5 };
-  expect([1.9, 2, 2.25, 2.5, 9].map((t) => world.fingers(t, t < 2 ? undefined : closes))).toEqual([1, 1, 0.75, 0.5, 0.5]);
+  const timeline = new Timeline();
+  timeline.replace({ version: 0, segments: [], events: [{ time: 2, channel: 0, value: 0, duration: 0.5 }] });
+  expect([1.9, 2, 2.25, 2.5, 9].map((t) => timeline.hand(t, (at) => world.opening(at)))).toEqual([1, 1, 0.75, 0.5, 0.5]);
+  timeline.events.push({ time: 4, channel: 0, value: 1 });
+  expect([1.9, 2, 2.25, 2.5, 9].map((t) => timeline.hand(t))).toEqual([0, 0, 0, 0, 1]);
 });

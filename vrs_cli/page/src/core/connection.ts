@@ -14,10 +14,6 @@ export interface Welcome extends Message {
   life: string;
 }
 
-/** The names of what can be listened to: messages by their type, "state" of the connection, "change" of the timeline. */
-export type Topic =
-  | "state" | "welcome" | "change" | "clock" | "told" | "typed" | "asked" | "withdrawn"
-  | "activity" | "lease" | "status" | "pulled" | "preview" | "closing" | "course" | "contacts" | "announced" | "classstate" | "missed" | "lessontext" | (string & {});
 export type ConnectionState = "opening" | "open" | "cut" | "refused";
 
 /** What a connection needs of a WebSocket. */
@@ -39,9 +35,9 @@ export interface Options {
 const COMMANDS = new Set(["abort", "at", "drive", "line", "put", "askhelp", "handin", "watchclass", "announce", "freeze"]);
 const NUMBERED = new Set(["asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced", "lessontext"]);
 const OPEN = 1; // WebSocket.OPEN
-export const WINDOW = 600; // [s] of the timeline before the robot's clock that come at first
+const FOLLOWED = { deltas: true, world: true, window: 600 }; // subscribed to at first: `window` is so much of the past [s]
 const PING = 2; // [s] between two pings
-const FIRST_PINGS = [0, 0.1, 0.2, 0.4, 0.8]; // [s] after the welcome: the clock is to be right soon
+const FIRST_PINGS = [0, 0.1, 0.1, 0.2, 0.4]; // [s] between the first: the clock is to be right soon after the welcome
 const SILENT = 10; // [s] without any message, though pings are sent: the connection is dead
 const HELD_UP = 3; // [s] and a trip that a command may be on its way: a user who waits longer thinks of it no more
 const SOONEST = 0.3; // [s] until the first attempt to connect again; each later one waits up to twice as long
@@ -58,7 +54,6 @@ const TOO_MANY = refusal(`${MAX_WAITING} requests wait already`, "wait for some 
 interface Waiting {
   request: Message;
   done: (answer: Message) => void;
-  told: (message: Message) => void;
 }
 
 /** A client of one robot, by docs/protocol.md: it holds the timeline and the clock, over all sockets that it has one
@@ -81,7 +76,7 @@ export class Connection {
   private change: number | null = null;
   private ids = 0;
   private seq = 0;
-  private attempt = 0;
+  private attempts = 0; // to connect, since the last welcome
   private welcomed = false; // on this socket
   private left = false;
   private heardAt: number;
@@ -93,16 +88,17 @@ export class Connection {
   constructor(readonly url: string, private readonly token: string, private readonly name: string, private readonly options: Options = {}) {
     this.wall = options.wall ?? (() => performance.now() / 1000);
     this.heardAt = this.wall();
-    this.followed = options.follow === undefined ? { deltas: true, window: WINDOW, world: true } : options.follow;
+    this.followed = options.follow === undefined ? FOLLOWED : options.follow;
     this.open();
     if (typeof document !== "undefined" && !options.connect) this.watchPage();
   }
 
-  /** Calls `heard` with each message of a topic; returns what ends that. */
-  on(topic: Topic, heard: (message: Message) => void): () => void {
-    const set = this.listeners.get(topic) ?? new Set();
-    this.listeners.set(topic, set.add(heard));
-    return () => set.delete(heard);
+  /** Calls `heard` with each message of some topics: types of messages, "state" of the connection, "change" of the
+   * timeline. Returns what ends that. */
+  on(topics: string | string[], heard: (message: Message) => void): () => void {
+    const sets = [topics].flat().map((topic) => this.listeners.get(topic) ?? this.listeners.set(topic, new Set()).get(topic)!);
+    for (const set of sets) set.add(heard);
+    return () => sets.forEach((set) => set.delete(heard));
   }
 
   /** Sends a message that nothing answers; false where there is no connection: then it is not sent later either. */
@@ -110,21 +106,22 @@ export class Connection {
     if (this.state !== "open" || this.socket.readyState !== OPEN) return false;
     if (message.type === "answer") this.questions.delete(message.question); // where it is lost, it is asked again
     const hurries = message.type === "answer" || (COMMANDS.has(message.type) && message.type !== "abort");
-    const until = hurries && this.trip < Infinity ? { until: this.serverNow + this.trip + HELD_UP } : {};
+    const { trip } = this.serverClock;
+    const until = hurries && trip < Infinity ? { until: this.serverNow + trip + HELD_UP } : {};
     this.socket.send(JSON.stringify({ ...message, ...until }));
     return true;
   }
 
-  /** Sends a command or a request. What it returns is what ends it (done, refused, located, ...), a refusal at once
-   * where there is no connection; `told` hears what is said of it. */
-  ask(type: string, fields: Message = {}, told: (message: Message) => void = () => {}): Promise<Message> {
+  /** Sends a command or a request. Returns what ends it (done, refused, located, ...), a refusal at once where there is
+   * no connection. */
+  ask(type: string, fields: Message = {}): Promise<Message> {
     const id = ++this.ids;
     const request: Message = { type, id, ...fields };
     const refused = (why: Message): Promise<Message> => Promise.resolve({ type: "refused", id, refusal: why });
     if (this.waiting.size >= MAX_WAITING && type !== "abort") return refused(TOO_MANY);
     if (JSON.stringify(request).length > MAX_CHARS) return refused(TOO_LONG);
     if (!this.send(request)) return refused(OFFLINE);
-    return new Promise((done) => this.waiting.set(id, { request, done, told }));
+    return new Promise((done) => this.waiting.set(id, { request, done }));
   }
 
   /** Chooses what is heard from then on, in place of what was subscribed to before. It holds over cuts. */
@@ -162,25 +159,8 @@ export class Connection {
   get passes(): boolean {
     return !!this.clock.realtime && !this.clock.paused;
   }
-  /** Whether the robot's clock is paused. */
-  get paused(): boolean {
-    return !!this.clock.paused;
-  }
-  /** How many seconds of the robot pass in one. */
-  get rate(): number {
-    return this.clock.rate ?? 1;
-  }
-  /** The server's clock, now [s]. */
-  get serverNow(): number {
+  private get serverNow(): number {
     return this.serverClock.there(this.wall());
-  }
-  /** The shortest trip of a message there and back, lately [s]; infinite before the first. */
-  get trip(): number {
-    return this.serverClock.trip;
-  }
-  /** For how long nothing was heard of the server [s]. */
-  get silence(): number {
-    return this.wall() - this.heardAt;
   }
 
   /** Leaves for good: the server forgets this client at once. */
@@ -196,7 +176,7 @@ export class Connection {
   private open(): void {
     this.stopTimers();
     this.welcomed = false;
-    const socket = (this.socket = this.options.connect ? this.options.connect(this.url) : new WebSocket(this.url));
+    const socket = (this.socket = this.options.connect?.(this.url) ?? new WebSocket(this.url));
     socket.onopen = () => {
       this.heardAt = this.wall();
       socket.send(JSON.stringify(this.hello()));
@@ -226,7 +206,7 @@ export class Connection {
     if (this.state === "refused") return;
     this.become("cut");
     if (this.left || this.options.connect) return; // a test opens the next socket itself
-    const wait = Math.random() * Math.min(LATEST, SOONEST * 2 ** this.attempt++);
+    const wait = Math.random() * Math.min(LATEST, SOONEST * 2 ** this.attempts++);
     this.later(wait, () => this.open());
   }
 
@@ -249,7 +229,7 @@ export class Connection {
   private watchPage(): void {
     const wake = (): void => {
       if (this.left || this.state === "refused" || document.hidden) return;
-      if (this.state !== "open") return this.attempt > 0 ? this.reopen() : undefined;
+      if (this.state !== "open") return this.attempts > 0 ? this.reopen() : undefined;
       this.ping();
       const since = this.wall();
       setTimeout(() => this.state === "open" && this.heardAt < since && this.reopen(), 3000);
@@ -281,12 +261,12 @@ export class Connection {
     this.send({ type: "ping", sent: this.wall() });
   }
 
-  /** Pings from now on, and connects again where nothing comes back. */
-  private pulse(): void {
-    this.later(PING, () => {
-      if (this.silence > SILENT && !document.hidden) return this.reopen();
+  /** Pings after some waits [s], and from then on; connects again where nothing comes back. */
+  private pulse(wait = PING, ...waits: number[]): void {
+    this.later(wait, () => {
+      if (this.wall() - this.heardAt > SILENT && !document.hidden) return this.reopen();
       this.ping();
-      this.pulse();
+      this.pulse(...waits);
     });
   }
 
@@ -302,7 +282,12 @@ export class Connection {
   }
 
   private receive(message: Message): void {
-    if (message.type === "closing") return this.closed(message);
+    if (message.type === "closing") {
+      this.why = message.refusal?.message ?? message.why ?? "";
+      this.tell("closing", message);
+      if (!this.welcomed && message.refusal) this.become("refused"); // it would be refused again
+      return;
+    }
     if (!this.welcomed) return message.type === "welcome" ? this.begin(message as Welcome) : undefined;
     if (typeof message.seq === "number" && (NUMBERED.has(message.type) || message.seq > 0)) {
       if (message.seq <= this.seq) return;
@@ -328,27 +313,19 @@ export class Connection {
       case "asked":
         if (this.questions.has(message.number)) return;
         this.questions.set(message.number, message);
-        break;
+        return this.tell("asked", message);
       case "withdrawn":
         this.questions.delete(message.number);
-        break;
     }
-    if (message.type === "asked") this.waiting.get(message.id)?.told(message);
-    else if (message.id !== undefined) this.end(message.id, message);
+    if (message.id !== undefined) this.end(message.id, message);
     this.tell(message.type, message);
-  }
-
-  private closed(message: Message): void {
-    this.why = message.refusal?.message ?? message.why ?? "";
-    this.tell("closing", message);
-    if (!this.welcomed && message.refusal) this.become("refused"); // it would be refused again
   }
 
   private begin(welcome: Welcome): void {
     const before = this.welcome;
     this.welcome = welcome;
     this.welcomed = true;
-    this.attempt = 0;
+    this.attempts = 0;
     this.why = "";
     this.clock = welcome.clock;
     this.serverClock.guess(this.wall(), welcome.clock?.wall ?? 0);
@@ -362,21 +339,14 @@ export class Connection {
     }
     if (before && before.life !== welcome.life) this.change = null;
     this.become("open");
-    this.settle(welcome.fates ?? []);
+    for (const { id, outcome } of welcome.fates ?? []) {
+      const why = { unseen: UNSEEN, forgotten: UNKNOWN }[outcome as string];
+      if (why) this.end(id, { type: "done", id, ok: false, refusal: why });
+    }
     this.tell("welcome", welcome);
     for (const { request } of [...this.waiting.values()]) if (!COMMANDS.has(request.type) && request.type !== "subscribe") this.send(request);
     this.subscribeAgain();
-    if (this.options.connect) return;
-    for (const wait of FIRST_PINGS) this.later(wait, () => this.ping());
-    this.pulse();
-  }
-
-  /** Ends the commands that never came to the robot, and those of which nobody knows. */
-  private settle(fates: { id: number; outcome: string }[]): void {
-    for (const { id, outcome } of fates) {
-      const why = ({ unseen: UNSEEN, forgotten: UNKNOWN } as Record<string, Message>)[outcome];
-      if (why) this.end(id, { type: "done", id, ok: false, refusal: why });
-    }
+    if (!this.options.connect) this.pulse(...FIRST_PINGS);
   }
 
   private subscribeAgain(): void {
@@ -384,7 +354,7 @@ export class Connection {
     const id = this.followed.id ?? ++this.ids;
     this.followed = { ...this.followed, id };
     const request = { type: "subscribe", ...this.followed, ...(this.change !== null ? { after: this.change } : {}) };
-    if (!this.waiting.has(id)) this.waiting.set(id, { request, done: () => {}, told: () => {} });
+    if (!this.waiting.has(id)) this.waiting.set(id, { request, done: () => {} });
     this.send(request);
   }
 
@@ -425,7 +395,6 @@ export class Connection {
       }
       if (parts.some((part) => part.lines)) message.lines = parts.flatMap((part) => part.lines ?? []);
     }
-    if (message.id !== undefined) this.waiting.get(message.id)?.told(message);
     this.tell("told", message);
   }
 

@@ -47,7 +47,7 @@ export class LiveSource implements Source {
   constructor(private readonly connection: Connection) {
     this.preview = new Preview(connection);
     connection.on("welcome", () => this.world.clear());
-    for (const topic of ["course", "contacts"] as const) connection.on(topic, (message) => this.world.hear(message));
+    connection.on(["course", "contacts"], (message) => this.world.hear(message));
   }
   get cell(): Cell | null {
     return this.connection.welcome!.cell ?? null;
@@ -73,8 +73,7 @@ export class LiveSource implements Source {
     void this.connection.recall(before - RECALLED).finally(() => (this.recalling = false));
   }
   onChange(changed: () => void): () => void {
-    const ends = (["change", "clock", "welcome", "state", "preview", "course", "contacts"] as const).map((topic) => this.connection.on(topic, changed));
-    return () => ends.forEach((end) => end());
+    return this.connection.on(["change", "clock", "welcome", "state", "preview", "course", "contacts"], changed);
   }
 }
 

@@ -1,5 +1,5 @@
 import type { Playback } from "./playback";
-import type { Timeline } from "./timeline";
+import { type Timeline, countUntil } from "./timeline";
 
 const STEPS = [1, 2, 5, 10];
 
@@ -13,18 +13,10 @@ export const PHASES = ["rest", "cruise", "accelerate", "decelerate", "blend"] as
 /** [s] of the timeline that are shown, one after the other. */
 export const ZOOMS = [Infinity, 60, 20, 5];
 
-/** Returns the first of the segments that ends after t. */
-export function segmentAt(timeline: Timeline, t: number): number {
-  let [low, high] = [0, timeline.segments.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (timeline.segments[middle].finish > t) high = middle;
-    else low = middle + 1;
-  }
-  return low;
-}
+/** Returns the index of the first segment that ends after t. */
+const segmentAt = ({ segments }: Timeline, t: number): number => countUntil(segments, t, ({ finish }) => finish);
 
-/** A step of 1, 2 or 5 times a power of ten, so that a length has at most so many. */
+/** Returns a step of 1, 2 or 5 times a power of ten, so that a length has at most so many. */
 export function roundStep(length: number, most: number): number {
   const power = 10 ** Math.floor(Math.log10(length / most));
   return power * STEPS.find((step) => step * power * most >= length * (1 - 1e-9))!;
@@ -69,17 +61,15 @@ export function commandsIn(timeline: Timeline, span: Span): { t: number; text: s
   return found;
 }
 
-/** What the robot does at t: the text of the command, and its phase. */
+/** Returns what the robot does at t: the text of the command, and its phase. */
 export function doingAt(timeline: Timeline, t: number): { text: string; phase: string } {
-  const [segment] = timeline.locate(t);
-  if (t < segment.start || t >= segment.finish || segment.phase === "rest") return { text: "at rest", phase: "rest" };
-  return { text: segment.motion.text || segment.motion.kind, phase: segment.phase };
+  const [{ motion, phase }] = timeline.locate(t);
+  return timeline.moves(t) ? { text: motion.text || motion.kind, phase } : { text: "at rest", phase: "rest" };
 }
 
 /** Returns when the next command after t begins (`sign` 1), or the one before t (-1) [s]; the end, or the begin, if there is none. */
 export function commandFrom(timeline: Timeline, t: number, sign: 1 | -1): number {
-  const { segments } = timeline;
-  const begins = segments.filter((segment, i) => i > 0 && segment.motion.number !== segments[i - 1].motion.number).map((segment) => segment.start);
+  const begins = timeline.begins().slice(1);
   if (sign > 0) return begins.find((begin) => begin > t + 1e-9) ?? timeline.end;
   return begins.reverse().find((begin) => begin < t - 1e-9) ?? timeline.begin;
 }

@@ -4,7 +4,6 @@ const PERIOD = 0.2; // [s] between two surveys at least
 const PATIENCE = 5; // [s] until a survey without an answer is asked for again
 const STEPS_BEFORE = 20; // steps that are shown before the present one
 const MAX_STEPS = 100; // of one survey, as the server has it
-const HAPPENED = ["told", "status", "activity", "lease", "welcome", "change"] as const;
 
 /** Asks what the robot has beside its timeline (places, programs, steps, branches, tasks, signals, speeds), once for all parts. */
 export class Survey {
@@ -18,12 +17,11 @@ export class Survey {
 
   /** `surveyed` is called with each answer. */
   constructor(private readonly connection: Connection, private readonly surveyed: (found: Message) => void) {
-    for (const topic of HAPPENED) connection.on(topic, () => this.happened());
     connection.on("welcome", () => {
       this.pending = false;
       this.askedAt = -Infinity;
-      this.happened();
     });
+    connection.on(["told", "status", "activity", "lease", "welcome", "change"], () => this.happened());
     this.happened();
   }
 

@@ -1,16 +1,13 @@
-import { type Transform, transformOf } from "./transform";
+import { type Transform, identity, inverse, transformOf } from "./transform";
 
 /** Coefficients of a polynomial, lowest power first. */
 export type Polynomial = number[];
 
-/** A straight line: T_robot_tool by time, and the joints at some times, which tell the branch and the turns. */
+/** A straight line: T_robot_tool by time, and the joints at some times, which tell the configuration and the turns. */
 export interface Line {
   position: [Polynomial, Polynomial, Polynomial];
   orientation: number[][];
   turns: { axis: number[]; angle: Polynomial }[];
-  arm?: string | null;
-  elbow?: string | null;
-  wrist?: string | null;
   seeds: number[][];
   seed_interval: number;
   guides?: { weights: number[]; value: Polynomial }[];
@@ -19,8 +16,6 @@ export interface Motion {
   number: number;
   text?: string;
   kind: string;
-  hand?: number;
-  start?: string;
   frames?: { base?: number[][]; tool?: number[][] };
 }
 export interface SegmentRecord {
@@ -36,8 +31,6 @@ export interface EventRecord {
   time: number;
   channel: number;
   value: number;
-  number?: number;
-  tied?: boolean;
   duration?: number;
   observed?: boolean;
 }
@@ -49,9 +42,6 @@ export interface DeltaRecord {
   drop: number;
   segments: SegmentRecord[];
   shift?: number;
-  cause?: string;
-  issued?: number;
-  executed?: number;
   events?: { keep: number; drop?: number; shift?: number; events?: EventRecord[] };
 }
 export interface SnapshotRecord {
@@ -68,8 +58,24 @@ export interface Segment extends Omit<SegmentRecord, "motion"> {
   motion: Motion;
 }
 
-/** The channel of the hand: 1 open, 0 closed. */
-export const HAND = 0;
+const HAND = 0; // the channel of the hand: 1 open, 0 closed
+
+/** Returns how many rows have a time of at most t. They are in the order of their times. */
+export function countUntil<R>(rows: R[], t: number, time: (row: R) => number): number {
+  let [low, high] = [0, rows.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (time(rows[middle]) <= t) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Returns T_flange_tool of a motion; undefined for the flange itself. */
+export const toolOf = ({ frames }: Motion): Transform | undefined => frames?.tool && transformOf(frames.tool);
+
+/** Returns T_world_robot of a motion, as BASE has set it. */
+export const baseOf = ({ frames }: Motion): Transform => (frames?.base ? inverse(transformOf(frames.base)) : identity());
 
 /** Evaluates a polynomial by Horner's scheme, in the order of vrs itself: equal to the bit. */
 export function value(a: Polynomial, s: number): number {
@@ -162,55 +168,53 @@ export class Timeline {
 
   /** Returns the index of the last segment that has begun at t, 0 before all. */
   index(t: number): number {
-    let low = 0;
-    let high = this.segments.length - 1;
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (this.segments[middle].start <= t) low = middle;
-      else high = middle - 1;
-    }
-    return low;
+    return Math.max(countUntil(this.segments, t, ({ start }) => start) - 1, 0);
   }
 
-  /** Returns the last event of the hand until t. */
-  handEvent(t: number): EventRecord | undefined {
-    return [...this.values, ...this.events].filter((event) => event.channel === 0 && !event.observed && event.time <= t).pop();
+  /** Returns the last event of a channel until t that was not only observed. */
+  lastEvent(channel: number, t: number): EventRecord | undefined {
+    return [...this.values, ...this.events].filter((event) => event.channel === channel && !event.observed && event.time <= t).pop();
   }
 
-  /** Returns how far the hand is open at t, where nothing is between its fingers: 1 open, 0 closed. */
-  hand(t: number): number {
-    const last = this.handEvent(t);
-    const share = last?.duration ? Math.min((t - last.time) / last.duration, 1) : 1;
-    if (!last || share >= 1) return last?.value ?? 0;
-    const before = this.handEvent(last.time - 1e-9)?.value ?? 0;
-    return before + share * (last.value - before);
+  /** Returns how far the hand is open at t: 1 open, 0 closed. `stopped`: the same where a part between the fingers is
+   * known to stop them, or not, and they do not move. */
+  hand(t: number, stopped: (t: number) => number | undefined = () => undefined): number {
+    const last = this.lastEvent(HAND, t);
+    const share = last?.duration ? (t - last.time) / last.duration : 1;
+    if (!last || share >= 1) return stopped(t) ?? last?.value ?? 0;
+    const early = last.time - 1e-9;
+    const before = stopped(early) ?? this.lastEvent(HAND, early)?.value ?? 0;
+    return before + share * ((stopped(last.time + last.duration!) ?? last.value) - before);
   }
 
-  /** Returns the tool in force at t: T_flange_tool, undefined for the flange itself. */
+  /** Returns T_flange_tool at t, undefined for the flange itself. */
   tool(t: number): Transform | undefined {
-    const rows = this.locate(t)[0].motion.frames?.tool;
-    return rows && transformOf(rows);
+    return toolOf(this.locate(t)[0].motion);
   }
 
-  /** Returns what a channel is at t: the value of its last event, 0 if there is none. */
-  valueAt(channel: number, t: number): number {
-    for (let i = this.events.length - 1; i >= 0; i--) {
-      const event = this.events[i];
-      if (event.channel === channel && event.time <= t && !event.observed) return event.value;
-    }
-    return this.values.find((event) => event.channel === channel)?.value ?? 0;
+  /** Returns T_world_robot at t. */
+  base(t: number): Transform {
+    return baseOf(this.locate(t)[0].motion);
   }
 
   /** Returns whether the robot moves at t. */
   moves(t: number): boolean {
-    const [segment, s] = this.locate(t);
-    return segment.phase !== "rest" && t >= segment.start && s < segment.finish - segment.start;
+    const [{ phase, start, finish }] = this.locate(t);
+    return phase !== "rest" && t >= start && t < finish;
   }
 
   /** Returns when the commands began that are known, in order. */
   begins(): number[] {
     const { segments } = this;
     return segments.filter((s, i) => i === 0 || segments[i - 1].motion.number !== s.motion.number).map((s) => s.start);
+  }
+
+  /** Returns when the motion under way at t ends, or when the last one has ended. */
+  finishAfter(t: number): number {
+    const { segments } = this;
+    let last = this.index(t);
+    while (segments[last + 1]?.motion.number === segments[last].motion.number) last++;
+    return segments[last].finish;
   }
 
   private motion(number: number, tail: Segment[]): Motion {

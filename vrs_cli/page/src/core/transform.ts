@@ -1,10 +1,20 @@
 /** The twelve numbers of the rows [n s a p] of a homogeneous transformation; metres. */
 export type Transform = Float64Array;
+export type Point = [number, number, number];
 
 export const identity = (): Transform => Float64Array.of(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0);
 
 /** Reads rows, or twelve numbers in a row. */
 export const transformOf = (rows: number[][] | number[]): Transform => Float64Array.from((rows as number[][]).flat());
+
+/** Returns a transformation that moves by x, y, z [m] and does not turn. */
+export const movedTo = ([x, y, z]: ArrayLike<number> & Iterable<number>): Transform => Float64Array.of(1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z);
+
+/** Returns column c of the rotation: 0 n, 1 s, 2 a; or 3, the place of the origin [m]. */
+export const column = (T: ArrayLike<number>, c: number): Point => [T[c], T[4 + c], T[8 + c]];
+
+/** Returns where the origin is [m]. */
+export const originOf = (T: ArrayLike<number>): Point => column(T, 3);
 
 /** Multiplies A B. */
 export function multiply(A: Transform, B: Transform): Transform {
@@ -35,6 +45,6 @@ export function inverse(T: Transform): Transform {
 }
 
 /** Returns where T takes a point [m]. */
-export const movePoint = (T: Transform, [x, y, z]: Iterable<number>): [number, number, number] => [
+export const movePoint = (T: Transform, [x, y, z]: Iterable<number>): Point => [
   T[0] * x + T[1] * y + T[2] * z + T[3], T[4] * x + T[5] * y + T[6] * z + T[7], T[8] * x + T[9] * y + T[10] * z + T[11],
 ];

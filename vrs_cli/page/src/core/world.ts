@@ -1,5 +1,5 @@
 import type { Message } from "./connection";
-import type { EventRecord } from "./timeline";
+import { countUntil } from "./timeline";
 import { multiply, type Transform } from "./transform";
 
 const GRAVITY = 9.81; // [m/s2]
@@ -10,6 +10,8 @@ type Row = [number, ...unknown[]];
 type PartRow = [number, "rests" | "held" | "falls" | "absent", number[], string[]];
 /** The part in the hand, and how far the fingers are open. */
 type GripRow = [number, string | null, number];
+/** An input or a sensor is on or off. */
+type SwitchRow = [number, boolean];
 /** Two bodies touch from one time to another [s]; null: for ever. */
 export type ContactSpan = [number, number | null, string, string];
 
@@ -17,22 +19,13 @@ export type ContactSpan = [number, number | null, string, string];
 export interface CourseRows {
   parts?: Record<string, PartRow[]>;
   grips?: GripRow[];
-  signals?: Record<string, [number, boolean][]>;
-  sensors?: Record<string, [number, boolean][]>;
+  signals?: Record<string, SwitchRow[]>;
+  sensors?: Record<string, SwitchRow[]>;
   notes?: [number, string, string][];
 }
 
 /** Returns the last row that begins at t or before. */
-function rowAt<R extends Row>(rows: R[] | undefined, t: number): R | undefined {
-  let low = 0;
-  let high = rows?.length ?? 0;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (rows![middle][0] <= t) low = middle + 1;
-    else high = middle;
-  }
-  return rows?.[low - 1];
-}
+const rowAt = <R extends Row>(rows: R[], t: number): R | undefined => rows[countUntil(rows, t, ([time]) => time) - 1];
 
 /** What is around the robot at any time, as the server tells it: parts, the hand, signals, sensors, contacts. */
 export class World {
@@ -83,38 +76,38 @@ export class World {
 
   /** Returns T_world_part at t, null for a part that is not there. `T_world_flange`: where the arm is then. */
   pose(name: string, t: number, T_world_flange: Transform): Transform | null {
-    const row = rowAt(this.tracks.get(`part ${name}`) as PartRow[] | undefined, t);
-    if (!row || row[1] === "absent") return null;
-    const T = Float64Array.from(row[2]);
-    if (row[1] === "held") return multiply(T_world_flange, T);
-    if (row[1] === "falls") T[11] -= 0.5 * GRAVITY * (t - row[0]) ** 2;
+    const [begin, does, numbers] = this.row<PartRow>(`part ${name}`, t) ?? [0, "absent", []];
+    if (does === "absent") return null;
+    const T = Float64Array.from(numbers);
+    if (does === "held") return multiply(T_world_flange, T);
+    if (does === "falls") T[11] -= 0.5 * GRAVITY * (t - begin) ** 2;
     return T;
   }
 
   /** Returns the bodies that a part stands on at t. */
   supports(name: string, t: number): string[] {
-    const row = rowAt(this.tracks.get(`part ${name}`) as PartRow[] | undefined, t);
+    const row = this.row<PartRow>(`part ${name}`, t);
     return row?.[1] === "rests" ? row[3] : [];
   }
 
   /** Returns the part in the hand at t. */
   held(t: number): string | null {
-    return this.grip(t)?.[1] ?? null;
+    return this.row<GripRow>("grips ", t)?.[1] ?? null;
   }
 
-  /** Whether something is in the region of a sensor, by its number in the scene. */
+  /** Returns how far the fingers are open at t where they rest: 1 open, 0 closed. They stop at a part that they take. */
+  opening(t: number): number | undefined {
+    return this.row<GripRow>("grips ", t)?.[2];
+  }
+
+  /** Returns whether something is in the region of a sensor, by its number in the scene. */
   sees(sensor: number, t: number): boolean {
-    return this.isOn(`sensor ${sensor}`, t);
+    return this.row<SwitchRow>(`sensor ${sensor}`, t)?.[1] ?? false;
   }
 
-  /** Whether an input that the world drives is on. */
+  /** Returns whether an input that the world drives is on. */
   signal(number: number, t: number): boolean {
-    return this.isOn(`signal ${number}`, t);
-  }
-
-  /** Returns what there is to tell of a stretch of time: what fell, what the hand missed. */
-  notes(begin: number, end: number): string[] {
-    return (this.tracks.get("notes ") ?? []).filter(([t]) => t > begin && t <= end).map((row) => row[2] as string);
+    return this.row<SwitchRow>(`signal ${number}`, t)?.[1] ?? false;
   }
 
   /** Returns the pairs of bodies that touch within half of `lasting` [s] of t. */
@@ -123,19 +116,7 @@ export class World {
     return this.touches.filter(([begin, end]) => begin <= t + half && (end ?? Infinity) >= t - half).map(([, , a, b]) => [a, b]);
   }
 
-  /** Returns how far the fingers are open at t, 1 open, 0 closed. `last`: the last event of the hand until then. They stop at a part that they take. */
-  fingers(t: number, last: EventRecord | undefined): number {
-    const share = last?.duration ? (t - last.time) / last.duration : 1;
-    if (!last || share >= 1) return this.grip(t)?.[2] ?? 0;
-    const before = this.grip(last.time - 1e-9)?.[2] ?? 0;
-    return before + share * ((this.grip(last.time + last.duration!)?.[2] ?? last.value) - before);
-  }
-
-  private grip(t: number): GripRow | undefined {
-    return rowAt(this.tracks.get("grips ") as GripRow[] | undefined, t);
-  }
-
-  private isOn(key: string, t: number): boolean {
-    return rowAt(this.tracks.get(key) as [number, boolean][] | undefined, t)?.[1] ?? false;
+  private row<R extends Row>(key: string, t: number): R | undefined {
+    return rowAt((this.tracks.get(key) ?? []) as R[], t);
   }
 }

@@ -1,7 +1,7 @@
 import type { App, Shown } from "../app";
-import type { Timeline } from "../core/timeline";
-import { PHASES, ZOOMS, commandFrom, doingAt } from "../core/spans";
-import { h } from "../dom";
+import { Change } from "../core/change";
+import { ZOOMS, commandFrom, doingAt } from "../core/spans";
+import { button, h, put } from "../dom";
 import { type Icon, icon } from "../style/icons";
 import { fold } from "../style/menu";
 
@@ -22,90 +22,81 @@ const NARROW = matchMedia("(max-width: 899px), (max-height: 499px)");
 export function makeBar(app: App, slot: HTMLElement, zoom: { seconds: number }): Action[] {
   const { playback } = app;
   const runs = (): boolean => playback.playing || playback.following;
-  const pauseAt = (t: number): void => {
+  const pauseAtCommand = (sign: 1 | -1): void => {
+    const t = commandFrom(app.source.timeline, playback.time, sign);
     playback.pause();
     playback.seek(t);
   };
-  const setRate = (rate: number | undefined): void => {
-    if (rate !== undefined) playback.setRate(rate);
+  const setRate = (rate = playback.rate): void => {
+    playback.setRate(rate);
     app.wake();
   };
-  const timeline = (): Timeline => app.source.timeline;
-  const live = app.connection !== null;
-  const start: Action = { label: "To the start", key: "Home", icon: "start", run: () => playback.seek(playback.begin) };
-  const before: Action = { label: "Command before", key: "B", icon: "before", run: () => pauseAt(commandFrom(timeline(), playback.time, -1)) };
-  const play: Action = { label: "Play or pause", key: "Space", icon: "play", run: () => (runs() ? playback.pause() : playback.play()) };
-  const after: Action = { label: "Next command", key: "N", icon: "after", run: () => pauseAt(commandFrom(timeline(), playback.time, 1)) };
-  const end: Action = { label: "To the end", key: "End", icon: "end", run: () => playback.seek(playback.end) };
-  const follow: Action = { label: "Live: follow the robot", key: "F", on: () => playback.following, run: () => playback.follow() };
-  const slower: Action = { label: "Slower", key: "Z", icon: "slower", run: () => setRate([...RATES].reverse().find((rate) => rate < playback.rate)) };
-  const faster: Action = { label: "Faster", key: "X", icon: "faster", run: () => setRate(RATES.find((rate) => rate > playback.rate)) };
-  const loop: Action = {
-    label: "Loop: over and over", key: "L", icon: "loop", on: () => playback.loop,
-    run: () => {
-      playback.loop = !playback.loop;
-      if (playback.loop && playback.following) playback.seek(playback.time);
-      app.wake();
+  const actions: Record<string, Action> = {
+    play: { label: "Play or pause", key: "Space", icon: "play", run: () => (runs() ? playback.pause() : playback.play()) },
+    start: { label: "To the start", key: "Home", icon: "start", run: () => playback.seek(playback.begin) },
+    end: { label: "To the end", key: "End", icon: "end", run: () => playback.seek(playback.end) },
+    before: { label: "Command before", key: "B", icon: "before", run: () => pauseAtCommand(-1) },
+    after: { label: "Next command", key: "N", icon: "after", run: () => pauseAtCommand(1) },
+    back: { label: `${SKIP} s back`, key: "PageUp", run: () => playback.seek(playback.time - SKIP) },
+    on: { label: `${SKIP} s on`, key: "PageDown", run: () => playback.seek(playback.time + SKIP) },
+    follow: { label: "Live: follow the robot", key: "F", on: () => playback.following, run: () => playback.follow() },
+    slower: { label: "Slower", key: "Z", icon: "slower", run: () => setRate(RATES.findLast((rate) => rate < playback.rate)) },
+    faster: { label: "Faster", key: "X", icon: "faster", run: () => setRate(RATES.find((rate) => rate > playback.rate)) },
+    loop: {
+      label: "Loop: over and over", key: "L", icon: "loop", on: () => playback.loop,
+      run: () => {
+        playback.loop = !playback.loop;
+        if (playback.loop && playback.following) playback.seek(playback.time);
+        app.wake();
+      },
+    },
+    zoom: {
+      label: "Zoom: all, 60 s, 20 s, 5 s", key: "V", icon: "zoom",
+      run: () => {
+        zoom.seconds = ZOOMS[(ZOOMS.indexOf(zoom.seconds) + 1) % ZOOMS.length];
+        app.wake();
+      },
     },
   };
-  const zooming: Action = {
-    label: "Zoom: all, 60 s, 20 s, 5 s", key: "V", icon: "zoom",
-    run: () => {
-      zoom.seconds = ZOOMS[(ZOOMS.indexOf(zoom.seconds) + 1) % ZOOMS.length];
-      app.wake();
-    },
-  };
-  const back: Action = { label: `${SKIP} s back`, key: "PageUp", run: () => playback.seek(playback.time - SKIP) };
-  const on: Action = { label: `${SKIP} s on`, key: "PageDown", run: () => playback.seek(playback.time + SKIP) };
+  if (!app.connection) delete actions.follow;
 
-  const buttons = new Map<Action, HTMLButtonElement>();
-  const button = (action: Action, ...children: (Node | string)[]): HTMLButtonElement => {
-    const inner = children.length ? children : [icon(action.icon!)];
-    const made = h("button", {
-      type: "button", class: children.length ? "button" : "button icon", "aria-label": action.label, title: `${action.label} (${action.key})`, onclick: action.run,
-      ...(action.on ? { "aria-pressed": "false" } : {}),
-    }, ...inner);
-    buttons.set(action, made);
-    return made;
+  const buttons: Record<string, HTMLButtonElement> = {};
+  const make = (name: string, ...texts: (Node | string)[]): HTMLButtonElement => {
+    const { label, key, run, icon: drawn, on } = actions[name];
+    const made = button(drawn ? icon(drawn) : "", run, { class: texts.length ? "" : "icon", "aria-label": label, title: `${label} (${key})` });
+    if (on) made.setAttribute("aria-pressed", "false");
+    made.append(...texts);
+    return (buttons[name] = made);
   };
-  const [rate, zoomed] = [h("span", { class: "number" }), h("span", { class: "number" })];
-  const reset = h("button", { type: "button", class: "button rate", title: "At its own rate", onclick: () => setRate(1) }, rate);
-  const [clock, of, doing] = [h("b", { class: "number" }), h("span", { class: "number muted" }), h("span", { class: "doing" })];
-  const swatch = (phase: string): HTMLElement => h("li", {}, h("span", { class: `swatch ${phase}` }), phase);
+  const [rate, zoomed, lamp] = [h("span", { class: "number" }), h("span", { class: "number" }), h("span", { class: "lamp" })];
+  const [clock, end, doing] = [h("b", { class: "number" }), h("span", { class: "number muted" }), h("span", { class: "doing" })];
   const secondary = h("div", { class: "secondary", "aria-label": "Speed and zoom" },
-    h("span", { class: "group" }, button(slower), reset, button(faster)),
-    button(loop), button(zooming, icon("zoom"), zoomed));
-  const lamp = h("span", { class: "lamp" });
+    h("span", { class: "group" }, make("slower"), button(rate, () => setRate(1), { class: "rate", title: "At its own rate" }), make("faster")),
+    make("loop"), make("zoom", zoomed));
   slot.append(h("div", { class: "bar" },
-    h("span", { class: "group" }, button(start), button(before), button(play), button(after), button(end)),
-    ...(live ? [button(follow, lamp, "Live")] : []),
-    h("div", { class: "clock" }, h("div", { class: "when" }, clock, " ", of), doing),
-    h("ul", { class: "legend", "aria-label": "Colours of the phases" }, ...["accelerate", "cruise", "blend", "decelerate", "rest"].filter((phase) => (PHASES as readonly string[]).includes(phase)).map(swatch)),
+    h("span", { class: "group" }, ...["start", "before", "play", "after", "end"].map((name) => make(name))),
+    actions.follow ? make("follow", lamp, "Live") : "",
+    h("div", { class: "clock" }, h("div", { class: "when" }, clock, " ", end), doing),
+    h("ul", { class: "legend", "aria-label": "Colours of the phases" },
+      ...["accelerate", "cruise", "blend", "decelerate", "rest"].map((phase) => h("li", {}, h("span", { class: `swatch ${phase}` }), phase))),
     ...fold(secondary, "more", "Speed and zoom", NARROW)));
 
-  const put = (element: HTMLElement, text: string): void => {
-    if (element.textContent !== text) element.textContent = text;
-  };
-  let state = "";
+  const state = new Change();
   app.add({
-    show({ t, timeline: shown }: Shown) {
+    show({ t, timeline }: Shown) {
       put(clock, `${t.toFixed(2)} s`);
-      put(of, `/ ${playback.end.toFixed(2)} s`);
-      const what = doingAt(shown, t).text;
-      put(doing, what);
-      doing.title = what;
+      put(end, `/ ${playback.end.toFixed(2)} s`);
+      put(doing, (doing.title = doingAt(timeline, t).text));
       put(rate, `${playback.rate} ×`);
       put(zoomed, zoom.seconds === Infinity ? "all" : `${zoom.seconds} s`);
-      const now = [runs(), playback.following, playback.loop].join();
-      if (now === state) return;
-      state = now;
-      const playing = buttons.get(play)!;
-      playing.replaceChildren(icon(runs() ? "pause" : "play"));
-      playing.setAttribute("aria-label", runs() ? "Pause" : "Play");
-      playing.title = `${runs() ? "Pause" : "Play"} (Space)`;
+      if (!state.to([runs(), playback.following, playback.loop])) return;
+      const name = runs() ? "Pause" : "Play";
+      buttons.play.replaceChildren(icon(runs() ? "pause" : "play"));
+      buttons.play.setAttribute("aria-label", name);
+      buttons.play.title = `${name} (Space)`;
       lamp.classList.toggle("good", playback.following);
-      for (const [action, one] of buttons) if (action.on) one.setAttribute("aria-pressed", String(action.on()));
+      for (const [of, one] of Object.entries(buttons)) if (actions[of].on) one.setAttribute("aria-pressed", String(actions[of].on()));
     },
   });
-  return [play, start, end, before, after, back, on, ...(live ? [follow] : []), slower, faster, loop, zooming];
+  return Object.values(actions);
 }

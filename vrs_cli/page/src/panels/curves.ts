@@ -1,8 +1,9 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import type { App, Shown } from "../app";
-import { g, type Model } from "../core/kinematics";
-import { fixed, jointUnits, speedsAt } from "../core/pose";
+import type { App, Shown, Switch } from "../app";
+import { Change } from "../core/change";
+import { g, jointUnits, type Model } from "../core/kinematics";
+import { fixed, speedsAt } from "../core/pose";
 import { type Span, spanOf } from "../core/spans";
 import type { Timeline } from "../core/timeline";
 import { h } from "../dom";
@@ -13,16 +14,12 @@ const PERIOD = 400; // [ms] between two drawings at least
 const READ_PERIOD = 100; // [ms] between two readings of the values
 const COLOURS = 7;
 
-/** A plot: its name, its curves, and their values at t; `band`: the limits that are drawn. */
-export interface Plot {
+/** A plot: its name, its curves, and their values at t. `range`: of the values, with a line at each limit. */
+interface Kind {
   name: string;
   label: string;
   hint: string;
   unit: string;
-  on: boolean;
-  set(on: boolean): void;
-}
-interface Kind extends Omit<Plot, "on" | "set"> {
   curves(model: Model): string[];
   values(model: Model, timeline: Timeline, t: number): number[];
   range?: [number, number];
@@ -51,95 +48,87 @@ const KINDS: Kind[] = [
 ];
 
 /** Makes the plots over what the strip spans, with a line at the time that is shown. A plot that is off costs nothing. */
-export function makeCurves(app: App, slot: HTMLElement, zoom: { seconds: number }): Plot[] {
+export function makeCurves(app: App, slot: HTMLElement, zoom: { seconds: number }): Switch[] {
   return KINDS.map((kind) => makePlot(app, slot, zoom, kind));
 }
 
-function makePlot(app: App, slot: HTMLElement, zoom: { seconds: number }, kind: Kind): Plot {
+function makePlot(app: App, slot: HTMLElement, zoom: { seconds: number }, kind: Kind): Switch {
   const { model } = app.source;
   const curves = kind.curves(model);
-  const values = curves.map((name, i) => h("span", { class: "number", style: `color: var(--curve-${1 + (i % COLOURS)})` }, `${name} `, h("b", {})));
+  const inks = curves.map((_, i) => `--curve-${1 + (i % COLOURS)}`);
+  const values = curves.map((name, i) => h("span", { class: "number", style: `color: var(${inks[i]})` }, `${name} `, h("b", {})));
   const line = h("div", { class: "plot-line" });
   const box = h("div", { class: "plot-box" }, line);
   const figure = h("figure", { class: "plot", hidden: true },
     h("figcaption", {}, h("span", { class: "heading", text: `${kind.label.replace("Curves: ", "")} [${kind.unit}]` }), h("span", { class: "values" }, ...values)), box);
+  slot.append(figure);
   let chart: uPlot | null = null;
   let span: Span = { low: 0, high: 1 };
-  let drawn = "";
-  let drawnAt = -PERIOD;
-  let readAt = -READ_PERIOD;
-  let read = "";
+  const drawn = new Change(PERIOD, () => app.wake()), read = new Change(READ_PERIOD);
+  const redraw = (): void => {
+    drawn.forget();
+    app.wake();
+  };
   const size = (): { width: number; height: number } => ({ width: Math.max(box.clientWidth, 80), height: Math.max(box.clientHeight, 60) });
 
   function make(): uPlot {
-    const axis = (extra: uPlot.Axis): uPlot.Axis => ({
-      stroke: colour("--muted"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1, size: 4 }, font: "11px system-ui, sans-serif", gap: 3, ...extra,
+    const axis = (size: number): uPlot.Axis => ({
+      stroke: colour("--muted"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1, size: 4 },
+      font: "11px system-ui, sans-serif", gap: 3, size,
     });
-    const limits = (plot: uPlot): void => {
-      if (!kind.range) return;
-      plot.ctx.save();
-      plot.ctx.strokeStyle = colour("--bad");
-      plot.ctx.setLineDash([4, 4]);
+    const drawLimits = ({ ctx, bbox, valToPos }: uPlot): void => {
+      ctx.save();
+      ctx.strokeStyle = colour("--bad");
+      ctx.setLineDash([4, 4]);
       for (const limit of [-100, 100]) {
-        const y = Math.round(plot.valToPos(limit, "y", true));
-        plot.ctx.beginPath();
-        plot.ctx.moveTo(plot.bbox.left, y);
-        plot.ctx.lineTo(plot.bbox.left + plot.bbox.width, y);
-        plot.ctx.stroke();
+        const y = Math.round(valToPos(limit, "y", true));
+        ctx.stroke(new Path2D(`M${bbox.left} ${y}h${bbox.width}`));
       }
-      plot.ctx.restore();
+      ctx.restore();
     };
+    const fitted = (_plot: uPlot, low: number | null, high: number | null): uPlot.Range.MinMax =>
+      uPlot.rangeNum(low ?? 0, Math.max(high ?? 1, (low ?? 0) + 1), 0.1, true);
     return new uPlot({
       ...size(), legend: { show: false }, cursor: { show: false }, padding: [6, 6, 0, 0],
-      scales: { x: { time: false, range: () => [span.low, span.high] }, y: kind.range ? { range: kind.range } : { range: (_plot, low, high) => uPlot.rangeNum(low ?? 0, Math.max(high ?? 1, (low ?? 0) + 1), 0.1, true) } },
-      axes: [axis({ size: 20 }), axis({ size: 40 })],
-      series: [{}, ...curves.map((label, i) => ({ label, stroke: colour(`--curve-${1 + (i % COLOURS)}`), width: 1.5 }))],
-      hooks: { draw: [limits] },
+      scales: { x: { time: false, range: () => [span.low, span.high] }, y: { range: kind.range ?? fitted } },
+      axes: [axis(20), axis(40)],
+      series: [{}, ...curves.map((label, i) => ({ label, stroke: colour(inks[i]), width: 1.5 }))],
+      hooks: { draw: kind.range ? [drawLimits] : [] },
     }, [], box);
   }
   new ResizeObserver(() => {
     if (figure.hidden) return;
     chart?.setSize(size());
-    drawn = "";
-    app.wake();
+    redraw();
   }).observe(box);
   onTheme(() => {
     chart?.destroy();
     chart = null;
-    drawn = "";
-    app.wake();
+    redraw();
   });
 
   app.add({
     show({ t, timeline }: Shown) {
       if (figure.hidden) return;
       span = spanOf(app.playback, zoom.seconds, t);
-      const wall = performance.now();
-      const key = [timeline.number, timeline.version, timeline.segments.length, span.low, span.high].join();
-      if (key !== drawn && wall >= drawnAt + PERIOD) {
-        [drawn, drawnAt] = [key, wall];
+      if (drawn.to([timeline.number, timeline.version, timeline.segments.length, span])) {
         chart ??= make();
         chart.setData(sampled(model, timeline, span, kind) as uPlot.AlignedData);
-      } else if (key !== drawn) app.wake();
+      }
       if (!chart) return;
       const { left, width } = chart.over.getBoundingClientRect();
       line.style.transform = `translateX(${left - box.getBoundingClientRect().left + (width * (t - span.low)) / (span.high - span.low)}px)`;
-      const moment = `${t} ${timeline.number}`;
-      if (moment === read || wall < readAt + READ_PERIOD) return;
-      [read, readAt] = [moment, wall];
+      if (!read.to(`${t} ${timeline.number}`)) return;
       kind.values(model, timeline, t).forEach((value, i) => (values[i].lastElementChild!.textContent = fixed(value, 1)));
     },
   });
-  slot.append(figure);
+  const { name, label, hint } = kind;
   return {
-    ...kind,
-    get on() {
-      return !figure.hidden;
-    },
-    set(to: boolean) {
-      figure.hidden = !to;
-      drawn = "";
-      app.wake();
+    name, label, hint, on: false,
+    set(on: boolean) {
+      this.on = on;
+      figure.hidden = !on;
+      redraw();
     },
   };
 }

@@ -1,8 +1,9 @@
 import type { Part } from "../app";
+import { Change } from "../core/change";
 import type { Message } from "../core/connection";
-import type { Joint } from "../core/kinematics";
+import { jointUnits, type Model } from "../core/kinematics";
 import type { Transform } from "../core/transform";
-import { h } from "../dom";
+import { button, choice, h } from "../dom";
 import type { Gizmo } from "../scene/gizmo";
 import type { Commands } from "./commands";
 
@@ -11,24 +12,16 @@ const REPEATED = 0.1; // [s] after which a wish that stays is said again: the ro
 const VISIBLE = 5e-4; // [m] that a tool is away from its wish, to be told
 
 /** Says what keeps the tool from a wish, as `Hold.said` of vrs_cli/values/hand.py. */
-export function heldText(held: Message | undefined, joints: Joint[]): string {
+export function heldText(held: Message | undefined, model: Model): string {
+  const units = jointUnits(model);
   const said = ((held?.holds ?? []) as Message[]).map(({ limit, joint = 0, end, which = "" }) => {
-    switch (limit) {
-      case "joint": {
-        const { kind, lower, upper } = joints[joint - 1];
-        const value = end === "lower" ? lower : upper;
-        const slides = kind === "prismatic";
-        return `JT${joint} is at its ${end} limit, ${((slides ? 1000 : 180 / Math.PI) * value).toFixed(1)} ${slides ? "mm" : "deg"}`;
-      }
-      case "reach":
-        return `out of reach${which === "far" ? ": too far" : which === "close" ? ": too close" : ""}`;
-      case "singularity":
-        return `near the ${which} singularity${joint ? `: JT${joint} is as fast as it may be` : ""}`;
-      case "contact":
-        return `it stops before a contact: ${which}`;
-      default:
-        return `JT${joint} is as fast as it may be`;
-    }
+    const { scale, unit, lower, upper } = units[Math.max(joint - 1, 0)];
+    const value = `${(scale * (end === "lower" ? lower : upper)).toFixed(1)} ${unit === "°" ? "deg" : unit}`;
+    const fast = `JT${joint} is as fast as it may be`;
+    if (limit === "joint") return `JT${joint} is at its ${end} limit, ${value}`;
+    if (limit === "reach") return `out of reach${which === "far" || which === "close" ? `: too ${which}` : ""}`;
+    if (limit === "singularity") return `near the ${which} singularity${joint ? `: ${fast}` : ""}`;
+    return limit === "contact" ? `it stops before a contact: ${which}` : fast;
   });
   const away = held?.away ?? 0;
   return said.join("; ") + (away >= VISIBLE ? ` (${(1000 * away).toFixed(0)} mm away)` : "");
@@ -38,7 +31,6 @@ export function heldText(held: Message | undefined, joints: Joint[]): string {
 export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): Part | void {
   if (!commands.moves) return;
   const { connection, app } = commands;
-  const joints = connection.welcome!.model.joints;
   let wish: Transform | null = null;
   let sentAt = -Infinity;
   let timer = 0;
@@ -76,57 +68,43 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
 
   // --- the tab ---
 
-  const on = h("input", { type: "checkbox", checked: true });
-  const group = <T extends string>(label: string, names: Record<T, string>, get: () => T, set: (to: T) => void): HTMLElement => {
-    const entries = Object.entries(names) as [T, string][];
-    const buttons = entries.map(([name, text]) => h("button", { class: "button", type: "button", text, "aria-pressed": String(name === get()), onclick: () => {
-      set(name);
-      buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(entries[i][0] === name)));
-      app.wake();
-    } }));
-    return h("div", { class: "row" }, h("span", { class: "label", text: label }), h("div", { class: "group", role: "group", "aria-label": label }, ...buttons));
-  };
+  const on = h("input", { type: "checkbox", checked: true, onchange: () => app.wake() });
+  const choose = <T extends string>(label: string, names: Record<T, string>, get: () => T, set: (to: T) => void): HTMLElement =>
+    h("div", { class: "row" }, h("span", { class: "label", text: label }), choice(label, names, get, (to) => (set(to), app.wake())));
   const why = h("div", { class: "note drag-why", role: "status" });
   const name = h("input", { class: "field code", value: "part", "aria-label": "Name", autocomplete: "off" });
-  const record = h("button", { class: "button", type: "button", onclick: () => void toggle() });
-  let began: number | null = null;
   const nameGiven = (): string => {
     if (!name.value.trim()) commands.note("A place or a program without a name: give it a name first", "error");
     return name.value.trim();
   };
-  async function toggle(): Promise<void> {
+  let began: number | null = null; // [s] when the recording began
+  const record = button("", async () => {
     const given = nameGiven();
     if (!given) return;
-    if (began === null) {
-      began = connection.now();
-      commands.note(`Recording ${given}: drag the tool, or move it in any other way`);
-      return label();
-    }
-    const act = { kind: "RecordProgram", name: given, begin: began, end: connection.now() };
-    began = null;
+    const begin = began;
+    began = begin === null ? connection.now() : null;
     label();
-    const end = await commands.act(act);
+    if (begin === null) return commands.note(`Recording ${given}: drag the tool, or move it in any other way`);
+    const end = await commands.act({ kind: "RecordProgram", name: given, begin, end: connection.now() });
     if (end.found) commands.note(`${given} is in memory: EXECUTE ${given}, LISTP ${given}, STORE ${given}`);
-  }
+  }, { title: "Of what is moved, under this name" });
   function label(): void {
     record.textContent = began === null ? "Record a program" : "End the program";
-    record.title = "Of what is moved, under this name";
     record.setAttribute("aria-pressed", String(began !== null));
   }
   label();
-  const here = h("button", { class: "button", type: "button", text: "HERE", title: "Keep the place under this name", onclick: () => {
+  const here = button("HERE", () => {
     const given = nameGiven();
     if (given) void commands.command(`HERE ${given}`);
-  } });
+  }, { title: "Keep the place under this name" });
   const panel = h("div", { class: "stack drag" },
     h("label", { class: "switch", title: "Key G" }, on, "Arrows at the tool (G)"),
-    group("Axes", { tool: "Tool", world: "World" }, () => gizmo.axes, (to) => (gizmo.axes = to)),
-    group("Drag", { both: "Both", move: "Move", turn: "Turn" }, () => gizmo.motions, (to) => (gizmo.motions = to)),
+    choose("Axes", { tool: "Tool", world: "World" }, () => gizmo.axes, (to) => (gizmo.axes = to)),
+    choose("Drag", { both: "Both", move: "Move", turn: "Turn" }, () => gizmo.motions, (to) => (gizmo.motions = to)),
     why,
     commands.supervises ? h("div", { class: "row" }, h("label", { class: "label" }, "Name ", name), here, record) : "");
   const others = h("p", { class: "note", text: "Who drives drags the tool." });
   slot.append(panel, others);
-  on.addEventListener("change", () => app.wake());
   window.addEventListener("keydown", (event) => {
     const typing = (event.target as HTMLElement).closest("input, textarea, select, [contenteditable]");
     if (event.key.toLowerCase() !== "g" || event.ctrlKey || event.metaKey || event.altKey || typing) return;
@@ -134,7 +112,7 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
     app.wake();
   });
 
-  let drawn = "";
+  const change = new Change();
   return {
     show(): void {
       const ours = ["", undefined, commands.name].includes(pulled.by);
@@ -146,11 +124,9 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
       panel.hidden = !commands.mayDrive;
       others.hidden = commands.mayDrive;
       const held = app.playback.following || gizmo.dragged ? (pulled.held as Message | undefined) : undefined;
-      const text = heldText(held, joints);
+      const text = heldText(held, app.source.model);
       const joint = (held?.holds as Message[] | undefined)?.find(({ limit }) => limit === "joint")?.joint ?? 0;
-      const state = JSON.stringify([text, joint, ours]);
-      if (state === drawn) return;
-      drawn = state;
+      if (!change.to([text, joint, ours])) return;
       gizmo.showHeld(text, joint);
       why.textContent = text || (ours ? "The tool follows the arrows, as far as all limits let it." : "Somebody else drags the tool.");
     },

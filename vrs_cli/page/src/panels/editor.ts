@@ -2,12 +2,13 @@ import { acceptCompletion, autocompletion, type CompletionContext, type Completi
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { type Diagnostic, lintKeymap, setDiagnostics } from "@codemirror/lint";
 import { search, searchKeymap } from "@codemirror/search";
-import { Compartment, EditorState, Prec, RangeSet, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, type DecorationSet, EditorView, GutterMarker, gutter, keymap, lineNumbers } from "@codemirror/view";
+import { Compartment, EditorState, Prec, StateEffect } from "@codemirror/state";
+import { Decoration, EditorView, GutterMarker, gutter, keymap, lineNumbers } from "@codemirror/view";
+import { Change } from "../core/change";
 import type { Message } from "../core/connection";
-import { h } from "../dom";
+import { button, h } from "../dom";
 import type { Commands } from "./commands";
-import { colours } from "./language";
+import { findingIn, marksField, valEditor } from "./language";
 import { suggestions } from "./prompt";
 import words from "./words.json";
 
@@ -19,37 +20,18 @@ const NAME = /[#$]?[a-z][\w.]*$/i;
 
 const setStep = StateEffect.define<{ line: number; lit: boolean } | null>();
 const setBreakpoints = StateEffect.define<number[]>();
-const stepField = StateField.define<DecorationSet>({
-  create: () => Decoration.none,
-  update(marks, change) {
-    marks = marks.map(change.changes);
-    for (const effect of change.effects) {
-      if (!effect.is(setStep)) continue;
-      const at = effect.value && effect.value.line <= change.state.doc.lines ? change.state.doc.line(effect.value.line).from : -1;
-      marks = at < 0 ? Decoration.none : Decoration.set(Decoration.line({ class: effect.value!.lit ? "step-lit" : "step-stands" }).range(at));
-    }
-    return marks;
-  },
-  provide: (field) => EditorView.decorations.from(field),
-});
+const stepField = marksField(setStep, (step, doc) => {
+  if (!step || step.line > doc.lines) return [];
+  return [Decoration.line({ class: step.lit ? "step-lit" : "step-stands" }).range(doc.line(step.line).from)];
+}, (field) => EditorView.decorations.from(field));
 class Breakpoint extends GutterMarker {
   toDOM(): Node {
     return h("span", { class: "breakpoint", title: "It stops before this step" });
   }
 }
 const breakpoint = new Breakpoint();
-const breakpointField = StateField.define<RangeSet<GutterMarker>>({
-  create: () => RangeSet.empty,
-  update(marks, change) {
-    marks = marks.map(change.changes);
-    for (const effect of change.effects)
-      if (effect.is(setBreakpoints)) {
-        const lines = effect.value.filter((line) => line <= change.state.doc.lines);
-        marks = RangeSet.of(lines.map((line) => breakpoint.range(change.state.doc.line(line).from)));
-      }
-    return marks;
-  },
-});
+const breakpointField = marksField<GutterMarker, number[]>(setBreakpoints, (lines, doc) =>
+  lines.filter((line) => line <= doc.lines).map((line) => breakpoint.range(doc.line(line).from)));
 
 interface Draft {
   /** The text at the robot from which the draft began. */
@@ -71,7 +53,7 @@ export class ProgramEditor {
   private readonly writable = new Compartment();
   private looking = false;
   private timer = 0;
-  private drawn = "";
+  private readonly drawn = new Change();
   private confirmed = ""; // the other program that the next Save may replace
 
   /** `changed` is called when there are unsaved changes, or none any more. */
@@ -91,14 +73,10 @@ export class ProgramEditor {
     const extensions = [
       keymap.of([...completionKeymap]), Prec.high(keymap.of(keys)),
       keymap.of([...historyKeymap, ...searchKeymap, ...lintKeymap, ...defaultKeymap]),
-      history(), search({ top: true }), colours, stepField, breakpointField,
+      history(), search({ top: true }), valEditor("The program"), stepField, breakpointField,
       autocompletion({ override: [(context) => this.complete(context)], icons: false, activateOnTypingDelay: 200 }),
-      gutter({
-        class: "cm-breakpoints", markers: (view) => view.state.field(breakpointField), initialSpacer: () => breakpoint,
-        domEventHandlers,
-      }),
+      gutter({ class: "cm-breakpoints", markers: (view) => view.state.field(breakpointField), initialSpacer: () => breakpoint, domEventHandlers }),
       lineNumbers({ formatNumber: (line) => (line > 1 ? String(line - 1) : ""), domEventHandlers }),
-      EditorView.contentAttributes.of({ "aria-label": "The program", autocapitalize: "off", autocorrect: "off", spellcheck: "false" }),
       EditorView.updateListener.of((update) => update.docChanged && this.edited()),
       this.writable.of([]),
     ];
@@ -121,10 +99,8 @@ export class ProgramEditor {
 
   /** Opens a program of the robot, or its unsaved changes; the cursor in `row` (from 0). */
   async open(name: string, row?: number): Promise<void> {
-    this.name = name;
-    this.base = "";
-    this.drawn = "";
-    this.confirmed = "";
+    [this.name, this.base, this.confirmed] = [name, "", ""];
+    this.drawn.forget();
     await this.look(true);
     if (row !== undefined && this.name === name) {
       const line = this.view.state.doc.line(Math.min(row + 1, this.view.state.doc.lines));
@@ -160,11 +136,11 @@ export class ProgramEditor {
     if (this.text === there) this.base = there;
     if (!found && !this.dirty) this.name = ""; // it was deleted
     if (this.dirty && found && there !== this.base) {
-      const take = h("button", { class: "button", type: "button", text: "Take the robot's", onclick: () => {
+      const take = button("Take the robot's", () => {
         this.base = there;
         this.replace(there);
         this.say("");
-      } });
+      });
       this.say(`${this.name} was changed at the robot meanwhile: Save replaces that.`, "warn", take);
     }
     this.keep();
@@ -199,9 +175,7 @@ export class ProgramEditor {
 
   /** Shows the step at which the program is (line 1 is its heading), lit while it runs; and its breakpoints. */
   show(step: number | null, lit: boolean, breakpoints: number[]): void {
-    const drawn = JSON.stringify([step, lit, breakpoints, this.name, this.base.length]);
-    if (drawn === this.drawn || this.dirty) return;
-    this.drawn = drawn;
+    if (this.dirty || !this.drawn.to([step, lit, breakpoints, this.name, this.base.length])) return;
     const doc = this.view.state.doc;
     const effects: StateEffect<unknown>[] = [
       setStep.of(step === null ? null : { line: step + 1, lit }),
@@ -230,7 +204,7 @@ export class ProgramEditor {
     const { head } = this.view.state.selection.main;
     if (text !== this.text)
       this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text }, selection: { anchor: Math.min(head, text.length) } });
-    this.drawn = "";
+    this.drawn.forget();
     this.keep();
   }
 
@@ -267,17 +241,13 @@ export class ProgramEditor {
     this.looking = false;
     if (text !== this.text) return void this.find();
     const findings = (end.found?.findings ?? []) as Message[];
-    this.view.dispatch(setDiagnostics(this.view.state, findings.map((one) => this.diagnostic(one))));
-    const first = findings.find((one) => one.severity === "error") ?? findings[0];
-    if (first) this.say(`${first.span.line > 1 ? `Step ${first.span.line - 1}: ` : ""}${said(first)}`, first.severity === "error" ? "bad" : "warn");
+    const diagnostics = findings.map((one): Diagnostic & { step: number } => ({
+      ...findingIn(this.view.state.doc, one), severity: one.severity === "error" ? "error" : "warning", step: one.span.line - 1,
+    }));
+    this.view.dispatch(setDiagnostics(this.view.state, diagnostics));
+    const first = diagnostics.find(({ severity }) => severity === "error") ?? diagnostics[0];
+    if (first) this.say(`${first.step > 0 ? `Step ${first.step}: ` : ""}${first.message}`, first.severity === "error" ? "bad" : "warn");
     else if (!this.confirmed) this.say("");
-  }
-
-  private diagnostic(found: Message): Diagnostic {
-    const line = this.view.state.doc.line(Math.min(found.span.line, this.view.state.doc.lines));
-    const from = Math.min(line.from + found.span.column - 1, Math.max(line.to - 1, line.from));
-    const to = Math.min(Math.max(line.from + found.span.end - 1, from), line.to);
-    return { from, to, severity: found.severity === "error" ? "error" : "warning", message: said(found) };
   }
 
   private say(text: string, style = "", ...more: Node[]): void {
@@ -324,8 +294,4 @@ export class ProgramEditor {
     }
     return suggestions(choices, context.pos);
   }
-}
-
-function said({ text, detail, hint }: Message): string {
-  return `${text}${detail ? `: ${detail}` : ""}${hint ? ` (${hint})` : ""}`;
 }

@@ -1,29 +1,33 @@
 import type { Message } from "../core/connection";
-import { h } from "../dom";
+import { button, h } from "../dom";
 import type { Commands } from "./commands";
 
 const MAX_FILE_BYTES = 1_400_000; // a message of a client has at most 2 MB, in base64
+
+/** Reads bytes out of base64. */
+export const bytesOf = (base64: string): Uint8Array<ArrayBuffer> => Uint8Array.from(atob(base64), (one) => one.charCodeAt(0));
 
 /** Gives a text or bytes to the computer as a file. */
 export function download(name: string, data: BlobPart): void {
   const link = h("a", { href: URL.createObjectURL(new Blob([data])), download: name });
   link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-/** Makes a button with which files of the computer are chosen. */
-export function fileButton(label: string, accept: string, take: (file: File) => void): HTMLElement {
+/** Makes a button with which files of the computer are chosen; one that is too large is refused by `say`. */
+export function fileButton(label: string, accept: string, take: (file: File) => unknown, say: (why: string) => void): HTMLElement {
   const input = h("input", { type: "file", accept, multiple: true, class: "unseen", tabindex: "-1", "aria-label": label });
   input.addEventListener("change", () => {
-    for (const file of input.files ?? []) take(file);
+    for (const file of input.files ?? [])
+      if (file.size > MAX_FILE_BYTES) say(`${file.name} has ${file.size} bytes; ${MAX_FILE_BYTES} at most`);
+      else void take(file);
     input.value = "";
   });
-  return h("span", {}, h("button", { class: "button", type: "button", text: label, onclick: () => input.click() }), input);
+  return h("span", {}, button(label, () => input.click()), input);
 }
 
 /** Puts the programs of a file of the computer in the robot's memory. */
 export async function loadFile(commands: Commands, file: File): Promise<void> {
-  if (file.size > MAX_FILE_BYTES) return commands.note(`${file.name} has ${file.size} bytes; ${MAX_FILE_BYTES} at most`, "error");
   try {
     await commands.load(file.name, new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer()));
   } catch {
@@ -36,9 +40,9 @@ export function makeFiles(commands: Commands): HTMLElement {
   const list = h("ul", { class: "list files" });
   const said = h("div", { class: "note", hidden: true, role: "status" });
   const name = h("input", { class: "field code", value: "all.v2", "aria-label": "Name of the file to store" });
-  const store = h("button", { class: "button", type: "button", text: "Store all", title: "STORE: all programs and variables, in the robot's folder", onclick: () => void command(`STORE ${name.value.trim()}`) });
+  const store = button("Store all", () => command(`STORE ${name.value.trim()}`), { title: "STORE: all programs and variables, in the robot's folder" });
   const folder = h("details", { class: "panel" }, h("summary", { class: "heading", text: "Files of the robot" }), list, said,
-    h("div", { class: "row" }, fileButton("Put a file there", "", (file) => void put(file, false)), name, store));
+    h("div", { class: "row" }, fileButton("Put a file there", "", (file) => put(file, false), say), name, store));
   folder.addEventListener("toggle", () => folder.open && void refresh());
 
   async function command(line: string): Promise<void> {
@@ -49,31 +53,26 @@ export function makeFiles(commands: Commands): HTMLElement {
     const answer = await commands.connection.ask("names");
     const files = (answer.files ?? []) as Message[];
     say(answer.refusal?.message ?? (files.length ? "" : "The robot's folder is empty."));
-    const button = (label: string, title: string, act: () => void): HTMLElement =>
-      h("button", { class: "button quiet", type: "button", text: label, title, onclick: act });
-    list.replaceChildren(...files.map((file) =>
+    list.replaceChildren(...files.map(({ name, size }) =>
       h("li", { class: "row spread" },
-        h("span", { class: "file-name" }, h("span", { class: "code", text: file.name }), " ", h("span", { class: "note", text: size(file.size) })),
+        h("span", { class: "file-name" }, h("span", { class: "code", text: name }), " ", h("span", { class: "note", text: sizeText(size) })),
         h("span", {},
-          button("Load", `LOAD ${file.name}`, () => void command(`LOAD ${file.name}`)),
-          button("Get", "Save it on this computer", () => void get(file.name)),
-          button("Delete", `FDELETE ${file.name}`, () => void command(`FDELETE ${file.name}`))))));
+          button("Load", () => command(`LOAD ${name}`), { class: "quiet", title: `LOAD ${name}` }),
+          button("Get", () => get(name), { class: "quiet", title: "Save it on this computer" }),
+          button("Delete", () => command(`FDELETE ${name}`), { class: "quiet", title: `FDELETE ${name}` })))));
   }
   async function get(of: string): Promise<void> {
     const answer = await commands.connection.ask("get", { name: of });
     if (answer.refusal) return say(answer.refusal.message);
-    download(of, Uint8Array.from(atob(answer.data), (one) => one.charCodeAt(0)));
+    download(of, bytesOf(answer.data));
   }
   async function put(file: File, replace: boolean): Promise<void> {
-    if (file.size > MAX_FILE_BYTES) return say(`${file.name} has ${file.size} bytes; ${MAX_FILE_BYTES} at most`);
     const bytes = new Uint8Array(await file.arrayBuffer());
     let data = "";
     for (let at = 0; at < bytes.length; at += 8192) data += String.fromCharCode(...bytes.subarray(at, at + 8192));
     const end = await commands.connection.ask("put", { name: file.name, data: btoa(data), ...(replace ? { replace } : {}) });
     await refresh();
-    if (!end.refusal) return;
-    const again = h("button", { class: "button", type: "button", text: "Replace it", onclick: () => void put(file, true) });
-    say(end.refusal.message, ...(replace ? [] : [again]));
+    if (end.refusal) say(end.refusal.message, ...(replace ? [] : [button("Replace it", () => put(file, true))]));
   }
   function say(text: string, ...more: Node[]): void {
     said.replaceChildren(text, " ", ...more);
@@ -82,6 +81,6 @@ export function makeFiles(commands: Commands): HTMLElement {
   return folder;
 }
 
-function size(bytes: number): string {
+function sizeText(bytes: number): string {
   return bytes < 1000 ? `${bytes} B` : bytes < 1e6 ? `${(bytes / 1e3).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }

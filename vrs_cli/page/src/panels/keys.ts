@@ -1,4 +1,4 @@
-import { h } from "../dom";
+import { button, h } from "../dom";
 import { icon } from "../style/icons";
 import type { Action } from "./bar";
 
@@ -6,23 +6,22 @@ const TYPED_IN = "input:not([type=checkbox], [type=range]), textarea, select, [c
 /** Keys that these elements take themselves. */
 const OWN: [string, string[]][] = [
   ["button, [type=checkbox], summary, a", ["Space"]],
-  ["[type=range], [role=separator], [role=tab]", ["Home", "End", "PageUp", "PageDown"]],
-  ["[data-slot=output], .list", ["Home", "End", "PageUp", "PageDown"]],
+  ["[type=range], [role=separator], [role=tab], [data-slot=output], .list", ["Home", "End", "PageUp", "PageDown"]],
 ];
-const SHOWN: Record<string, string> = { PageUp: "Page Up", PageDown: "Page Down" };
+
+const keyOf = ({ key }: Action): HTMLElement => h("kbd", { text: key.replace("Page", "Page ") });
 
 /** Makes the keys of the page, a list of them (?), and the search for what can be done (Ctrl-K). */
 export function makeKeys(actions: Action[], slot: HTMLElement): void {
   const list: Action = { label: "All keys", key: "?", run: () => keys.showModal() };
   const find: Action = { label: "Find by name", key: "Ctrl-K", run: () => openPalette() };
   const all = [...actions, list, find];
-  const close = (dialog: () => HTMLDialogElement): HTMLElement => h("button", { type: "button", class: "button", text: "Close", onclick: () => dialog().close() });
 
-  const rows = all.filter((action) => action.key).map(({ key, label }) => h("tr", {}, h("th", { scope: "row" }, h("kbd", { text: SHOWN[key] ?? key })), h("td", { text: label })));
+  const rows = all.filter((action) => action.key).map((action) => h("tr", {}, h("th", { scope: "row" }, keyOf(action)), h("td", { text: action.label })));
   const keys: HTMLDialogElement = h("dialog", { class: "dialog", "aria-label": "Keys" },
     h("h2", { text: "Keys" }), h("table", {}, h("tbody", {}, ...rows)),
     h("p", { class: "note", text: "Keys belong to the page as long as nothing is typed in it. The camera has the arrows and W A S D Q E while the picture has the keyboard." }),
-    close(() => keys));
+    button("Close", () => keys.close()));
 
   const search = h("input", { class: "field", "aria-label": "What to do", placeholder: "What to do", role: "combobox", "aria-expanded": "true", "aria-controls": "palette", "aria-autocomplete": "list" });
   const found = h("ul", { class: "list", role: "listbox", id: "palette", "aria-label": "What can be done" });
@@ -38,7 +37,8 @@ export function makeKeys(actions: Action[], slot: HTMLElement): void {
     const words = search.value.toLowerCase().split(/\s+/);
     matching = all.filter(({ label }) => words.every((word) => label.toLowerCase().includes(word)));
     chosen = 0;
-    found.replaceChildren(...matching.map((action, i) => h("li", { role: "option", id: `palette-${i}`, onclick: () => run(action) }, h("span", { text: action.label }), h("kbd", { text: SHOWN[action.key] ?? action.key }))));
+    found.replaceChildren(...matching.map((action, i) =>
+      h("li", { role: "option", id: `palette-${i}`, onclick: () => run(action) }, h("span", { text: action.label }), keyOf(action))));
     mark();
   }
   function mark(): void {
@@ -61,8 +61,7 @@ export function makeKeys(actions: Action[], slot: HTMLElement): void {
   });
   for (const dialog of [keys, palette]) dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(keys, palette);
-
-  slot.append(h("button", { type: "button", class: "button icon quiet keys-button", "aria-label": "Keys", title: "All keys (?); find by name: Ctrl-K", onclick: list.run }, icon("keys")));
+  slot.append(button(icon("keys"), list.run, { class: "icon quiet keys-button", "aria-label": "Keys", title: "All keys (?); find by name: Ctrl-K" }));
 
   const byKey = new Map(all.map((action) => [action.key.toLowerCase(), action]));
   addEventListener("keydown", (event) => {
@@ -72,7 +71,7 @@ export function makeKeys(actions: Action[], slot: HTMLElement): void {
       if (!palette.open) openPalette();
       return;
     }
-    if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || target.closest(TYPED_IN) || target.closest("dialog, .menu")) return;
+    if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || target.closest(`${TYPED_IN}, dialog, .menu`)) return;
     const key = event.key === " " ? "Space" : event.key;
     if (OWN.some(([those, own]) => own.includes(key) && target.closest(those))) return;
     const action = byKey.get(key.toLowerCase());

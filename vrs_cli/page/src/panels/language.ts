@@ -1,5 +1,6 @@
-import { RangeSetBuilder } from "@codemirror/state";
+import { type Extension, type Range, RangeSet, RangeSetBuilder, type RangeValue, type StateEffectType, StateField, type Text } from "@codemirror/state";
 import { Decoration, type DecorationSet, EditorView, ViewPlugin, type ViewUpdate } from "@codemirror/view";
+import type { Message } from "../core/connection";
 import words from "./words.json";
 
 /** A text and what it is: `number`, `error`, ...; the names of `Ink` in vrs_cli/render/colours.py. */
@@ -46,7 +47,7 @@ export function scan(line: string): Run[] {
 }
 
 /** Colours the lines of VAL-II that are seen in an editor. */
-export const colours = ViewPlugin.fromClass(
+const colours = ViewPlugin.fromClass(
   class {
     decorations: DecorationSet;
     constructor(view: EditorView) {
@@ -74,3 +75,28 @@ function coloured(view: EditorView): DecorationSet {
   }
   return builder.finish();
 }
+
+/** Returns a field of marks in a text, which move with it: those of `ranges` from an effect on. */
+export function marksField<V extends RangeValue, T>(
+  effect: StateEffectType<T>, ranges: (value: T, doc: Text) => Range<V>[], provide?: (field: StateField<RangeSet<V>>) => Extension,
+): StateField<RangeSet<V>> {
+  return StateField.define<RangeSet<V>>({
+    create: () => RangeSet.empty,
+    update: (marks, { changes, effects, state }) =>
+      effects.reduce((now, one) => (one.is(effect) ? RangeSet.of(ranges(one.value, state.doc)) : now), marks.map(changes)),
+    provide,
+  });
+}
+
+/** Returns what a finding of the robot says, and where in a text. */
+export function findingIn(doc: Text, { text, detail, hint, span }: Message): { from: number; to: number; message: string } {
+  const line = doc.line(Math.min(span.line ?? 1, doc.lines));
+  const from = Math.min(line.from + span.column - 1, Math.max(line.to - 1, line.from));
+  const to = Math.min(Math.max(line.from + span.end - 1, from), line.to);
+  return { from, to, message: `${text}${detail ? `: ${detail}` : ""}${hint ? ` (${hint})` : ""}` };
+}
+
+/** Has an editor of VAL-II coloured and labelled, and left alone by what corrects prose. */
+export const valEditor = (label: string, more: Record<string, string> = {}): Extension => [
+  colours, EditorView.contentAttributes.of({ "aria-label": label, autocapitalize: "off", autocorrect: "off", spellcheck: "false", ...more }),
+];

@@ -1,7 +1,8 @@
 import type { Part, Shown } from "../app";
+import { Change } from "../core/change";
 import type { Message } from "../core/connection";
-import { g, type Joint } from "../core/kinematics";
-import { h } from "../dom";
+import { DEGREES, g, jointUnits } from "../core/kinematics";
+import { choice, h } from "../dom";
 import type { Commands } from "./commands";
 
 const RESTS = 0.2; // [s] after which a slider that is moved no more is meant
@@ -20,8 +21,6 @@ const AXES = {
 type Frame = keyof typeof AXES | "joints";
 const HINT = "Click: a step. Hold it down: the arm moves until it is let go";
 
-/** Returns a joint's value in degrees, or mm of one that slides. */
-const shown = (joint: Joint, x: number): number => (joint.kind === "prismatic" ? 1000 : 180 / Math.PI) * x;
 const rounded = (x: number): number => Math.round(10 * x) / 10 + 0;
 /** Writes a number as VAL-II has it, with two decimals at most. */
 const plain = (x: number): string => String(Number(x.toFixed(2)) + 0);
@@ -29,17 +28,15 @@ const plain = (x: number): string => String(Number(x.toFixed(2)) + 0);
 /** A slider with a field: of a joint or the speed. `meant` is called when its user has set it and it rests. */
 class Slider {
   readonly row: HTMLElement;
-  readonly range: HTMLInputElement;
+  private readonly range: HTMLInputElement;
   private readonly field: HTMLInputElement;
   private wanted: number | null = null;
   private at = -Infinity;
 
   constructor(label: string, unit: string, min: number, max: number, step: number, private readonly meant: (value: number) => boolean) {
     const limits = { min: String(min), max: String(max), step: String(step) };
-    this.range = h("input", { type: "range", class: "slider", "aria-label": `${label} [${unit}]`, ...limits });
-    this.field = h("input", { type: "number", class: "field number", "aria-label": `${label}, exactly [${unit}]`, ...limits });
-    this.range.addEventListener("input", () => this.moved(this.range));
-    this.field.addEventListener("change", () => this.moved(this.field));
+    this.range = h("input", { type: "range", class: "slider", "aria-label": `${label} [${unit}]`, ...limits, oninput: () => this.moved(this.range) });
+    this.field = h("input", { type: "number", class: "field number", "aria-label": `${label}, exactly [${unit}]`, ...limits, onchange: () => this.moved(this.field) });
     this.row = h("div", { class: "slider-row" }, h("span", { class: "label", text: label }), this.range, this.field, h("span", { class: "note", text: unit }));
   }
 
@@ -49,6 +46,7 @@ class Slider {
     this.at = -Infinity;
   }
 
+  /** Shows a value, where the user sets none. */
   follow(value: number): void {
     if (this.wanted !== null || performance.now() / 1000 < this.at + HELD) return;
     if (this.range.value !== String(value)) this.range.value = String(value);
@@ -70,22 +68,64 @@ class Slider {
   }
 }
 
+/** What is done while a button is held down, and when it is let go: `held` if it was for so long. */
+interface Hold {
+  again(): void;
+  end(held: boolean): void;
+}
+
+/** Has a button tell when it is held down, by pointer or key, and when it is let go. Returns what lets go of it: `silently`
+ * where that is not told. */
+function watchHold(button: HTMLElement, { again, end }: Hold): (silently: boolean) => void {
+  let timer = 0; // 0: it is not down
+  let held = false;
+  const repeat = (): void => {
+    held = true;
+    again();
+    timer = window.setTimeout(repeat, 1000 * SAID_EVERY);
+  };
+  const begin = (): void => {
+    timer ||= window.setTimeout(repeat, 1000 * HOLD_AFTER);
+  };
+  const letGo = (silently: boolean, click = false): void => {
+    const [down, was] = [timer > 0, held];
+    clearTimeout(timer);
+    [timer, held] = [0, false];
+    if (down && !silently && (was || click)) end(was);
+  };
+  const isKey = (event: KeyboardEvent): boolean => event.key === " " || event.key === "Enter";
+  button.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    button.setPointerCapture(event.pointerId);
+    begin();
+  });
+  button.addEventListener("pointerup", () => letGo(false, true));
+  button.addEventListener("contextmenu", (event) => event.preventDefault()); // a finger that stays long
+  button.addEventListener("keydown", (event) => {
+    if (!isKey(event)) return;
+    event.preventDefault();
+    if (!event.repeat) begin();
+  });
+  button.addEventListener("keyup", (event) => isKey(event) && letGo(false, true));
+  for (const lost of ["pointercancel", "blur"]) button.addEventListener(lost, () => letGo(false));
+  return letGo;
+}
+
 /** Makes the tab in which the arm is moved by hand: SPEED, a slider for each joint, JOG along axes. */
 export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
   if (!commands.moves) return;
   const { connection, app } = commands;
-  const model = connection.welcome!.model as unknown as Message;
-  const joints = model.joints as (Joint & { max_velocity: number })[];
+  const model = connection.welcome!.model;
+  const { linear_speed, angular_speed } = (model as unknown as Message).tool;
+  const joints = jointUnits(model);
   const speed = new Slider("SPEED", "%", 1, 100, 1, (value) => (void commands.command(`SPEED ${plain(value)}`, "SPEED"), true));
-  const sliders = joints.map((joint, i) => {
-    const slides = joint.kind === "prismatic";
-    return new Slider(`Joint ${i + 1}`, slides ? "mm" : "°", rounded(shown(joint, joint.lower)), rounded(shown(joint, joint.upper)), 0.1, (value) => turn(i, value));
-  });
+  const sliders = joints.map(({ unit, scale, lower, upper }, i) =>
+    new Slider(`Joint ${i + 1}`, unit, rounded(scale * lower), rounded(scale * upper), 0.1, (value) => turn(i, value)));
   /** Turns a joint to a value by a JOG from where it goes now; false while that is not known. */
   function turn(i: number, value: number): boolean {
     if (commands.waits("JOG")) return false;
     const { timeline } = app.source;
-    const change = value - shown(joints[i], g(app.source.model, timeline, timeline.end)[i]);
+    const change = value - joints[i].scale * g(model, timeline, timeline.end)[i];
     if (Math.abs(change) >= MIN_CHANGE) jog(String(i + 1), change);
     return true;
   }
@@ -102,8 +142,7 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
   async function press(index: number, sign: number): Promise<void> {
     if (onWay) return; // no faster than the arm answers: after the button is let go no earlier step follows
     const percent = Number(pace.value);
-    const turns = frame !== "joints" && index >= 3;
-    const full = frame === "joints" ? shown(joints[index], joints[index].max_velocity) : turns ? (180 / Math.PI) * model.tool.angular_speed : 1000 * model.tool.linear_speed;
+    const full = frame === "joints" ? joints[index].scale * joints[index].limit : index >= 3 ? DEGREES * angular_speed : 1000 * linear_speed;
     const amount = Math.round(sign * FARTHER * percent * 10 * full) / 1000;
     onWay = true;
     const end = await connection.ask("at", { act: { kind: "Press", axis: { frame, index }, amount, speed: percent } });
@@ -112,85 +151,42 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     if (said && said !== told) commands.note(said, "warning");
     told = said;
   }
-  async function letGo(): Promise<void> {
+  async function brake(): Promise<void> {
     told = "";
     const end = await connection.ask("at", { act: { kind: "Brake" } });
     commands.survey.happened();
     if (end.refusal) commands.note(end.refusal.message, "warning");
   }
-  const drops = new Set<() => void>();
-  function held(label: string, index: number, sign: number): HTMLElement {
+  const letGo: ((silently: boolean) => void)[] = []; // of all buttons
+  window.addEventListener("blur", () => letGo.forEach((one) => one(false)));
+  document.addEventListener("visibilitychange", () => document.hidden && letGo.forEach((one) => one(false)));
+  function jogButton(label: string, index: number, sign: number): HTMLElement {
     const name = frame === "joints" ? label : AXES[frame][index];
-    const button = h("button", { class: "button jog", type: "button", text: sign < 0 ? "−" : "+", title: HINT, "aria-label": `${sign < 0 ? "minus" : "plus"} ${frame === "joints" ? "joint " : ""}${label}` });
-    let timer = 0;
-    let moving = false;
-    let down = false;
-    function begin(): void {
-      if (down) return;
-      down = true;
-      timer = window.setTimeout(hold, 1000 * HOLD_AFTER);
-    }
-    function hold(): void {
-      moving = true;
-      void press(index, sign);
-      timer = window.setTimeout(hold, 1000 * SAID_EVERY);
-    }
-    function end(step: boolean): void {
-      if (!down) return;
-      const moved = moving;
-      drop();
-      down = false;
-      if (moved) void letGo();
-      else if (step) jog(name, sign * Number(size.value));
-    }
-    /** Does nothing any more until the button is let go. */
-    function drop(): void {
-      clearTimeout(timer);
-      moving = false;
-    }
-    const cut = (): void => {
-      if (moving || timer) drop();
-      if (down) down = false;
-    };
-    drops.add(cut);
-    button.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      button.setPointerCapture(event.pointerId);
-      begin();
-    });
-    button.addEventListener("pointerup", () => end(true));
-    button.addEventListener("pointercancel", () => end(false));
-    button.addEventListener("contextmenu", (event) => event.preventDefault()); // a finger that stays long
-    button.addEventListener("keydown", (event) => {
-      if (event.key !== " " && event.key !== "Enter") return;
-      event.preventDefault();
-      if (!event.repeat) begin();
-    });
-    button.addEventListener("keyup", (event) => (event.key === " " || event.key === "Enter") && end(true));
-    button.addEventListener("blur", () => end(false));
-    window.addEventListener("blur", () => end(false));
-    document.addEventListener("visibilitychange", () => document.hidden && end(false));
+    const said = `${sign < 0 ? "minus" : "plus"} ${frame === "joints" ? "joint " : ""}${label}`;
+    const button = h("button", { class: "button jog", type: "button", text: sign < 0 ? "−" : "+", title: HINT, "aria-label": said });
+    letGo.push(watchHold(button, {
+      again: () => void press(index, sign),
+      end: (held) => (held ? void brake() : jog(name, sign * Number(size.value))),
+    }));
     return button;
   }
-  const options = (values: number[], chosen: number): HTMLElement[] =>
-    values.map((value) => h("option", { value: String(value), text: String(value), selected: value === chosen }));
-  const size = h("select", { class: "field" }, ...options(STEPS, 10));
-  const pace = h("select", { class: "field" }, ...options(SPEEDS, 10));
-  const frames = (["world", "tool", "joints"] as Frame[]).map((one) =>
-    h("button", { class: "button", type: "button", text: one[0].toUpperCase() + one.slice(1), onclick: () => choose(one) }));
+  const select = (values: number[]): HTMLSelectElement =>
+    h("select", { class: "field" }, ...values.map((value) => h("option", { value: String(value), text: String(value), selected: value === 10 })));
+  const [size, pace] = [select(STEPS), select(SPEEDS)];
   const grid = h("div", { class: "jog-grid" });
   const grids = new Map<Frame, HTMLElement[]>();
   function choose(to: Frame): void {
     frame = to;
-    frames.forEach((button, i) => button.setAttribute("aria-pressed", String((["world", "tool", "joints"] as Frame[])[i] === to)));
     const names = to === "joints" ? joints.map((_, i) => String(i + 1)) : AXES.world;
-    if (!grids.has(to))
-      grids.set(to, names.map((name, i) => h("div", { class: "jog-axis" }, held(name, i, -1), h("span", { class: "label", text: name }), held(name, i, 1))));
+    const axis = (name: string, i: number): HTMLElement =>
+      h("div", { class: "jog-axis" }, jogButton(name, i, -1), h("span", { class: "label", text: name }), jogButton(name, i, 1));
+    if (!grids.has(to)) grids.set(to, names.map(axis));
     grid.replaceChildren(...grids.get(to)!);
   }
   choose("world");
+  const frames: Record<Frame, string> = { world: "World", tool: "Tool", joints: "Joints" };
   const panel = h("div", { class: "stack move" }, speed.row, ...sliders.map((slider) => slider.row),
-    h("div", { class: "row" }, h("span", { class: "label", text: "JOG" }), h("div", { class: "group", role: "group", "aria-label": "Axes of JOG" }, ...frames)),
+    h("div", { class: "row" }, h("span", { class: "label", text: "JOG" }), choice("Axes of JOG", frames, () => frame, choose)),
     grid,
     h("div", { class: "row" }, h("label", { class: "label" }, "Click ", size, " mm, °"), h("label", { class: "label" }, "Hold ", pace, " %")),
     h("p", { class: "note", text: HINT }));
@@ -199,18 +195,16 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
   connection.on("state", () => {
     if (commands.open) return;
     [speed, ...sliders].forEach((slider) => slider.drop());
-    drops.forEach((drop) => drop());
+    letGo.forEach((one) => one(true));
   });
 
-  let followed = -Infinity;
+  const change = new Change(1000 * FOLLOWS);
   return {
     show({ now, timeline, surveyed, source }: Shown): void {
       panel.hidden = !commands.mayDrive;
       others.hidden = commands.mayDrive;
-      const wall = performance.now() / 1000;
-      if (wall < followed + FOLLOWS || !slot.offsetParent) return; // nobody sees it
-      followed = wall;
-      g(source.model, timeline, now).forEach((x, i) => sliders[i].follow(rounded(shown(joints[i], x))));
+      if (!slot.offsetParent || !change.to(`${performance.now()}`)) return; // nobody sees it
+      g(source.model, timeline, now).forEach((x, i) => sliders[i].follow(rounded(joints[i].scale * x)));
       if (surveyed) speed.follow(surveyed.monitor_speed);
     },
   };

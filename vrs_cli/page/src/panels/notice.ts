@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h } from "../dom";
+import { button, h } from "../dom";
 import { icon } from "../style/icons";
 import { remember, remembered } from "../style/theme";
 
@@ -14,20 +14,15 @@ export function makeNotice(app: App, head: HTMLElement, slot: HTMLElement): void
   const lamp = h("span", { class: "lamp" });
   const state = h("span", { class: "state", role: "status" });
   head.append(h("div", { class: "robot" }, lamp, h("h1", { text: name, title: name }), state));
-  const cut = h("div", { class: "note bad banner", role: "alert", hidden: true });
-  const faults = h("div", { class: "note bad banner", role: "alert", hidden: true });
+  const [cut, faults] = [0, 1].map(() => h("div", { class: "note bad banner", role: "alert", hidden: true }));
   slot.append(cut, faults);
   showFaults(faults);
-  if (!connection) {
-    state.textContent = "recording";
-    return;
-  }
+  if (!connection) return void (state.textContent = "recording");
   let since = "";
   const show = (): void => {
     const role = connection.welcome?.role;
     const open = connection.state === "open";
-    if (!open && !since) since = new Date().toLocaleTimeString();
-    if (open) since = "";
+    since = open ? "" : since || new Date().toLocaleTimeString();
     document.body.classList.toggle("cut", !open);
     document.title = open ? name : `${name} (not heard)`;
     lamp.className = `lamp ${open ? "good" : "bad"}`;
@@ -38,7 +33,7 @@ export function makeNotice(app: App, head: HTMLElement, slot: HTMLElement): void
       ? `The server refuses this page${why}.`
       : `${name} is not heard since ${since}${why}. What is shown from then on is what was planned. Connecting again ...`;
   };
-  for (const topic of ["state", "welcome"] as const) connection.on(topic, show);
+  connection.on(["state", "welcome"], show);
   show();
 }
 
@@ -48,7 +43,7 @@ function showFaults(box: HTMLElement): void {
     const text = error instanceof Error ? error.message : String(error);
     if (text.includes("ResizeObserver")) return;
     box.replaceChildren(h("span", { text: `Something is wrong in this page: ${text}. The robot goes on; loading the page again may help.` }),
-      h("button", { type: "button", class: "button icon quiet", "aria-label": "Close", title: "Close", onclick: () => (box.hidden = true) }, icon("close")));
+      button(icon("close"), () => (box.hidden = true), { class: "icon quiet", "aria-label": "Close", title: "Close" }));
     box.hidden = false;
   };
   addEventListener("error", (event) => tell(event.error ?? event.message));
@@ -59,7 +54,7 @@ function showFaults(box: HTMLElement): void {
 export function makeHint(app: App, slot: HTMLElement, type: (line: string) => void): void {
   if (remembered("used") || app.connection?.welcome?.role === "observer") return;
   const box = h("div", { class: "note hint" }, "Type a line of VAL-II, or begin with ",
-    h("button", { type: "button", class: "button code", text: HINT, onclick: () => type(HINT) }), " (joint 1 by 30 at half speed).");
+    button(HINT, () => type(HINT), { class: "code" }), " (joint 1 by 30 at half speed).");
   const end = app.connection!.on("change", () => {
     if (app.source.timeline.segments.length < 2) return;
     remember("used", "yes");

@@ -1,6 +1,7 @@
 import type { Part, Shown } from "../app";
+import { Change } from "../core/change";
 import type { Message } from "../core/connection";
-import { h } from "../dom";
+import { button, group, h } from "../dom";
 import { type Commands, openTab } from "./commands";
 import { ProgramEditor } from "./editor";
 import { download, fileButton, loadFile, makeFiles } from "./files";
@@ -15,30 +16,28 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
   const untrue = h("div", { class: "note bad", hidden: true });
   const editor = new ProgramEditor(commands, () => marked());
   editor.setWritable(supervises);
-  const button = (label: string, title: string, act: () => void, style = ""): HTMLButtonElement =>
-    h("button", { class: `button ${style}`, type: "button", text: label, title, onclick: act });
-  const save = button("Save", "Store it in the robot's memory (Ctrl-S)", () => void editor.save());
-  const revert = button("Revert", "Take back all that is not saved", () => void editor.revert());
-  const pause = button("Pause", "", () => void commands.command(commands.status.pace?.paused ? "CLOCK GO" : "CLOCK PAUSE"));
-  const keys = h("div", { class: "group", role: "group", "aria-label": "Run the program" },
-    button("Run", "EXECUTE (Ctrl-Enter in the editor)", () => void run("EXECUTE"), "primary"),
-    button("Step", "SSTEP: the next step (F10 in the editor)", () => void run("SSTEP")),
-    button("Proceed", "PROCEED: go on where it stopped", () => void commands.command("PROCEED")),
+  const command = (line: string): void => void commands.command(line);
+  const save = button("Save", () => editor.save(), { title: "Store it in the robot's memory (Ctrl-S)" });
+  const revert = button("Revert", () => editor.revert(), { title: "Take back all that is not saved" });
+  const pause = button("Pause", () => command(commands.status.pace?.paused ? "CLOCK GO" : "CLOCK PAUSE"));
+  const keys = group("Run the program",
+    button("Run", () => run("EXECUTE"), { class: "primary", title: "EXECUTE (Ctrl-Enter in the editor)" }),
+    button("Step", () => run("SSTEP"), { title: "SSTEP: the next step (F10 in the editor)" }),
+    button("Proceed", () => command("PROCEED"), { title: "PROCEED: go on where it stopped" }),
     pause,
-    button("Abort", "ABORT: stop the program and the motion", () => void commands.command("ABORT")));
+    button("Abort", () => command("ABORT"), { title: "ABORT: stop the program and the motion" }));
   const edits = h("div", { class: "row" }, save, revert,
-    button("New", "A new program", () => editor.create(fresh())),
-    button("Delete", "DELETEP: delete it from the robot's memory", () => editor.name && void commands.command(`DELETEP ${editor.name}`)));
-  const files = h("div", { class: "row" },
-    fileButton("Load a file", ".v2,.pg,.lc,.txt,text/plain", (file) => void loadFile(commands, file)),
-    button("Save as a file", "Save this program on this computer", () => editor.name && download(`${editor.name}.v2`, `${editor.text.trimEnd()}\n.END\n`)));
+    button("New", () => editor.create(fresh()), { title: "A new program" }),
+    button("Delete", () => editor.name && command(`DELETEP ${editor.name}`), { title: "DELETEP: delete it from the robot's memory" }));
+  const load = fileButton("Load a file", ".v2,.pg,.lc,.txt,text/plain", (file) => loadFile(commands, file), (why) => commands.note(why, "error"));
+  const saveAs = button("Save as a file", () => editor.name && download(`${editor.name}.v2`, `${editor.text.trimEnd()}\n.END\n`), { title: "Save this program on this computer" });
   slot.append(h("div", { class: "stack programs" }, h("div", { class: "row" }, choice, supervises ? edits : ""),
-    supervises ? keys : "", state, untrue, editor.element, editor.message, files, supervises ? makeFiles(commands) : ""));
-  if (!supervises) files.firstElementChild!.remove();
+    supervises ? keys : "", state, untrue, editor.element, editor.message, h("div", { class: "row" }, supervises ? load : "", saveAs),
+    supervises ? makeFiles(commands) : ""));
 
-  let drawn = "";
   let mark = "";
   let followed = "";
+  const change = new Change();
   commands.see = (name, row) => {
     openTab("Programs");
     void choose(name, row);
@@ -48,6 +47,8 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
   const [unsaved] = editor.unsaved;
   if (unsaved) void choose(unsaved);
 
+  const rowsOf = (surveyed: Message | null): Message[] => surveyed?.programs?.rows ?? [];
+  const isOpen = (program: string): boolean => program.toLowerCase() === editor.name.toLowerCase();
   async function choose(name: string, row?: number): Promise<void> {
     survey.choose(name);
     mark = "";
@@ -55,7 +56,7 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
     marked();
   }
   function fresh(): string {
-    const names = new Set([...(survey.found?.programs?.rows ?? []).map((one: Message) => one.name), ...editor.unsaved]);
+    const names = new Set([...rowsOf(survey.found).map(({ name }) => name), ...editor.unsaved]);
     for (let i = 1; ; i++) if (!names.has(`program${i}`)) return `program${i}`;
   }
   /** Runs or steps the program of the editor: saved first, where it was changed; a step goes on where it stands. */
@@ -63,17 +64,15 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
     if (!editor.name) return commands.note(NONE);
     if (editor.dirty && !(await editor.save())) return;
     const task = survey.task;
-    const stands = task && !task.running && task.step !== null && task.program.toLowerCase() === editor.name.toLowerCase();
-    await commands.command(word === "SSTEP" && stands ? word : `${word} ${editor.name}`);
+    const stands = task && !task.running && task.step !== null && isOpen(task.program);
+    command(word === "SSTEP" && stands ? word : `${word} ${editor.name}`);
   }
+  /** Lists the programs, and marks those with changes. */
   function marked(): void {
-    const rows: Message[] = survey.found?.programs?.rows ?? [];
-    const names = [...new Set([...rows.map((row) => row.name as string), ...editor.unsaved, ...(editor.name ? [editor.name] : [])])];
-    const dirty = new Set(editor.dirty ? [editor.name, ...editor.unsaved] : editor.unsaved);
+    const names = [...new Set([...rowsOf(survey.found).map(({ name }) => name as string), ...editor.unsaved, editor.name])].filter(Boolean);
+    const dirty = new Set([...editor.unsaved, editor.dirty ? editor.name : ""]);
     const lines = names.map((name) => `${name}${dirty.has(name) ? " •" : ""}`);
-    const text = JSON.stringify([lines, editor.name, editor.dirty]);
-    if (text === drawn) return;
-    drawn = text;
+    if (!change.to([lines, editor.name, editor.dirty])) return;
     choice.replaceChildren(...(names.length ? names.map((name, i) => h("option", { value: name, text: lines[i] })) : [h("option", { value: "", text: "(none in memory)" })]));
     choice.value = editor.name;
     choice.disabled = !names.length;
@@ -89,29 +88,28 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
       pause.hidden = !pace;
       pause.textContent = pace?.paused ? "Go on" : "Pause";
       pause.title = pace?.paused ? "CLOCK GO: time goes on" : "CLOCK PAUSE: stop the clock, and with it the arm";
-      const rows: Message[] = surveyed.programs?.rows ?? [];
-      const wanted = task?.running && task.program !== followed ? task.program : editor.name || task?.program || rows[0]?.name;
+      const wanted = task?.running && task.program !== followed ? task.program : editor.name || task?.program || rowsOf(surveyed)[0]?.name;
       if (task?.running) followed = task.program;
-      if (wanted && wanted.toLowerCase() !== editor.name.toLowerCase() && !editor.dirty && !editor.view.hasFocus) void choose(wanted);
+      if (wanted && !isOpen(wanted) && !editor.dirty && !editor.view.hasFocus) void choose(wanted);
       else if (editor.name && survey.chosen === editor.name && surveyed.marks[2] !== mark) {
         mark = surveyed.marks[2];
         void editor.look();
       }
       marked();
-      const here = task && task.program.toLowerCase() === editor.name.toLowerCase() ? task.step : null;
+      const here = task && isOpen(task.program) ? task.step : null;
       editor.show(here, !!task?.running, survey.chosen === editor.name ? (surveyed.breakpoints ?? []) : []);
       const where = task?.step ? `, step ${task.step}` : "";
       state.textContent = task ? `${task.program} ${task.state}${where}${task.asks ? `, asks: ${task.asks}` : ""}` : "";
       const readings: Message[] = surveyed.untrue ?? [];
       untrue.hidden = !readings.length;
-      untrue.textContent = readings.map(untrueSentence).join("\n");
+      untrue.textContent = readings.map((one) => untrueSentence(one, ` at ${one.time.toFixed(3)} s`)).join("\n");
     },
   };
 }
 
-/** Says that what a program has read of a signal does not hold any more, as vrs_cli/render/displaced.py does. */
-function untrueSentence({ signal, name, on, changed, command, time, place }: Message): string {
+/** Says that what a program has read of a signal does not hold any more, as vrs_cli/render/displaced.py does. `at`: when. */
+export function untrueSentence({ signal, name, on, changed, command, place }: Message, at = ""): string {
   const given = command ? `${command} was given` : "a program went on";
   const what = `${signal}${name ? ` (${name})` : ""} ${changed ? "came" : "was"} ${on ? "on" : "off"}`;
-  return `${given} when ${what} at ${time.toFixed(3)} s; it no longer ${changed ? "does" : "is"}${place ? ` (${place})` : ""}`;
+  return `${given} when ${what}${at}; it no longer ${changed ? "does" : "is"}${place ? ` (${place})` : ""}`;
 }

@@ -3,12 +3,12 @@ import {
   moveCompletionSelection, selectedCompletion, startCompletion,
 } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
-import { EditorState, Prec, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, type DecorationSet, EditorView, keymap, placeholder } from "@codemirror/view";
+import { EditorState, Prec, StateEffect } from "@codemirror/state";
+import { Decoration, EditorView, keymap, placeholder } from "@codemirror/view";
 import type { Message } from "../core/connection";
-import { h } from "../dom";
+import { button, h } from "../dom";
 import type { Commands } from "./commands";
-import { colours } from "./language";
+import { findingIn, marksField, valEditor } from "./language";
 
 const MAX_SUGGESTIONS = 50;
 const PATIENCE = 1; // [s] that a line waits to be looked at for mistakes before it is sent
@@ -16,17 +16,9 @@ const PAUSE = 0.15; // [s] without a key until a line is looked at while it is t
 const STOPPING = /^\s*AB/i; // lines that wait for nothing
 
 const markMistake = StateEffect.define<{ from: number; to: number } | null>();
-const mistakes = StateField.define<DecorationSet>({
-  create: () => Decoration.none,
-  update(marks, change) {
-    marks = marks.map(change.changes);
-    for (const effect of change.effects)
-      if (effect.is(markMistake))
-        marks = effect.value ? Decoration.set(Decoration.mark({ class: "mistake" }).range(effect.value.from, effect.value.to)) : Decoration.none;
-    return marks;
-  },
-  provide: (field) => EditorView.decorations.from(field),
-});
+const mistakes = marksField(
+  markMistake, (at) => (at ? [Decoration.mark({ class: "mistake" }).range(at.from, at.to)] : []), (field) => EditorView.decorations.from(field),
+);
 
 /** Makes the line of VAL-II: history, completion, mistakes marked in place; a line with a mistake stays. */
 export function makePrompt(commands: Commands, slot: HTMLElement): void {
@@ -49,14 +41,10 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
   // --- mistakes ---
 
   function show(found: Message | null, line: string): void {
-    mistake.hidden = !found;
-    if (found) {
-      const { detail, hint } = found;
-      mistake.textContent = `${found.text}${detail ? `: ${detail}` : ""}${hint ? ` (${hint})` : ""}`;
-    }
-    const to = found && Math.min(found.span.end - 1, line.length);
-    const from = found && Math.min(found.span.column - 1, Math.max(to! - 1, 0));
-    view.dispatch({ effects: markMistake.of(found && to! > from! && text().startsWith(line) ? { from: from!, to: to! } : null) });
+    const at = found && findingIn(view.state.doc, found);
+    mistake.hidden = !at;
+    if (at) mistake.textContent = at.message;
+    view.dispatch({ effects: markMistake.of(at && at.to > at.from && text().startsWith(line) ? at : null) });
   }
   /** Marks a mistake while the line is typed, but not in the word that is being typed. */
   async function lookAt(line: string): Promise<void> {
@@ -124,9 +112,9 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     const options = found.slice(0, MAX_SUGGESTIONS).map((line) => ({ label: line, displayLabel: line.split("\n")[0], apply: take }));
     return { from: 0, options, filter: false };
   }
-  function take(_view: EditorView, option: { label: string }): void {
+  function take(_view: EditorView, { label }: { label: string }): void {
     searching = false;
-    put(option.label);
+    put(label);
   }
   function recall(by: 1 | -1): boolean {
     const to = Math.min(Math.max(at + by, 0), commands.history.length);
@@ -177,9 +165,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
         Prec.highest(keymap.of(keys)),
         history(), keymap.of([...historyKeymap, ...defaultKeymap]),
         autocompletion({ override: [complete], defaultKeymap: false, selectOnOpen: false, interactionDelay: 0, icons: false, maxRenderedOptions: MAX_SUGGESTIONS }),
-        colours, mistakes, EditorView.lineWrapping,
-        placeholder("A line of VAL-II"),
-        EditorView.contentAttributes.of({ "aria-label": "A line of VAL-II", autocapitalize: "off", autocorrect: "off", spellcheck: "false", enterkeyhint: "send" }),
+        valEditor("A line of VAL-II", { enterkeyhint: "send" }), mistakes, EditorView.lineWrapping, placeholder("A line of VAL-II"),
         EditorView.updateListener.of((update) => {
           if (!update.docChanged) return;
           clearTimeout(look);
@@ -190,21 +176,18 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
       ],
     }),
   });
-  const button = (label: string, title: string, act: () => void): HTMLElement =>
-    h("button", { class: "button quiet", type: "button", text: label, title, onclick: act });
   slot.append(
     h("div", { class: "prompt" }, sign, view.dom.parentElement!,
-      h("button", { class: "button primary", type: "button", text: "Send", title: "Carry it out (Enter)", onclick: () => (enter(), view.focus()) })),
+      button("Send", () => (enter(), view.focus()), { class: "primary", title: "Carry it out (Enter)" })),
     mistake,
     h("div", { class: "row" },
-      button("↑", "The line before (arrow up; Ctrl-R searches)", () => (recall(1), view.focus())),
-      button("↓", "The next line (arrow down)", () => (recall(-1), view.focus())),
-      button("Undo", "Take back the last motion", () => void commands.command("UNDO", "")),
-      button("Redo", "Do again what was taken back", () => void commands.command("REDO", ""))),
+      button("↑", () => (recall(1), view.focus()), { class: "quiet", title: "The line before (arrow up; Ctrl-R searches)" }),
+      button("↓", () => (recall(-1), view.focus()), { class: "quiet", title: "The next line (arrow down)" }),
+      button("Undo", () => commands.command("UNDO"), { class: "quiet", title: "Take back the last motion" }),
+      button("Redo", () => commands.command("REDO"), { class: "quiet", title: "Do again what was taken back" })),
   );
   commands.onChange(() => {
-    const { in_program, prompt } = commands.status;
-    sign.textContent = in_program ? prompt.trim() : prompt?.trim() || ".";
+    sign.textContent = commands.status.prompt?.trim() || ".";
   });
 }
 

@@ -1,5 +1,6 @@
 import type { Part, Shown } from "../app";
-import { h } from "../dom";
+import { Change } from "../core/change";
+import { button, h } from "../dom";
 import type { Commands } from "./commands";
 
 const ALWAYS = 8; // signals of a bank that are there always
@@ -11,20 +12,18 @@ export function makeSignals(commands: Commands, slot: HTMLElement): Part {
   const names: Record<string, string> = commands.connection.welcome!.cell?.names ?? {};
   const stack = h("div", { class: "stack signals" });
   slot.append(stack);
-  let drawn = "";
+  const change = new Change();
   return {
     show({ surveyed }: Shown): void {
       if (!surveyed) return;
       const on: number[] = surveyed.on;
       const may = commands.mayDrive && commands.supervises;
-      const text = JSON.stringify([on, may]);
-      if (text === drawn) return;
-      drawn = text;
+      if (!change.to([on, may])) return;
       const focused = (document.activeElement as HTMLElement | null)?.dataset.signal;
       stack.replaceChildren(...BANKS.map(([title, first, last, always]) => {
-        const named = Object.keys(names).map(Number);
         const usual = Array.from({ length: always }, (_, i) => first + i);
-        const there = [...new Set([...usual, ...named, ...on])].filter((one) => one >= first && one <= last).sort((a, b) => a - b);
+        const known = [...new Set([...usual, ...Object.keys(names).map(Number), ...on])];
+        const there = known.filter((one) => one >= first && one <= last).sort((a, b) => a - b);
         const lamps = there.slice(0, MAX_SHOWN).map((number) => lamp(number, on.includes(number), may));
         const more = there.length - lamps.length;
         return h("section", { hidden: !there.length }, h("h2", { class: "heading", text: title }), h("div", { class: "signal-grid" }, ...lamps),
@@ -35,10 +34,11 @@ export function makeSignals(commands: Commands, slot: HTMLElement): Part {
   };
   function lamp(number: number, on: boolean, may: boolean): HTMLElement {
     const name = names[number] ?? "";
-    return h("button", {
-      class: "button signal", type: "button", disabled: !may, "aria-pressed": String(on), "data-signal": String(number),
+    const made = button(h("span", { class: `lamp ${on ? "on" : ""}` }), () => commands.command(`SIGNAL ${on ? -number : number}`, "SIGNAL"), {
+      class: "signal", disabled: !may, "aria-pressed": String(on), "data-signal": String(number),
       "aria-label": `Signal ${number}${name ? ` ${name}` : ""}`, title: `${name || `Signal ${number}`} is ${on ? "on" : "off"}`,
-      onclick: () => void commands.command(`SIGNAL ${on ? -number : number}`, "SIGNAL"),
-    }, h("span", { class: `lamp ${on ? "on" : ""}` }), h("span", { class: "number", text: String(number) }), name ? h("span", { class: "note signal-name", text: name }) : "");
+    });
+    made.append(h("span", { class: "number", text: String(number) }), name ? h("span", { class: "note signal-name", text: name }) : "");
+    return made;
   }
 }

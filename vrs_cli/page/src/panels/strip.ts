@@ -1,10 +1,11 @@
-import type { App, Part, Shown } from "../app";
+import type { App, Shown } from "../app";
+import { Change } from "../core/change";
 import type { Message } from "../core/connection";
-import type { Preview } from "../core/preview";
 import type { Timeline } from "../core/timeline";
 import { PHASES, type Span, commandsIn, doingAt, roundStep, shares, spanOf } from "../core/spans";
 import { h } from "../dom";
 import { colour, onTheme } from "../style/theme";
+import { untrueSentence } from "./programs";
 
 const [AXIS, BAND, NAMES] = [15, 18, 16]; // [px] of the numbers, the phases, and the names of commands
 const DENSE = 3; // [px] between two commands, below which they are counted instead of named
@@ -13,26 +14,20 @@ const MIN_NAME = 26; // [px] that a name needs at least
 const REDRAW = 100; // [ms] between two drawings at least
 
 /** What is in doubt of a timeline: times that are not confirmed, that were shown wrong, and of commands that failed. */
-export interface Doubts {
+interface Doubts {
   unconfirmed: number;
   flagged: [number, number][];
   late: { t: number; text: string }[];
   untrue: { t: number; text: string }[];
 }
 
-function doubtsOf(shown: Shown): Doubts {
-  const { preview } = shown.source as { preview?: Preview };
-  const untrue: Message[] = shown.surveyed?.untrue ?? [];
+function doubtsOf({ source: { preview }, surveyed, now }: Shown): Doubts {
   return {
-    unconfirmed: preview?.unconfirmed(shown.now) ?? Infinity,
+    unconfirmed: preview?.unconfirmed(now) ?? Infinity,
     flagged: preview?.flagged ?? [],
     late: (preview?.late ?? []).map((one) => ({ t: one.issued, text: `${one.text}: ${one.refused}` })),
-    untrue: untrue.map((one) => ({ t: one.time, text: untrueText(one) })),
+    untrue: ((surveyed?.untrue ?? []) as Message[]).map((one) => ({ t: one.time, text: untrueSentence(one) })),
   };
-}
-function untrueText({ signal, name, on, changed, command, place }: Message): string {
-  const given = command ? `${command} was given` : "a program went on";
-  return `${given} when ${name ? `${signal} (${name})` : signal} ${changed ? "came" : "was"} ${on ? "on" : "off"}; it no longer ${changed ? "does" : "is"}${place ? ` (${place})` : ""}`;
 }
 
 /** Makes the timeline as a strip: phases by colour, commands by name, what is in doubt; it is where time is sought. */
@@ -45,22 +40,18 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
   let shown: Shown | null = null;
   let span: Span = { low: 0, high: 1 };
   let doubts: Doubts = { unconfirmed: Infinity, flagged: [], late: [], untrue: [] };
-  let drawn = "";
-  let drawnAt = -REDRAW;
-  let told = "";
   let width = 1;
   let hovered: number | null = null;
   const place = (t: number): number => ((t - span.low) / (span.high - span.low)) * width;
   const timeAt = (x: number): number => span.low + (x / width) * (span.high - span.low);
-  new ResizeObserver(() => {
+  const drawn = new Change(REDRAW, () => app.wake()), told = new Change();
+  const redraw = (): void => {
     width = Math.max(strip.clientWidth, 1);
-    drawn = "";
+    drawn.forget();
     app.wake();
-  }).observe(strip);
-  onTheme(() => {
-    drawn = "";
-    app.wake();
-  });
+  };
+  new ResizeObserver(redraw).observe(strip);
+  onTheme(redraw);
 
   // --- seeking ---
   const local = (event: PointerEvent): number => Math.min(Math.max(event.clientX - strip.getBoundingClientRect().left, 0), width);
@@ -81,8 +72,7 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
     hovered = null;
     showTip();
   });
-  strip.addEventListener("focus", () => showTip());
-  strip.addEventListener("blur", () => showTip());
+  for (const name of ["focus", "blur"]) strip.addEventListener(name, showTip);
   strip.addEventListener("keydown", (event) => {
     const by = (event.shiftKey ? 0.05 : 0.005) * (span.high - span.low);
     const to = { ArrowLeft: -by, ArrowDown: -by, ArrowRight: by, ArrowUp: by }[event.key];
@@ -118,24 +108,26 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
     const { timeline, t } = now;
     span = spanOf(app.playback, zoom.seconds, t);
     doubts = doubtsOf(now);
-    const unconfirmed = Number.isFinite(doubts.unconfirmed) ? Math.round(place(doubts.unconfirmed)) : "";
-    const key = [timeline.number, timeline.version, timeline.first, timeline.segments.length, span.low, span.high, width, unconfirmed, doubts.flagged.flat(), [...doubts.late, ...doubts.untrue].map((one) => one.t)].join();
-    if (key !== drawn && performance.now() >= drawnAt + REDRAW) {
-      drawn = key;
-      drawnAt = performance.now();
-      draw(canvas, timeline, span, doubts, width);
-    } else if (key !== drawn) app.wake();
+    const { number, version, first, segments } = timeline;
+    const key = [number, version, first, segments.length, span, Math.round(place(doubts.unconfirmed)), doubts.flagged, doubts.late, doubts.untrue];
+    if (drawn.to(key)) draw(canvas, timeline, span, doubts, width);
     cursor.style.transform = `translateX(${place(Math.min(Math.max(t, span.low), span.high))}px)`;
     present.style.transform = `translateX(${place(now.now)}px)`;
     present.hidden = app.playback.following || now.now < span.low || now.now > span.high;
     const text = `${t.toFixed(1)} s, ${doingAt(timeline, t).text}`;
-    if (text !== told) {
-      told = text;
-      for (const [name, to] of Object.entries({ valuemin: span.low.toFixed(1), valuemax: span.high.toFixed(1), valuenow: t.toFixed(1), valuetext: text })) strip.setAttribute(`aria-${name}`, to);
-      if (!tip.hidden) showTip();
-    }
+    if (!told.to(text)) return;
+    Object.assign(strip, { ariaValueMin: span.low.toFixed(1), ariaValueMax: span.high.toFixed(1), ariaValueNow: t.toFixed(1), ariaValueText: text });
+    if (!tip.hidden) showTip();
   }
-  app.add({ show } satisfies Part);
+  app.add({ show });
+}
+
+/** What the parts of the strip draw with: the pen, and where a time is [px]. */
+interface Sheet {
+  pen: CanvasRenderingContext2D;
+  span: Span;
+  width: number;
+  place(t: number): number;
 }
 
 function draw(canvas: HTMLCanvasElement, timeline: Timeline, span: Span, doubts: Doubts, width: number): void {
@@ -149,25 +141,22 @@ function draw(canvas: HTMLCanvasElement, timeline: Timeline, span: Span, doubts:
   pen.font = `11px ${getComputedStyle(document.body).fontFamily}`;
   pen.textBaseline = "middle";
   const place = (t: number): number => ((t - span.low) / (span.high - span.low)) * width;
-  drawAxis(pen, span, width, place);
-  drawPhases(pen, shares(timeline, span, canvas.width), 1 / ratio, width);
-  drawDoubts(pen, doubts, span, width, place);
-  drawCommands(pen, commandsIn(timeline, span), width, place);
+  const sheet = { pen, span, width, place };
+  drawAxis(sheet);
+  drawPhases(sheet, shares(timeline, span, canvas.width), 1 / ratio);
+  drawDoubts(sheet, doubts);
+  drawCommands(sheet, commandsIn(timeline, span));
   for (const [marks, property] of [[doubts.late, "--stop"], [doubts.untrue, "--warn"]] as const) {
     pen.fillStyle = colour(property);
     for (const { t } of marks) {
       const x = place(t);
       pen.fillRect(x - 1, AXIS - 3, 2, BAND + 6);
-      pen.beginPath();
-      pen.moveTo(x - 4, AXIS - 6);
-      pen.lineTo(x + 4, AXIS - 6);
-      pen.lineTo(x, AXIS + 1);
-      pen.fill();
+      pen.fill(new Path2D(`M${x - 4} ${AXIS - 6}h8l-4 7z`));
     }
   }
 }
 
-function drawAxis(pen: CanvasRenderingContext2D, span: Span, width: number, place: (t: number) => number): void {
+function drawAxis({ pen, span, width, place }: Sheet): void {
   const step = roundStep(span.high - span.low, Math.max(width / 70, 2));
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   pen.fillStyle = colour("--muted");
@@ -182,14 +171,13 @@ function drawAxis(pen: CanvasRenderingContext2D, span: Span, width: number, plac
 }
 
 /** Fills each column with the phases in it, one above the other; runs of columns with one phase in one piece. */
-function drawPhases(pen: CanvasRenderingContext2D, found: Float32Array, column: number, width: number): void {
+function drawPhases({ pen, width }: Sheet, found: Float32Array, column: number): void {
   pen.fillStyle = colour("--rest");
   pen.fillRect(0, AXIS, width, BAND);
   const n = PHASES.length;
-  const colours = PHASES.map((phase) => colour(`--${phase}`));
   const columns = found.length / n;
   for (let phase = 1; phase < n; phase++) {
-    pen.fillStyle = colours[phase];
+    pen.fillStyle = colour(`--${PHASES[phase]}`);
     for (let i = 0; i < columns; i++) {
       const share = found[i * n + phase];
       if (share < 0.01) continue;
@@ -204,7 +192,7 @@ function drawPhases(pen: CanvasRenderingContext2D, found: Float32Array, column: 
   }
 }
 
-function drawDoubts(pen: CanvasRenderingContext2D, doubts: Doubts, span: Span, width: number, place: (t: number) => number): void {
+function drawDoubts({ pen, span, width, place }: Sheet, doubts: Doubts): void {
   const hatch = (from: number, to: number, property: string, sign: number): void => {
     pen.save();
     pen.beginPath();
@@ -212,12 +200,8 @@ function drawDoubts(pen: CanvasRenderingContext2D, doubts: Doubts, span: Span, w
     pen.clip();
     pen.strokeStyle = colour(property);
     pen.lineWidth = 3;
-    pen.beginPath();
-    for (let x = from - BAND - (from % 8); x < to + BAND; x += 8) {
-      pen.moveTo(x, sign > 0 ? AXIS + BAND : AXIS);
-      pen.lineTo(x + BAND, sign > 0 ? AXIS : AXIS + BAND);
-    }
-    pen.stroke();
+    const first = sign > 0 ? AXIS + BAND : AXIS;
+    for (let x = from - BAND - (from % 8); x < to + BAND; x += 8) pen.stroke(new Path2D(`M${x} ${first}l${BAND} ${-sign * BAND}`));
     pen.restore();
   };
   if (doubts.unconfirmed < span.high) hatch(Math.max(place(doubts.unconfirmed), 0), width, "--unconfirmed", 1);
@@ -225,7 +209,7 @@ function drawDoubts(pen: CanvasRenderingContext2D, doubts: Doubts, span: Span, w
 }
 
 /** Marks where commands begin, with their names as far as there is room; counts them where they are too many. */
-function drawCommands(pen: CanvasRenderingContext2D, commands: { t: number; text: string }[], width: number, place: (t: number) => number): void {
+function drawCommands({ pen, width, place }: Sheet, commands: { t: number; text: string }[]): void {
   const top = AXIS + BAND;
   if (commands.length * DENSE > width) {
     const bins = new Uint32Array(Math.ceil(width / BIN));

@@ -1,4 +1,4 @@
-import { h } from "../dom";
+import { button, h } from "../dom";
 import { type Run, scan } from "./language";
 
 const MAX_LINES = 2000; // in the document; older ones go
@@ -27,17 +27,16 @@ export class Transcript {
   private drawing = 0;
   private following = true;
   private readonly list = h("div", { class: "transcript" });
-  private readonly newest = h("button", { class: "button transcript-newest", type: "button", text: "↓ Newest", hidden: true });
+  private readonly newest = button("↓ Newest", () => this.toEnd(), { class: "transcript-newest", hidden: true });
 
   /** `key`: under which the lines are kept for a reload. */
   constructor(private readonly slot: HTMLElement, private readonly key: string) {
     slot.append(this.list, this.newest);
     slot.addEventListener("scroll", () => this.follow(slot.scrollHeight - slot.scrollTop - slot.clientHeight < NEAR_END));
-    this.newest.addEventListener("click", () => this.toEnd());
     new ResizeObserver(() => this.following && this.toEnd()).observe(slot);
     window.addEventListener("pagehide", () => this.keep());
     document.addEventListener("visibilitychange", () => document.hidden && this.keep());
-    for (const runs of kept(key)) this.add(runs);
+    this.say(kept(key));
   }
 
   /** Adds lines that were typed. `again`: what they are another one of: if they come one after the other, the last stays. */
@@ -53,8 +52,9 @@ export class Transcript {
     for (const runs of lines) this.add(runs);
   }
 
+  /** Adds lines in one ink. */
   note(text: string, ink = "note"): void {
-    for (const line of text.split("\n")) this.add([[line, ink]]);
+    this.say(text.split("\n").map((line) => [[line, ink]]));
   }
 
   /** Adds what a program TYPEs; a line may come in parts. */
@@ -66,7 +66,7 @@ export class Transcript {
       if (last.element) fill(last.element, last.runs);
       this.draw();
     } else this.add([[first, "text"]]);
-    for (const line of others) this.add([[line, "text"]]);
+    if (others.length) this.note(others.join("\n"), "text");
     this.open = !newline;
   }
 

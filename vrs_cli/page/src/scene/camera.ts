@@ -1,7 +1,8 @@
 import * as THREE from "three";
-import { frames, type Model } from "../core/kinematics";
+import { frames, slides } from "../core/kinematics";
 import { roomOf, type Bodies } from "./figure";
 
+const FIELD = 0.66; // [rad] of view, from top to bottom: as a lens of 50 mm sees
 /** From the robot to who looks at it: from the front, on its left, from above. */
 export const HOME = new THREE.Vector3(0.8, 0.55, 0.38);
 /** Directions from which the camera looks. The little Y has X to the right in a picture from above. */
@@ -11,11 +12,18 @@ export const DIRECTIONS = {
   top: new THREE.Vector3(0, -1e-4, 1),
 };
 
+export const makeCamera = (): THREE.PerspectiveCamera => new THREE.PerspectiveCamera(THREE.MathUtils.radToDeg(FIELD), 1, 0.01, 100);
+
+/** Puts a camera where it sees all of a ball from a direction; `margin`: how much room that takes, in balls. */
+export function placeCamera(camera: THREE.PerspectiveCamera, ball: THREE.Sphere, towards: THREE.Vector3, margin = 1): void {
+  const half = Math.atan(Math.tan(FIELD / 2) * Math.min(1, camera.aspect));
+  camera.position.copy(ball.center).addScaledVector(towards.clone().normalize(), (margin * ball.radius) / Math.sin(half));
+}
+
 /** Returns a ball around the arm at READY, at NEST, and with sliding joints far out, in the robot's frame [m]. */
-export function homeBall(model: Model, bodies: Bodies): THREE.Sphere {
-  const zero = model.joints.map(() => 0);
-  const ready = model.poses.ready ?? zero;
-  const far = ready.map((x, i) => (model.joints[i].kind === "prismatic" ? model.joints[i].upper : x));
-  const room = roomOf(bodies, [ready, model.poses.nest ?? ready, far].map((q) => frames(model, q)));
+export function homeBall({ model, all }: Bodies): THREE.Sphere {
+  const ready = model.poses.ready ?? model.joints.map(() => 0);
+  const far = ready.map((x, i) => (slides(model.joints[i]) ? model.joints[i].upper : x));
+  const room = roomOf(all, [ready, model.poses.nest ?? ready, far].map((q) => frames(model, q)));
   return room.isEmpty() ? new THREE.Sphere(new THREE.Vector3(), 1) : room.getBoundingSphere(new THREE.Sphere());
 }

@@ -1,37 +1,11 @@
 import { Color } from "three";
 
-/** Colours of the picture that follow the theme of the page; those of the robot itself do not. */
-export interface Palette {
-  background: string;
-  sky: string;
-  ground: string;
-  /** Of the floor: its lines each 100 mm, each 500 mm, and its numbers. */
-  cell: string;
-  section: string;
-  numbers: string;
-  /** How dark the shadow is, from 0 to 1. */
-  shadow: number;
-  /** Of the way of the tool: past and planned, and where one motion turns into the next. */
-  past: string;
-  planned: string;
-  pastBlend: string;
-  plannedBlend: string;
-  dot: string;
-  mark: string;
-  goal: string;
-  good: string;
-  bad: string;
-  stop: string;
-  free: string;
-  hand: string;
-  reach: string;
-  unconfirmed: string;
-  flagged: string;
-  predicted: string;
-  branches: string[];
-}
+/** Colours of the picture that follow the theme of the page; those of the robot itself do not. `cell`, `section`, `numbers`:
+ * of the floor, its lines each 100 mm and each 500 mm. `past` to `plannedBlend`: of the way of the tool, and where one motion
+ * turns into the next. `shadow`: how dark it is, from 0 to 1. */
+export type Palette = typeof LIGHT;
 
-const LIGHT: Palette = {
+const LIGHT = {
   background: "#f1f3f5", sky: "#ffffff", ground: "#a8a49e", cell: "#dde1e5", section: "#b9c0c8", numbers: "#66707c", shadow: 0.22,
   past: "#1d58c8", planned: "#e0660a", pastBlend: "#7fa5ec", plannedBlend: "#f6ac66", dot: "#6f767f", mark: "#30363d",
   goal: "#c65a06", good: "#22864a", bad: "#d63031", stop: "#8c1414", free: "#6c9ed6", hand: "#343a42", reach: "#4682d2",

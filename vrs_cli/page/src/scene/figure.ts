@@ -1,8 +1,8 @@
 import * as THREE from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { mergeGeometries, mergeVertices } from "three/examples/jsm/utils/BufferGeometryUtils.js";
-import type { Model, Shape } from "../core/kinematics";
-import { identity, multiply, rotation, transformOf, type Transform } from "../core/transform";
+import { slides, type Model, type Shape } from "../core/kinematics";
+import { column, identity, movedTo, movePoint, multiply, originOf, rotation, transformOf, type Transform } from "../core/transform";
 import { shapeColour } from "./colours";
 import { geometry } from "./shapes";
 
@@ -29,13 +29,9 @@ export function opened(openings: Opening[], hand: number): Transform {
   let T = identity();
   for (const { slide = [0, 0, 0], turn = [0, 0, 0], point = [0, 0, 0] } of openings) {
     const angle = Math.hypot(...turn);
-    let R = identity();
-    if (angle) {
-      R = rotation(turn.map((x) => x / angle), angle * hand);
-      for (let i = 0; i < 3; i++) R[3 + 4 * i] = point[i] - (R[4 * i] * point[0] + R[4 * i + 1] * point[1] + R[4 * i + 2] * point[2]);
-    }
-    for (let i = 0; i < 3; i++) R[3 + 4 * i] += slide[i] * hand;
-    T = multiply(T, R);
+    const R = angle ? rotation(turn.map((x) => x / angle), angle * hand) : identity();
+    const turned = movePoint(R, point);
+    T = multiply(multiply(T, movedTo(slide.map((x, i) => x * hand + point[i] - turned[i]))), R);
   }
   return T;
 }
@@ -47,7 +43,7 @@ const openings = (shape: Shape): Opening[] => {
 };
 
 /** A surface of a link in one piece, in the colours of its vertices. */
-interface Body {
+export interface Body {
   link: number;
   geometry: THREE.BufferGeometry;
   opens: Opening[];
@@ -99,7 +95,7 @@ export class Bodies {
     const found: Body[] = [];
     const take = async (shape: Shape): Promise<void> => {
       const { scene } = await loaded(loader, shape.glb!);
-      if (shape.at) setPose(scene, shape.at.length === 12 ? transformOf(shape.at) : Float64Array.of(1, 0, 0, shape.at[0], 0, 1, 0, shape.at[1], 0, 0, 1, shape.at[2]));
+      if (shape.at) setPose(scene, shape.at.length === 12 ? transformOf(shape.at) : movedTo(shape.at));
       scene.updateMatrixWorld(true);
       scene.traverse((node) => {
         if (!(node instanceof THREE.Mesh)) return;
@@ -215,30 +211,28 @@ export class Figure {
   }
 }
 
-/** Returns the least box around the robot at some postures of it (T_robot_link), in its own frame [m]. */
-export function roomOf(bodies: Bodies, postures: Transform[][]): THREE.Box3 {
+/** Returns the least box around bodies at some postures of the robot (T_robot_link), in its own frame [m]. */
+export function roomOf(bodies: Body[], postures: Transform[][]): THREE.Box3 {
   const room = new THREE.Box3();
-  const point = new THREE.Vector3();
   for (const frames of postures)
-    for (const { link, geometry } of bodies.all) {
-      const matrix = matrixOf(frames[link]);
-      const positions = geometry.getAttribute("position");
-      for (let i = 0; i < positions.count; i++) room.expandByPoint(point.fromBufferAttribute(positions, i).applyMatrix4(matrix));
+    for (const { link, geometry } of bodies) {
+      const positions = geometry.getAttribute("position").clone().applyMatrix4(matrixOf(frames[link]));
+      room.union(new THREE.Box3().setFromBufferAttribute(positions as THREE.BufferAttribute));
     }
   return room;
 }
 
 /** Returns how far the tool can get from the first axis [m], for the sizes of what is drawn. */
-export function reachOf(model: Model, zero: Transform[]): number {
-  const at = [zero[zero.length - 1][3], zero[zero.length - 1][7], zero[zero.length - 1][11]];
+export function reachOf({ joints }: Model, zero: Transform[]): number {
+  let at = originOf(zero[zero.length - 1]);
   let far = 0;
-  for (let i = model.joints.length; i-- > 0; ) {
-    const { kind, lower, upper } = model.joints[i];
-    const [z, p] = [[2, 6, 10].map((k) => zero[i][k]), [3, 7, 11].map((k) => zero[i][k])];
+  for (let i = joints.length; i-- > 0; ) {
+    const { lower, upper } = joints[i];
+    const [z, p] = [column(zero[i], 2), originOf(zero[i])];
     const along = z.reduce((sum, zk, k) => sum + zk * (at[k] - p[k]), 0);
-    const foot = p.map((pk, k) => pk + along * z[k]);
-    far += Math.hypot(...foot.map((x, k) => x - at[k])) + (kind === "prismatic" ? Math.max(Math.abs(lower), Math.abs(upper)) : 0);
-    foot.forEach((x, k) => (at[k] = x));
+    const foot = p.map((pk, k) => pk + along * z[k]) as typeof p;
+    far += Math.hypot(...foot.map((x, k) => x - at[k])) + (slides(joints[i]) ? Math.max(Math.abs(lower), Math.abs(upper)) : 0);
+    at = foot;
   }
   return Math.max(far, 0.05);
 }

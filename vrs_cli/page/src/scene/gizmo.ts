@@ -1,14 +1,14 @@
 import * as THREE from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
-import type { Transform } from "../core/transform";
-import { multiply, inverse } from "../core/transform";
+import { Change } from "../core/change";
+import { inverse, multiply, originOf, type Transform } from "../core/transform";
 import { AXES } from "./colours";
 import { matrixOf } from "./figure";
 import type { Labels } from "./labels";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
-const AGAIN = 100; // [ms] after which a wish that stays is said again: the robot knows that the hand is there
+const RELEASE = 400; // [ms] after the last key, when the tool is let go
 const LIT_COLOUR = "#f0a020"; // of an arrow under the pointer
 const LIT = 0.09; // of the reach: the ball at a joint that is at its limit
 const [STEP, TURN] = [0.005, Math.PI / 90]; // [m, rad] of a key; a tenth of it with Shift
@@ -20,19 +20,22 @@ const KEYS: Record<string, [axis: number, sign: number, turns: boolean]> = {
 
 /** The arrows and rings with which the tool is dragged. Who drives the robot hears of the wishes by `onDrag`. */
 export class Gizmo {
-  /** Called with the wished T_world_tool while the gizmo is dragged, again each 100 ms, and with null when it is let go. */
+  /** Called with the wished T_world_tool while the gizmo is dragged, and with null when it is let go. */
   onDrag: (wish: Transform | null) => void = () => {};
   /** Whether the gizmo may be seen: for one who may drive, while the robot is followed. */
   enabled = false;
+  /** Whether the arrows stand along the axes of the tool or of the world. */
+  axes: "tool" | "world" = "tool";
+  /** What the gizmo can do. */
+  motions: "both" | "move" | "turn" = "both";
   private readonly proxy = new THREE.Object3D();
   private readonly move: TransformControls;
   private readonly turn: TransformControls;
   private readonly ball: THREE.Mesh;
-  private along: "tool" | "world" = "tool";
-  private kind: "both" | "move" | "turn" = "both";
   private tool: Transform | null = null; // T_world_tool, shown last
   private T_gizmo_tool: Transform | null = null; // while it is dragged
-  private repeats = 0;
+  private keyTimer = 0;
+  private readonly arranged = new Change();
   private held = { text: "", joint: 0 };
 
   constructor(private readonly stage: Stage, private readonly labels: Labels) {
@@ -42,12 +45,12 @@ export class Gizmo {
     this.ball = new THREE.Mesh(new THREE.SphereGeometry(LIT * stage.reach, 24, 16), new THREE.MeshBasicMaterial({ color: "#d63a2e", transparent: true, opacity: 0.45, depthWrite: false }));
     this.ball.visible = false;
     stage.scene.add(this.ball);
-    this.arrange();
   }
 
   private control(mode: "translate" | "rotate"): TransformControls {
     const made = new TransformControls(this.stage.camera, this.stage.view);
     made.setMode(mode);
+    made.setSpace("local"); // the proxy itself stands along the world, or the tool
     made.attach(this.proxy);
     made.enabled = false;
     made.setColors(AXES[0], AXES[1], AXES[2], LIT_COLOUR);
@@ -65,30 +68,9 @@ export class Gizmo {
     return made;
   }
 
-  /** Whether the arrows stand along the axes of the tool or of the world. */
-  get axes(): "tool" | "world" {
-    return this.along;
-  }
-  set axes(to: "tool" | "world") {
-    this.along = to;
-    this.arrange();
-  }
-  /** What the gizmo can do. */
-  get motions(): "both" | "move" | "turn" {
-    return this.kind;
-  }
-  set motions(to: "both" | "move" | "turn") {
-    this.kind = to;
-    this.arrange();
-  }
   /** Whether somebody holds it now. */
   get dragged(): boolean {
     return this.T_gizmo_tool !== null;
-  }
-
-  private arrange(): void {
-    for (const control of [this.move, this.turn]) control.setSpace("local"); // the proxy itself stands along the world, or the tool
-    this.stage.change();
   }
 
   /** The arrows are not taken while a ring is under the pointer, and the other way round. */
@@ -105,9 +87,7 @@ export class Gizmo {
   private take(): void {
     if (!this.tool) return;
     this.stage.controls.enabled = false;
-    this.onDrag(null); // what a cut has broken off is let go only now
     this.T_gizmo_tool = multiply(inverse(this.gizmo), this.tool);
-    this.repeats = window.setInterval(() => this.wish(), AGAIN);
   }
 
   private get gizmo(): Transform {
@@ -127,7 +107,6 @@ export class Gizmo {
 
   /** Lets go of the gizmo, as its user does: also at a cut of the connection. */
   drop(): void {
-    window.clearInterval(this.repeats);
     this.stage.controls.enabled = true;
     if (this.dragged) this.onDrag(null);
     this.T_gizmo_tool = null;
@@ -149,22 +128,21 @@ export class Gizmo {
     else this.proxy.translateOnAxis(unit, step);
     this.wish();
     window.clearTimeout(this.keyTimer);
-    this.keyTimer = window.setTimeout(() => this.letGo(), 4 * AGAIN);
+    this.keyTimer = window.setTimeout(() => this.letGo(), RELEASE);
     return true;
   }
-  private keyTimer = 0;
 
   /** Shows what holds the tool back: a text at the tool, and a ball at the joint (counted from 1; 0: none) that is at its limit. */
   showHeld(text: string, joint: number): void {
-    if (text === this.held.text && joint === this.held.joint) return;
     this.held = { text, joint };
     this.stage.change();
   }
 
   show({ T_world_tool, T_world_robot, frames }: InWorld): void {
     this.tool = T_world_tool;
+    if (this.arranged.to(this.axes)) this.stage.change();
     for (const [control, other] of [[this.move, "turn"], [this.turn, "move"]] as const) {
-      const on = this.seen && this.kind !== other;
+      const on = this.seen && this.motions !== other;
       const helper = control.getHelper();
       if (helper.visible === on) continue;
       helper.visible = control.enabled = on;
@@ -172,12 +150,12 @@ export class Gizmo {
     }
     if (!this.dragged) {
       matrixOf(T_world_tool).decompose(this.proxy.position, this.proxy.quaternion, this.proxy.scale);
-      if (this.along === "world") this.proxy.quaternion.identity();
+      if (this.axes === "world") this.proxy.quaternion.identity();
     }
     const { text, joint } = this.held;
-    if (text) this.labels.set("held", "held", text, [T_world_tool[3], T_world_tool[7], T_world_tool[11]]);
+    if (text) this.labels.set("held", "held", text, originOf(T_world_tool));
     else this.labels.remove("held");
     this.ball.visible = joint > 0;
-    if (joint > 0) this.ball.position.setFromMatrixPosition(matrixOf(multiply(T_world_robot, frames[joint - 1])));
+    if (joint > 0) this.ball.position.set(...originOf(multiply(T_world_robot, frames[joint - 1])));
   }
 }

@@ -1,4 +1,5 @@
 import * as THREE from "three";
+import type { Point } from "../core/transform";
 
 /** Lines that are a few pixels wide, and change colour at a time: each piece has the time at its ends, and two colours. */
 const VERTEX = /* glsl */ `
@@ -58,8 +59,8 @@ const QUAD = { corners: [-1, 0, 0, 1, 0, 0, 1, 1, 0, -1, 1, 0], index: [0, 1, 2,
 
 /** A piece of a line: two points in the world [m] with the times there [s], and its colours before and after `now`. */
 export interface Piece {
-  a: ArrayLike<number>;
-  b: ArrayLike<number>;
+  a: Point;
+  b: Point;
   from: number;
   to: number;
   early: THREE.Color;
@@ -88,17 +89,16 @@ export class Lines {
     this.mesh.geometry.dispose();
     const made = new THREE.InstancedBufferGeometry();
     made.setAttribute("position", new THREE.Float32BufferAttribute(QUAD.corners, 3)).setIndex(QUAD.index);
-    const [begin, finish] = [new Float32Array(4 * pieces.length), new Float32Array(4 * pieces.length)];
-    const [early, late] = [new Float32Array(3 * pieces.length), new Float32Array(3 * pieces.length)];
     this.origin = pieces.length ? pieces[0].from : 0;
-    pieces.forEach((piece, i) => {
-      begin.set([piece.a[0], piece.a[1], piece.a[2], piece.from - this.origin], 4 * i);
-      finish.set([piece.b[0], piece.b[1], piece.b[2], piece.to - this.origin], 4 * i);
-      piece.early.toArray(early, 3 * i);
-      piece.late.toArray(late, 3 * i);
-    });
-    for (const [name, data, size] of [["begin", begin, 4], ["finish", finish, 4], ["early", early, 3], ["late", late, 3]] as const)
+    const add = (name: string, size: number, of: (piece: Piece) => Iterable<number>): void => {
+      const data = new Float32Array(size * pieces.length);
+      pieces.forEach((piece, i) => data.set([...of(piece)], size * i));
       made.setAttribute(name, new THREE.InstancedBufferAttribute(data, size));
+    };
+    add("begin", 4, ({ a, from }) => [...a, from - this.origin]);
+    add("finish", 4, ({ b, to }) => [...b, to - this.origin]);
+    add("early", 3, ({ early }) => early);
+    add("late", 3, ({ late }) => late);
     made.instanceCount = pieces.length;
     this.mesh.geometry = made;
     this.mesh.visible = pieces.length > 0;
@@ -123,11 +123,9 @@ export class Dots {
     };
   }
 
-  set(places: ArrayLike<number>[], colour: string): void {
-    const data = new Float32Array(3 * places.length);
-    places.forEach((place, i) => data.set([place[0], place[1], place[2]], 3 * i));
+  set(places: Point[], colour: string): void {
     this.points.geometry.dispose();
-    this.points.geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(data, 3));
+    this.points.geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(places.flat(), 3));
     this.points.material.uniforms.colour.value.set(colour);
     this.points.visible = places.length > 0;
   }

@@ -1,8 +1,9 @@
 import * as THREE from "three";
 import { ConvexGeometry } from "three/examples/jsm/geometries/ConvexGeometry.js";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { Change } from "../core/change";
+import { multiply, originOf } from "../core/transform";
 import type { World } from "../core/world";
-import { identity, multiply } from "../core/transform";
 import { RED } from "./colours";
 import { setPose, type Figure } from "./figure";
 import type { Labels } from "./labels";
@@ -56,7 +57,7 @@ export class PartsView {
   private readonly sensors: Drawn["mesh"][] = [];
   private readonly parts: string[];
   private red = new Set<string>();
-  private drawn = "";
+  private readonly drawn = new Change();
 
   constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly figure: Figure, private readonly world: World, scene: CellScene) {
     const { parts = [], fixtures = [], sensors = [], feeders = [], sinks = [] } = scene;
@@ -93,26 +94,24 @@ export class PartsView {
 
   set visible(on: boolean) {
     this.root.visible = on;
-    this.drawn = "";
+    this.drawn.forget();
     if (!on) this.labels.remove("part ");
   }
 
   show({ t, frames, T_world_robot }: InWorld): void {
     if (!this.root.visible) return;
     const { world } = this;
-    const T_world_flange = multiply(T_world_robot, frames[frames.length - 1] ?? identity());
+    const T_world_flange = multiply(T_world_robot, frames[frames.length - 1]);
     const poses = this.parts.map((name) => world.pose(name, t, T_world_flange));
     const lit = this.sensors.map((_, k) => world.sees(k, t));
     const touching = world.touching(t, LASTING).flat();
-    const now = `${poses} ${lit} ${touching} ${this.named}`;
-    if (now === this.drawn) return;
-    this.drawn = now;
+    if (!this.drawn.to(`${poses} ${lit} ${touching} ${this.named}`)) return;
     this.parts.forEach((name, i) => {
       const { mesh } = this.bodies.get(name)!;
       const T = poses[i];
       mesh.visible = !!T;
       if (T) setPose(mesh, T);
-      if (T && this.named) this.labels.set(`part ${name}`, "part", name, [T[3], T[7], T[11]]);
+      if (T && this.named) this.labels.set(`part ${name}`, "part", name, originOf(T));
       else this.labels.remove(`part ${name}`, true);
     });
     this.sensors.forEach(({ material }, k) => {

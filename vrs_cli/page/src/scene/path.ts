@@ -1,9 +1,12 @@
 import * as THREE from "three";
+import { Change } from "../core/change";
+import type { Model } from "../core/kinematics";
+import type { Point } from "../core/transform";
 import type { InWorld } from "./scene";
 import type { Labels } from "./labels";
 import { Dots, Lines, type Piece } from "./lines";
 import type { Stage } from "./stage";
-import { Way, type Point, type WayLine } from "./way";
+import { Way, type WayLine } from "./way";
 
 const AROUND = 60; // [s] of the way to either side of the present
 const STEP = 20; // [s] after which that is looked at anew
@@ -35,12 +38,13 @@ export class PathView {
   private readonly dots = new Dots(DOT);
   private readonly marks = new Dots(MARK);
   private drawn: unknown[] = [];
-  private sides: unknown[] = [];
+  private readonly sides = new Change();
+  private drawings = 0;
   private near: WayLine[] = [];
   private wait = 0; // [ms] until when the way is not drawn again
   private timer = 0;
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels, model: ConstructorParameters<typeof Way>[0]) {
+  constructor(private readonly stage: Stage, private readonly labels: Labels, model: Model) {
     this.way = new Way(model);
     this.wide.mesh.renderOrder = -1;
     this.wide.mesh.material.depthWrite = false;
@@ -74,6 +78,7 @@ export class PathView {
       } else {
         this.draw(shown);
         this.drawn = wanted;
+        this.drawings++;
         this.wait = performance.now() + COST * (performance.now() - begin);
       }
     }
@@ -86,14 +91,7 @@ export class PathView {
     const { colours, reach } = this.stage;
     const [past, planned, pastBlend, plannedBlend] = [colours.past, colours.planned, colours.pastBlend, colours.plannedBlend].map((c) => new THREE.Color(c));
     this.near = this.way.lines(timeline, at - AROUND, at + STEP + AROUND, t);
-    const pieces: Piece[] = [];
-    for (const { begin, times, points, blends } of this.near)
-      for (let i = 1; i < points.length; i++)
-        pieces.push({
-          a: points[i - 1], b: points[i], from: begin + times[i - 1], to: begin + times[i],
-          early: blends ? pastBlend : past, late: blends ? plannedBlend : planned,
-        });
-    this.lines.set(pieces);
+    this.lines.set(this.near.flatMap((line) => (line.blends ? piecesOf(line, pastBlend, plannedBlend) : piecesOf(line, past, planned))));
     const starts = this.near.filter((line) => line.starts);
     this.dots.set(this.near.filter((line) => !line.steers).map((line) => line.points[line.points.length - 1]), colours.dot);
     this.marks.set(starts.map((line) => line.points[0]), colours.mark);
@@ -109,9 +107,7 @@ export class PathView {
     const { preview } = source;
     const since = preview ? preview.unconfirmed(now) : Infinity;
     const flagged = (preview?.flagged ?? []).filter(([begin, end]) => t - RECENT < end && begin < t + RECENT);
-    const wanted = [...this.drawn, since === Infinity ? since : Math.round(20 * since), ...flagged.flat()];
-    if (wanted.length === this.sides.length && wanted.every((x, i) => x === this.sides[i])) return;
-    this.sides = wanted;
+    if (!this.sides.to([this.drawings, Math.round(20 * since), flagged])) return;
     const { unconfirmed, flagged: wrong } = this.stage.colours;
     this.wide.set([...this.cut(since, Infinity, unconfirmed), ...flagged.flatMap(([begin, end]) => this.cut(begin, end, wrong))]);
   }
@@ -119,15 +115,15 @@ export class PathView {
   /** Returns the pieces of the way between two times. */
   private cut(begin: number, end: number, colour: string): Piece[] {
     const paint = new THREE.Color(colour);
-    const pieces: Piece[] = [];
-    for (const line of this.near)
-      for (let i = 1; i < line.points.length; i++) {
-        const [from, to] = [line.begin + line.times[i - 1], line.begin + line.times[i]];
-        const [first, last] = [Math.max(begin, from), Math.min(end, to)];
-        if (first >= last) continue;
-        const at = (t: number): number[] => line.points[i].map((x, k) => line.points[i - 1][k] + ((t - from) / (to - from)) * (x - line.points[i - 1][k]));
-        pieces.push({ a: at(first), b: at(last), from: first, to: last, early: paint, late: paint });
-      }
-    return pieces;
+    return this.near.flatMap((line) => piecesOf(line, paint, paint)).flatMap((piece) => {
+      const { a, b, from, to } = piece;
+      const [first, last] = [Math.max(begin, from), Math.min(end, to)];
+      const at = (t: number): Point => a.map((x, k) => x + ((t - from) / (to - from)) * (b[k] - x)) as Point;
+      return first < last ? [{ ...piece, a: at(first), b: at(last), from: first, to: last }] : [];
+    });
   }
 }
+
+/** Returns the pieces of a line in two colours: that of the past, and that of the future. */
+const piecesOf = ({ begin, times, points }: WayLine, early: THREE.Color, late: THREE.Color): Piece[] =>
+  points.slice(1).map((b, i) => ({ a: points[i], b, from: begin + times[i], to: begin + times[i + 1], early, late }));

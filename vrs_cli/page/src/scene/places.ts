@@ -1,14 +1,14 @@
 import * as THREE from "three";
+import { Change } from "../core/change";
 import type { Message } from "../core/connection";
-import { frames, type Model } from "../core/kinematics";
-import { identity, inverse, multiply, transformOf, type Transform } from "../core/transform";
+import { toolFrame, type Model } from "../core/kinematics";
+import { inverse, multiply, originOf, transformOf, type Point, type Transform } from "../core/transform";
 import { AxesCloud } from "./axes";
 import type { Labels } from "./labels";
 import { Lines, type Piece } from "./lines";
 import { gather } from "./path";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
-import type { Point } from "./way";
 
 const LONG = 0.055; // of the reach: the axes
 const NEAR = 0.01; // of the reach: names of places so near to each other stand in one label
@@ -16,13 +16,11 @@ const DASH = 0.02; // of the reach: a dash of what cannot be followed, and the g
 const BALL = 0.02; // of the reach
 const MAX_CHARS = 300; // of the text of a picture
 
-const pointOf = (T: ArrayLike<number>): Point => [T[3], T[7], T[11]];
-
 /** The named locations of the robot: small frames with their names. A precision point is where its joints bring the tool. */
 export class PlacesView {
   readonly root = new THREE.Group();
   private readonly axes: AxesCloud;
-  private drawn = "";
+  private readonly drawn = new Change();
 
   constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly model: Model) {
     this.axes = new AxesCloud(LONG * stage.reach);
@@ -31,19 +29,16 @@ export class PlacesView {
 
   set visible(on: boolean) {
     this.root.visible = on;
-    this.drawn = "";
+    this.drawn.forget();
     if (!on) this.labels.remove("place ");
   }
 
   show({ surveyed }: InWorld): void {
     const rows: Message[] | undefined = surveyed?.places?.rows;
-    if (!this.root.visible || !rows) return;
-    const now = JSON.stringify([rows, surveyed!.base, surveyed!.tool]);
-    if (now === this.drawn) return;
-    this.drawn = now;
+    if (!this.root.visible || !rows || !this.drawn.to([rows, surveyed!.base, surveyed!.tool])) return;
     const placed = rows.flatMap((row) => {
       const T = this.pose(row, surveyed!);
-      return T ? [{ text: row.name as string, T, at: pointOf(T) }] : [];
+      return T ? [{ text: row.name as string, T, at: originOf(T) }] : [];
     });
     this.axes.show(placed.map(({ T }) => T));
     this.labels.remove("place ");
@@ -55,9 +50,8 @@ export class PlacesView {
   private pose(row: Message, { base, tool }: Message): Transform | null {
     if (row.pose) return transformOf(row.pose);
     if (row.joints?.length !== this.model.joints.length) return null;
-    const all = frames(this.model, row.joints);
-    const T_robot_tool = multiply(all[all.length - 1], tool ? transformOf(tool) : identity());
-    return multiply(base ? inverse(transformOf(base)) : identity(), T_robot_tool);
+    const T_robot_tool = toolFrame(this.model, row.joints, tool && transformOf(tool));
+    return base ? multiply(inverse(transformOf(base)), T_robot_tool) : T_robot_tool;
   }
 }
 

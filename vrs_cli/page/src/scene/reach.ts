@@ -1,8 +1,9 @@
 import * as THREE from "three";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { Change } from "../core/change";
 import type { Connection } from "../core/connection";
-import { link, type Model } from "../core/kinematics";
-import { rotation, type Transform } from "../core/transform";
+import { DEGREES, linkAfter, slides } from "../core/kinematics";
+import { identity, movePoint, multiply, rotation } from "../core/transform";
 import { matrixOf, setPose, type Bodies, type Figure } from "./figure";
 import type { Labels } from "./labels";
 import type { InWorld } from "./scene";
@@ -57,43 +58,43 @@ export class RangesView {
   private free = flat("#fff");
   private on = false;
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly model: Model, private readonly bodies: Bodies, private readonly figure: Figure) {}
+  constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly bodies: Bodies, private readonly figure: Figure) {}
 
   set visible(on: boolean) {
     this.on = on;
-    if (on && !this.scales.length) this.scales = this.model.joints.map((_, i) => this.make(i));
+    if (on && !this.scales.length) this.scales = this.bodies.model.joints.map((_, i) => this.make(i));
     for (const node of this.root) node.visible = on;
     if (!on) this.labels.remove("joint ");
   }
 
   private make(i: number): Scale {
-    const { lower, upper, kind, theta = 0, d } = this.model.joints[i];
-    const count = this.model.joints.length;
-    const size = this.stage.reach * (LARGEST + ((SMALLEST - LARGEST) * i) / Math.max(count - 1, 1));
-    const slides = kind === "prismatic";
-    const end = slides ? NEAR * (upper - lower) : Math.min(NEAR * (upper - lower), Math.PI / 12);
+    const { joints } = this.bodies.model;
+    const { lower, upper, theta = 0, d } = joints[i];
+    const size = this.stage.reach * (LARGEST + ((SMALLEST - LARGEST) * i) / Math.max(joints.length - 1, 1));
+    const straight = slides(joints[i]);
+    const end = straight ? NEAR * (upper - lower) : Math.min(NEAR * (upper - lower), Math.PI / 12);
     const cuts = [lower, lower + end, upper - end, upper];
     let height = d, parts: THREE.BufferGeometry[];
-    if (slides) {
-      const beside = 0.9 * size;
-      parts = cuts.slice(1).map((b, k) => ribbon([[beside, 0, cuts[k] + d], [beside, 0, b + d]], [[beside + WIDE * size, 0, cuts[k] + d], [beside + WIDE * size, 0, b + d]]));
+    if (straight) {
+      const edge = (x: number, ...ends: number[]): number[][] => ends.map((z) => [x, 0, z + d]);
+      parts = cuts.slice(1).map((b, k) => ribbon(edge(0.9 * size, cuts[k], b), edge((0.9 + WIDE) * size, cuts[k], b)));
     } else {
       height = this.top(i, size) + ABOVE;
       const least = size / (1 + (WINDS * (upper - lower)) / Math.PI);
       parts = cuts.slice(1).map((b, k) => sector(cuts[k], b, lower, least, height).rotateZ(theta));
     }
     const [first, free, last] = parts;
-    const hand = new THREE.Mesh(slides ? needle(0.3 * size, 0.9 * size) : needle(0.35 * size, size), flat("#fff"));
+    const hand = new THREE.Mesh(straight ? needle(0.3 * size, 0.9 * size) : needle(0.35 * size, size), flat("#fff"));
     const nodes = [new THREE.Mesh(free, this.free), new THREE.Mesh(mergeGeometries([first, last]), flat(END)), hand];
     this.figure.links[i].add(...nodes);
     this.root.push(...nodes);
-    return { hand, tip: (slides ? 1.4 : 1.2) * size, height: height + (slides ? 0 : ABOVE) };
+    return { hand, tip: (straight ? 1.4 : 1.2) * size, height: height + (straight ? 0 : ABOVE) };
   }
 
   /** Returns the height of a link's bodies near the axis of its joint, in the frame before it [m]. */
   private top(i: number, radius: number): number {
-    const joint = this.model.joints[i];
-    const matrix = matrixOf(link(joint, 0));
+    const joint = this.bodies.model.joints[i];
+    const matrix = matrixOf(linkAfter(identity(), joint, 0));
     const point = new THREE.Vector3();
     let top = -Infinity;
     for (const body of this.bodies.all) {
@@ -111,17 +112,17 @@ export class RangesView {
     if (!this.on) return;
     const { free, hand: dark } = this.stage.colours;
     this.free.color.set(free);
-    const world = matrixOf(T_world_robot);
     this.scales.forEach(({ hand, tip, height }, i) => {
-      const { lower, upper, kind, theta = 0 } = this.model.joints[i];
-      const slides = kind === "prismatic";
-      const T: Transform = rotation(Z, theta + (slides ? 0 : q[i]));
-      T[11] = height + (slides ? q[i] : 0);
+      const joint = this.bodies.model.joints[i];
+      const { lower, upper, theta = 0 } = joint;
+      const straight = slides(joint);
+      const T = rotation(Z, theta + (straight ? 0 : q[i]));
+      T[11] = height + (straight ? q[i] : 0);
       setPose(hand, T);
       hand.material.color.set(Math.min(q[i] - lower, upper - q[i]) < NEAR * (upper - lower) ? END : dark);
-      const at = new THREE.Vector3(tip, 0, 0).applyMatrix4(matrixOf(T)).applyMatrix4(matrixOf(frames[i])).applyMatrix4(world);
-      const value = Math.round(slides ? 1000 * q[i] : (180 / Math.PI) * q[i]) + 0; // never -0
-      this.labels.set(`joint ${i}`, "joint", `JT${i + 1}  ${value}${slides ? " mm" : "°"}`, at.toArray());
+      const at = movePoint(multiply(multiply(T_world_robot, frames[i]), T), [tip, 0, 0]);
+      const value = Math.round((straight ? 1000 : DEGREES) * q[i]) + 0; // never -0
+      this.labels.set(`joint ${i}`, "joint", `JT${i + 1}  ${value}${straight ? " mm" : "°"}`, at);
     });
   }
 }
@@ -133,9 +134,8 @@ const AGAIN = 2000; // [ms] between two questions for the boundary
 export class ReachView {
   private on = false;
   private readonly mesh = new THREE.Mesh(new THREE.BufferGeometry(), flat("#fff", { transparent: true, opacity: 0.16, depthWrite: false }));
-  private asked = "";
-  private drawn = "";
-  private next = 0;
+  private readonly asked = new Change(AGAIN);
+  private readonly drawn = new Change();
 
   constructor(private readonly stage: Stage, figure: Figure, private readonly connection: Connection) {
     this.mesh.renderOrder = 3;
@@ -148,20 +148,13 @@ export class ReachView {
   set visible(on: boolean) {
     this.on = on;
     this.mesh.visible = on;
-    this.asked = "";
-    this.next = 0;
+    this.asked.forget();
   }
 
   show({ timeline }: InWorld): void {
-    const wanted = `${timeline.version}`;
-    if (!this.on || wanted === this.asked || performance.now() < this.next) return;
-    [this.asked, this.next] = [wanted, performance.now() + AGAIN];
+    if (!this.on || !this.asked.to(`${timeline.version}`)) return;
     void this.connection.ask("at", { act: { kind: "Boundary" } }).then(({ found }) => {
-      if (found?.kind !== "BoundaryCurves") return;
-      const now = JSON.stringify(found);
-      if (now === this.drawn) return;
-      this.drawn = now;
-      this.draw(found.lines, found.turns);
+      if (found?.kind === "BoundaryCurves" && this.drawn.to(found)) this.draw(found.lines, found.turns);
     });
   }
 

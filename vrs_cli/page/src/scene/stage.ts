@@ -2,13 +2,13 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { h } from "../dom";
 import { isDark, onTheme } from "../style/theme";
+import { makeCamera, placeCamera } from "./camera";
 import { palette, type Palette } from "./colours";
 import { Floor } from "./floor";
 import { QualityControl } from "./quality";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 
-const FIELD = 0.66; // [rad] of view, from top to bottom: as a lens of 50 mm sees
 const MARGIN = 1.12; // around the arm in the picture
 const KEY = new THREE.Vector3(0.45, -0.28, 0.85).normalize(); // towards the lamp: behind the robot's right shoulder, from above
 const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
@@ -16,28 +16,20 @@ const FIRST_OF_SOFTWARE = 3; // quality at which a machine without a GPU begins
 const REST = 350; // [ms] without a change after which a picture without antialiasing is drawn once more with more pixels
 const STILL = 2; // pixels of such a picture for one of CSS
 
-/** The sides of the picture that panels cover [px]. */
-export interface Insets {
-  top: number;
-  right: number;
-  bottom: number;
-  left: number;
-}
-
 /** The canvas with its camera, floor and lights. It is drawn only when something has changed. */
 export class Stage {
   readonly scene = new THREE.Scene();
-  readonly camera = new THREE.PerspectiveCamera(THREE.MathUtils.radToDeg(FIELD), 1, 0.01, 100);
+  readonly camera = makeCamera();
   readonly controls: OrbitControls;
   /** Holds the canvas and, above it, the labels. */
-  readonly view = h("div", { class: "scene", tabindex: "0", role: "img" });
+  readonly view = h("div", { class: "scene", tabindex: "0", role: "img", "aria-label": "the robot" });
   readonly floor: Floor;
   /** Pictures drawn so far. */
   pictures = 0;
   colours: Palette = palette(isDark());
   width = 1;
   height = 1;
-  /** Called before each picture with whether the size or the colours have changed since the last one. */
+  /** Called before each picture. */
   readonly beforeDraw = new Set<() => void>();
   readonly onPaint = new Set<(colours: Palette) => void>();
   private renderer!: THREE.WebGLRenderer;
@@ -45,7 +37,6 @@ export class Stage {
   private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.9);
   private readonly fill = new THREE.DirectionalLight(0xffffff, 0.8);
   private readonly quality = new QualityControl();
-  private insets: Insets = { top: 0, right: 0, bottom: 0, left: 0 };
   private dirty = true;
   private followed = false;
   private still = false;
@@ -71,7 +62,8 @@ export class Stage {
     this.controls.maxDistance = 20 * reach;
     this.controls.addEventListener("change", () => this.change());
     this.view.addEventListener("keydown", (event) => {
-      if (event.key === "+" || event.key === "-") this.zoom(event.key === "+" ? 1.15 : 1 / 1.15);
+      if (event.key === "+") this.controls.dollyIn(1.15);
+      if (event.key === "-") this.controls.dollyOut(1.15);
     });
     onTheme(() => this.paint());
     this.paint();
@@ -128,26 +120,10 @@ export class Stage {
     this.refine();
   }
 
-  /** Keeps the middle of the picture in the part that panels leave free. */
-  setInsets(insets: Partial<Insets>): void {
-    this.insets = { ...this.insets, ...insets };
-    this.resize();
-  }
-
-  /** The ratio of width to height of the part that panels leave free. */
-  private get aspect(): number {
-    const { top, right, bottom, left } = this.insets;
-    return Math.max(this.width - left - right, 1) / Math.max(this.height - top - bottom, 1);
-  }
-
   /** Looks at a ball from a direction so that all of it is seen. */
   look(ball: THREE.Sphere, towards: THREE.Vector3): void {
-    const { top, bottom } = this.insets;
-    const free = Math.max(this.height - top - bottom, 1) / this.height; // the field of view that is left
-    const half = Math.atan(Math.tan(FIELD / 2) * free * Math.min(1, this.aspect));
-    const away = (MARGIN * ball.radius) / Math.sin(half);
+    placeCamera(this.camera, ball, towards, MARGIN);
     this.controls.target.copy(ball.center);
-    this.camera.position.copy(ball.center).addScaledVector(towards.clone().normalize(), away);
     this.controls.update();
     this.change();
   }
@@ -158,19 +134,6 @@ export class Stage {
     this.controls.target.add(by);
     this.controls.update();
     this.change();
-  }
-
-  zoom(factor: number): void {
-    if (factor > 1) this.controls.dollyIn(factor);
-    else this.controls.dollyOut(1 / factor);
-    this.change();
-  }
-
-  /** Frees what the graphics card holds. */
-  dispose(): void {
-    window.clearTimeout(this.timer);
-    this.renderer.dispose();
-    this.view.remove();
   }
 
   /** Makes a canvas; its antialiasing cannot be changed later, so that another quality may need another one. */
@@ -230,9 +193,8 @@ export class Stage {
     [this.width, this.height] = [width, height];
     this.setRatio();
     this.renderer.setClearColor(this.colours.background);
-    const { top, right, bottom, left } = this.insets;
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, (right - left) / 2, (bottom - top) / 2, width, height);
+    this.camera.updateProjectionMatrix();
     this.change(true);
   }
 }

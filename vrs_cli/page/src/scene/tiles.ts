@@ -2,14 +2,12 @@ import * as THREE from "three";
 import type { Connection } from "../core/connection";
 import { frames, g, type Model } from "../core/kinematics";
 import { identity } from "../core/transform";
-import { HOME, homeBall } from "./camera";
+import { HOME, homeBall, makeCamera, placeCamera } from "./camera";
 import { isDark, onTheme } from "../style/theme";
 import { palette } from "./colours";
 import { Bodies, Figure } from "./figure";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
-
-const FIELD = 0.66; // [rad] of view, as in the picture of one robot
 
 /** A figure that all robots of one kind share, and where the camera stands for it. */
 interface Kind {
@@ -22,7 +20,7 @@ export class Tiles {
   readonly drawn = { tiles: 0, milliseconds: 0 };
   private readonly renderer = new THREE.WebGLRenderer({ antialias: false, alpha: true, preserveDrawingBuffer: true, powerPreference: "low-power" });
   private readonly scene = new THREE.Scene();
-  private readonly camera = new THREE.PerspectiveCamera(THREE.MathUtils.radToDeg(FIELD), 4 / 3, 0.01, 100);
+  private readonly camera = makeCamera();
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 2.2);
   private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.8);
   private readonly kinds = new Map<string, Kind>();
@@ -68,11 +66,11 @@ export class Tiles {
     let kind = this.kinds.get(key);
     if (!kind) {
       const bodies = new Bodies(model);
-      kind = { figure: new Figure(bodies), ball: homeBall(model, bodies) };
+      kind = { figure: new Figure(bodies), ball: homeBall(bodies) };
       this.scene.add(kind.figure.root);
       this.kinds.set(key, kind);
       void bodies.ready.then(() => {
-        kind!.ball = homeBall(model, bodies);
+        kind!.ball = homeBall(bodies);
         this.layout = "";
       });
     }
@@ -84,19 +82,17 @@ export class Tiles {
     const begun = performance.now();
     const whole = this.grid.getBoundingClientRect();
     const seen = this.grid.parentElement!.getBoundingClientRect();
-    const rects = [...this.places.keys()].map((place) => place.getBoundingClientRect());
-    const layout = [whole.width, whole.height, ...rects.map((one) => `${one.x - whole.x} ${one.y - whole.y}`)].join();
+    const places = [...this.places].map(([element, place]) => ({ place, rect: element.getBoundingClientRect() }));
+    const layout = [whole.width, whole.height, ...places.map(({ rect }) => `${rect.x - whole.x} ${rect.y - whole.y}`)].join();
     if (layout !== this.layout) {
       this.layout = layout;
       this.renderer.setSize(whole.width, whole.height);
       this.renderer.setScissor(0, 0, whole.width, whole.height);
       this.renderer.setClearColor(this.background, 0);
       this.renderer.clear();
-      for (const place of this.places.values()) place.seen = "";
+      for (const { place } of places) place.seen = "";
     }
-    let at = 0;
-    for (const place of this.places.values()) {
-      const rect = rects[at++];
+    for (const { place, rect } of places) {
       if (rect.bottom < seen.top || rect.top > seen.bottom) continue;
       const robot = place.robot();
       const model = robot?.welcome?.model;
@@ -116,9 +112,7 @@ export class Tiles {
     for (const { figure } of this.kinds.values()) figure.root.visible = figure === shown.figure;
     shown.figure.pose(links, 0, identity());
     this.camera.aspect = rect.width / rect.height;
-    const half = Math.atan(Math.tan(FIELD / 2) * Math.min(1, this.camera.aspect));
-    const away = shown.ball.radius / Math.sin(half);
-    this.camera.position.copy(HOME).normalize().multiplyScalar(away).add(shown.ball.center);
+    placeCamera(this.camera, shown.ball, HOME);
     this.camera.lookAt(shown.ball.center);
     this.camera.updateProjectionMatrix();
     const [x, y] = [rect.x - whole.x, whole.bottom - rect.bottom];

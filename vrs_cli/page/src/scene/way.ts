@@ -1,8 +1,6 @@
-import { frames, type Model } from "../core/kinematics";
-import { type Segment, type Timeline, value } from "../core/timeline";
-import { identity, inverse, movePoint, transformOf } from "../core/transform";
-
-export type Point = [number, number, number];
+import { toolFrame, type Model } from "../core/kinematics";
+import { type Segment, type Timeline, baseOf, toolOf, value } from "../core/timeline";
+import { movePoint, originOf, type Point } from "../core/transform";
 
 /** The way of the tool tip in one segment: points in the world [m], with the times in the segment [s]. */
 interface Sampled {
@@ -28,22 +26,16 @@ export const ERROR = 0.0005; // [m] between the way and its lines, at most
 const MARGIN = 0.8; // of the error: between the probes the way is a little farther from its line
 const LATE = 0.004; // [m] between the tip and the place on its line that belongs to the time
 const TURN = 0.5; // [rad, m] of all joints together: on so short a way the tip turns to and fro once at most
+const LOOKS = 16; // parts of a segment by which the way of its joints is measured
 const PROBES = [0.25, 0.5, 0.75]; // of a line: where its distance from the way is looked at
 const DEEPEST = 12; // halvings
 const MAX_PIECES = 6000; // of a way with more, the lines around the present are returned
 
 /** Returns a function from the time in a segment to the place of the tool tip in the world. */
-function tipOf(model: Model, segment: Segment): (s: number) => Point {
-  const { base, tool } = segment.motion.frames ?? {};
-  const T_world_robot = base ? inverse(transformOf(base)) : identity();
-  const { joints, line } = segment;
-  if (line) return (s) => movePoint(T_world_robot, line.position.map((axis) => value(axis, s)));
-  const T = tool ? transformOf(tool) : identity();
-  const tip = [T[3], T[7], T[11]];
-  return (s) => {
-    const all = frames(model, joints!.map((polynomial) => value(polynomial, s)));
-    return movePoint(T_world_robot, movePoint(all[all.length - 1], tip));
-  };
+function tipOf(model: Model, { motion, joints, line }: Segment): (s: number) => Point {
+  const [T_world_robot, tool] = [baseOf(motion), toolOf(motion)];
+  const at = (polynomials: number[][], s: number): number[] => polynomials.map((polynomial) => value(polynomial, s));
+  return (s) => movePoint(T_world_robot, line ? at(line.position, s) : originOf(toolFrame(model, at(joints!, s), tool)));
 }
 
 /** Returns the distance of p from the straight line between a and b. */
@@ -58,15 +50,11 @@ export function distanceFromLine(p: Point, a: Point, b: Point): number {
 function sample(model: Model, segment: Segment): Sampled {
   const tip = tipOf(model, segment);
   const duration = segment.finish - segment.start;
-  let pieces = 1;
-  if (segment.joints) {
-    const count = 16;
-    let way = 0;
-    for (const polynomial of segment.joints)
-      for (let k = 0; k < count; k++)
-        way += Math.abs(value(polynomial, (duration * (k + 1)) / count) - value(polynomial, (duration * k) / count));
-    pieces = Math.max(Math.ceil(way / TURN), 1);
-  }
+  let way = 0; // of all joints together
+  for (const polynomial of segment.joints ?? [])
+    for (let k = 0; k < LOOKS; k++)
+      way += Math.abs(value(polynomial, (duration * (k + 1)) / LOOKS) - value(polynomial, (duration * k) / LOOKS));
+  const pieces = Math.max(Math.ceil(way / TURN), 1);
   const times = [0], points = [tip(0)];
   const refine = (t0: number, p0: Point, t1: number, p1: Point, depth: number): void => {
     const probes = PROBES.map((part) => tip(t0 + part * (t1 - t0)));
