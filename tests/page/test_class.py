@@ -71,7 +71,7 @@ def test_a_class_from_a_link_to_a_collected_program(
     tom.goto(link(lesson_room, folder, "teacher"))
     tom.get_by_role("article", name="ada").get_by_label("here", exact=True).wait_for()
     assert tom.get_by_role("article").count() == 3
-    until(tom, "wall.drawn.tiles > 0")
+    until(tom, "wall.pictures.drawn.tiles > 0")
     assert len({tuple(colour) for colour in picture(tom, ".tile-picture").reshape(-1, 3)}) > 20
 
     before = picture(tom, ".tile-picture")

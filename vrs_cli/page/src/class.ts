@@ -1,6 +1,6 @@
 import type { Connection, Message } from "./core/connection";
-import { leave } from "./core/token";
-import { h } from "./dom";
+import { leave, viewOf } from "./core/token";
+import { button, h } from "./dom";
 import type { Slot } from "./layout";
 import "./style/class.css";
 
@@ -45,9 +45,21 @@ export function handedInAt(file: string): Date | null {
 export function makeClass(connection: Connection, slot: (name: Slot) => HTMLElement): void {
   const frozen = h("p", { class: "note warn class-note", role: "status", hidden: true, text: "Your teacher has stopped the class. What you typed is kept; nothing is done until it goes on." });
   const notices = h("div", { class: "stack class-notices", "aria-live": "assertive" });
-  const help = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Ask for help", onclick: () => void askHelp() });
-  const hand = h("button", { class: "button", type: "button", text: "Hand in", title: "Give your teacher all your programs and variables, as they are now", onclick: () => void handIn() });
-  const out = h("button", { class: "button quiet", type: "button", text: "Leave", title: "End here: this browser needs your link again", onclick: () => void end() });
+  const help = button("Ask for help", async () => {
+    const why = wrong(await connection.ask("askhelp", { wanted: help.getAttribute("aria-pressed") !== "true" }));
+    if (why) notice(why, "bad");
+  }, { "aria-pressed": "false" });
+  const hand = button("Hand in", async () => {
+    hand.disabled = true;
+    const why = wrong(await connection.ask("handin", { name: connection.welcome?.robot ?? "" }));
+    hand.disabled = false;
+    notice(why ?? "Handed in. You may hand in again: the newest one counts.", why ? "bad" : "good");
+  }, { title: "Give your teacher all your programs and variables, as they are now" });
+  const out = button("Leave", async () => {
+    connection.leave();
+    await leave(robots);
+    location.assign("/");
+  }, { class: "quiet", title: "End here: this browser needs your link again" });
   const other = h("a", { class: "button" });
   const last = h("span", { class: "note class-last" });
   const bar = h("div", { class: "row class-bar", role: "group", "aria-label": "Class", hidden: true }, help, hand, other, last, out);
@@ -56,25 +68,10 @@ export function makeClass(connection: Connection, slot: (name: Slot) => HTMLElem
 
   let robots: string[] = [];
   function notice(text: string, kind: "good" | "warn" | "bad", stays = false): void {
-    const close = h("button", { class: "button quiet icon", type: "button", "aria-label": "Close this message", text: "×", onclick: () => box.remove() });
+    const close = button("×", () => box.remove(), { class: "quiet icon", "aria-label": "Close this message" });
     const box = h("div", { class: `note ${kind} class-note row spread` }, h("span", { class: "class-text", text }), close);
     notices.append(box);
     if (!stays) setTimeout(() => box.remove(), 1000 * SECONDS_SHOWN);
-  }
-  async function askHelp(): Promise<void> {
-    const why = wrong(await connection.ask("askhelp", { wanted: help.getAttribute("aria-pressed") !== "true" }));
-    if (why) notice(why, "bad");
-  }
-  async function handIn(): Promise<void> {
-    hand.disabled = true;
-    const why = wrong(await connection.ask("handin", { name: connection.welcome?.robot ?? "" }));
-    hand.disabled = false;
-    notice(why ?? "Handed in. You may hand in again: the newest one counts.", why ? "bad" : "good");
-  }
-  async function end(): Promise<void> {
-    connection.leave();
-    await leave(robots);
-    location.assign("/");
   }
 
   connection.on("classstate", (state: ClassState) => {
@@ -82,16 +79,16 @@ export function makeClass(connection: Connection, slot: (name: Slot) => HTMLElem
     if (!own || connection.welcome?.role === "teacher") return;
     bar.hidden = false;
     robots = own.robots ?? [];
-    const at = connection.welcome?.robot;
     const [work, lessons] = robots;
+    const learns = connection.welcome?.robot === lessons;
     other.hidden = !lessons;
-    other.textContent = at === lessons ? "My robot" : "Lessons";
-    other.href = `/view/${encodeURIComponent(at === lessons ? work : lessons)}`;
+    other.textContent = learns ? "My robot" : "Lessons";
+    other.href = viewOf(learns ? work : lessons);
     frozen.hidden = !state.frozen;
     const asks = own.help != null;
     help.setAttribute("aria-pressed", String(asks));
     help.textContent = asks ? "Help is coming" : "Ask for help";
-    help.title = asks ? "Your teacher sees that you ask. Press again if you need no help any more" : "Your teacher sees that you ask";
+    help.title = `Your teacher sees that you ask${asks ? ". Press again if you need no help any more" : ""}`;
     const handed = handedInAt(own.handed_in?.at(-1) ?? "");
     last.textContent = handed ? `Handed in ${handed.toLocaleString([], { dateStyle: "short", timeStyle: "short" })}` : "";
   });

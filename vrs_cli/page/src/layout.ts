@@ -1,4 +1,4 @@
-import { h } from "./dom";
+import { button, h } from "./dom";
 import { icon } from "./style/icons";
 import { remember, remembered } from "./style/theme";
 import "./style/layout.css";
@@ -27,7 +27,7 @@ export function makeLayout(): (name: Slot) => HTMLElement {
   const curves = h("section", { class: "curves", tabindex: "0", "aria-label": "Curves" }, place("curves"));
   const panels = TABS.map((name) => panel(name, place(`tab:${name}`)));
   const [commands, pose] = [panel("Commands"), panel("Pose")];
-  const tabs = makeTabs([commands, ...panels, pose]);
+  const [tabs, refresh] = makeTabs([commands, ...panels, pose]);
   const aside = h("aside", { class: "side", "aria-label": "Commands and programs", id: "side" },
     makeSplitter("sheet-height", "--sheet", "Height of the panels", -1), talk, makeSplitter("talk-height", "--talk", "Height of the commands", 1), tabs, commands, ...panels, pose);
   const view = h("main", { class: "view", "aria-label": "The robot" },
@@ -38,18 +38,16 @@ export function makeLayout(): (name: Slot) => HTMLElement {
   aside.append(makeSplitter("side-width", "--side", "Width of the commands", 1));
   document.body.append(head, aside, view, foot);
   const arrange = (): void => {
-    if (PHONE.matches) commands.prepend(talk);
-    else aside.prepend(talk);
+    (PHONE.matches ? commands : aside).prepend(talk);
     if (PHONE.matches) pose.append(live, curves);
     else view.after(live, curves);
     document.body.classList.toggle("phone", PHONE.matches);
-    tabs.dispatchEvent(new Event("refresh"));
+    refresh();
   };
   PHONE.addEventListener("change", arrange);
   arrange();
-  const filled = new MutationObserver(() => tabs.dispatchEvent(new Event("refresh")));
-  for (const name of ["drives", "questions", "prompt", "pose", "curves", ...TABS.map((name) => `tab:${name}` as const)] as Slot[])
-    filled.observe(slots.get(name)!, { childList: true });
+  const filled = new MutationObserver(refresh);
+  for (const element of slots.values()) if (element.closest(".side, .live, .curves")) filled.observe(element, { childList: true });
   return (name) => slots.get(name)!;
 }
 
@@ -59,8 +57,8 @@ function panel(name: string, slot?: HTMLElement): HTMLElement {
   return element;
 }
 
-/** Makes the tabs of panels. A panel that is empty has none. */
-function makeTabs(panels: HTMLElement[]): HTMLElement {
+/** Makes the tabs of panels. A panel that is empty has none. Returns their list, and what looks again which are. */
+function makeTabs(panels: HTMLElement[]): [HTMLElement, () => void] {
   const name = (of: HTMLElement): string => of.id.slice(4);
   const filled = (of: HTMLElement): boolean => !!of.querySelector("[data-slot]:not(:empty)");
   const list = h("div", { class: "tabs", role: "tablist", "aria-label": "Panels" });
@@ -98,9 +96,7 @@ function makeTabs(panels: HTMLElement[]): HTMLElement {
     tab.focus();
   });
   list.append(...tabs);
-  list.addEventListener("refresh", refresh);
-  refresh();
-  return list;
+  return [list, refresh];
 }
 
 /** Makes a bar that is dragged, or moved by arrows, to change a size of the layout [px]; it is remembered. */
@@ -111,21 +107,21 @@ function makeSplitter(name: string, property: string, label: string, sign: 1 | -
     "aria-orientation": upright ? "vertical" : "horizontal", "aria-valuemin": "10", "aria-valuemax": "80", "aria-valuenow": "30",
   });
   const whole = (): number => (upright ? innerWidth : innerHeight);
+  const along = (event: PointerEvent): number => sign * (upright ? event.clientX : event.clientY);
   const size = (): number => {
     const of = document.querySelector(property === "--talk" ? ".talk" : ".side")!.getBoundingClientRect();
     return upright ? of.width : of.height;
   };
   function resize(to: number | null): void {
-    const share = to === null ? null : Math.min(Math.max(to / whole(), 0.1), 0.8);
-    if (share === null) document.documentElement.style.removeProperty(property);
-    else document.documentElement.style.setProperty(property, `${(100 * share).toFixed(2)}${upright ? "vw" : "dvh"}`);
-    if (share !== null) element.setAttribute("aria-valuenow", String(Math.round(100 * share)));
-    remember(name, share === null ? null : String(share));
+    const share = to && Math.min(Math.max(to / whole(), 0.1), 0.8);
+    document.documentElement.style.setProperty(property, share ? `${(100 * share).toFixed(2)}${upright ? "vw" : "dvh"}` : null);
+    if (share) element.ariaValueNow = String(Math.round(100 * share));
+    remember(name, share ? String(share) : null);
   }
   element.addEventListener("pointerdown", (event) => {
-    const from = size() - sign * (upright ? event.clientX : event.clientY);
+    const from = size() - along(event);
     element.setPointerCapture(event.pointerId);
-    const move = (now: PointerEvent): void => resize(from + sign * (upright ? now.clientX : now.clientY));
+    const move = (now: PointerEvent): void => resize(from + along(now));
     element.addEventListener("pointermove", move);
     element.addEventListener("lostpointercapture", () => element.removeEventListener("pointermove", move), { once: true });
     event.preventDefault();
@@ -145,13 +141,14 @@ function makeSplitter(name: string, property: string, label: string, sign: 1 | -
 
 /** Makes the button that hides the column of commands, and shows it again. */
 function sideButton(aside: HTMLElement): HTMLElement {
-  const button = h("button", { class: "button icon quiet side-button", type: "button", title: "Commands and programs", "aria-label": "Commands and programs", "aria-controls": aside.id }, icon("side"));
+  const name = "Commands and programs";
   const set = (open: boolean): void => {
     document.body.classList.toggle("side-closed", !open);
-    button.setAttribute("aria-expanded", String(open));
+    made.ariaExpanded = String(open);
     remember("side", open ? null : "closed");
   };
-  button.addEventListener("click", () => set(document.body.classList.contains("side-closed")));
+  const toggle = (): void => set(document.body.classList.contains("side-closed"));
+  const made = button(icon("side"), toggle, { class: "icon quiet side-button", title: name, "aria-label": name, "aria-controls": aside.id });
   set(remembered("side") !== "closed");
-  return button;
+  return made;
 }

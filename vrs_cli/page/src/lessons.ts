@@ -1,5 +1,5 @@
 import type { Connection } from "./core/connection";
-import { h } from "./dom";
+import { button, h } from "./dom";
 import type { Slot } from "./layout";
 import { markdown } from "./markdown";
 
@@ -16,8 +16,7 @@ const WORDS = [
 export function makeLesson(connection: Connection, slot: (name: Slot) => HTMLElement): void {
   const title = h("h2", { class: "heading" });
   const text = h("div", { class: "lesson-text", tabindex: "0", role: "log", "aria-label": "The lesson", "aria-live": "polite" });
-  const buttons = WORDS.map(([name, word, hint]) =>
-    h("button", { class: "button", type: "button", text: name, title: hint, onclick: () => void connection.ask("line", { text: word }) }));
+  const buttons = WORDS.map(([name, word, hint]) => button(name, () => connection.ask("line", { text: word }), { title: hint }));
   const next = buttons[buttons.length - 1];
   const panel = h("section", { class: "lesson", "aria-label": "Lesson", hidden: true }, title, text, h("div", { class: "row" }, ...buttons));
   slot("drives").closest(".talk")!.before(panel);

@@ -3,7 +3,7 @@ import { App } from "./app";
 import { makeClass } from "./class";
 import { Connection } from "./core/connection";
 import { LiveSource } from "./core/source";
-import { addressOf, exchangeToken, takeToken } from "./core/token";
+import { addressOf, bearer, exchangeToken, takeToken } from "./core/token";
 import { h } from "./dom";
 import { makeLayout } from "./layout";
 import { makeLesson } from "./lessons";
@@ -56,7 +56,7 @@ function openRobot(): void {
 
 /** Shows a saved trajectory. */
 async function openRecording(): Promise<void> {
-  const answer = await fetch(`/recording/${encodeURIComponent(name)}.json`, { headers: { Authorization: `Bearer ${token}` } });
+  const answer = await fetch(`/recording/${encodeURIComponent(name)}.json`, { headers: bearer(token) });
   if (answer.ok) showRecording((await answer.json()) as Recording, slot);
   else tellClosed(await answer.text());
 }

@@ -2,8 +2,9 @@ import "./style/style.css";
 import "./style/class.css";
 import { ago, handedInAt, wrong, type ClassState, type Student } from "./class";
 import { Connection, type Message } from "./core/connection";
-import { addressOf, bearer, exchangeToken, takeToken } from "./core/token";
-import { h } from "./dom";
+import { addressOf, bearer, exchangeToken, takeToken, viewOf } from "./core/token";
+import { button, h } from "./dom";
+import { bytesOf, download } from "./panels/files";
 import { Tiles } from "./scene/tiles";
 
 const HZ = 2; // pictures of each robot in a second
@@ -23,7 +24,7 @@ class Tile {
   private robot = "";
 
   constructor(readonly name: string, private readonly token: string, answered: (student: string) => void) {
-    this.help.append(h("button", { class: "button", type: "button", text: "Answered", onclick: () => answered(name) }));
+    this.help.append(button("Answered", () => answered(name)));
     this.link.textContent = name;
     this.element = h("article", { class: "tile", "aria-label": name }, this.picture,
       h("div", { class: "tile-text stack" }, h("div", { class: "row spread" }, this.link, this.lamp), this.says, this.help));
@@ -36,12 +37,9 @@ class Tile {
     this.robot = robot;
     this.connection?.leave();
     this.connection = new Connection(addressOf(robot), this.token, "wall");
-    this.connection.on("activity", (activity) => {
-      this.activity = activity;
-      this.show();
-    });
-    this.connection.on("state", () => this.show());
-    this.picture.href = this.link.href = `/view/${encodeURIComponent(robot)}`;
+    this.connection.on("activity", (activity) => (this.activity = activity));
+    this.connection.on(["activity", "state"], () => this.show());
+    this.picture.href = this.link.href = viewOf(robot);
   }
 
   show(): void {
@@ -49,8 +47,7 @@ class Tile {
     const open = this.connection?.state === "open";
     const lit = student ? !!student.here : open;
     this.lamp.className = `lamp ${lit ? "good" : ""}`;
-    this.lamp.setAttribute("aria-label", student ? (lit ? "here" : "not here") : open ? "connected" : "not connected");
-    this.lamp.title = this.lamp.getAttribute("aria-label")!;
+    this.lamp.ariaLabel = this.lamp.title = `${lit ? "" : "not "}${student ? "here" : "connected"}`;
     const at = handedInAt(student?.handed_in?.at(-1) ?? "");
     this.says.textContent = [
       this.connection ? "" : "has not been here yet",
@@ -72,9 +69,12 @@ class Wall {
   private readonly grid = h("div", { class: "wall-tiles" });
   private readonly count = h("span", { class: "note", role: "status" });
   private readonly note = h("p", { class: "note bad wall-note", role: "alert", hidden: true });
-  private readonly freeze = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Freeze", title: "Nobody's commands are carried out until you go on; ABORT is" });
+  private readonly freeze = button("Freeze", () => this.ask("freeze", { frozen: this.freeze.ariaPressed !== "true" }), {
+    "aria-pressed": "false", title: "Nobody's commands are carried out until you go on; ABORT is",
+  });
   private readonly teaching: HTMLElement;
-  private readonly pictures: Tiles;
+  /** The pictures, of which `drawn` counts how many there were and the time that took [ms]: for tests. */
+  readonly pictures: Tiles;
   private class: Connection | null = null;
 
   constructor(private readonly token: string) {
@@ -83,8 +83,10 @@ class Wall {
       event.preventDefault();
       if (text.value.trim()) void this.ask("announce", { text: text.value }).then((done) => done && (text.value = ""));
     } }, text, h("button", { class: "button", text: "Say to all" }));
-    this.freeze.addEventListener("click", () => void this.ask("freeze", { frozen: this.freeze.getAttribute("aria-pressed") !== "true" }));
-    const collect = h("button", { class: "button", type: "button", text: "Collect", title: "Save the newest program of each as a ZIP file", onclick: () => void this.collect() });
+    const collect = button("Collect", async () => {
+      const answer = await this.ask("collect", {});
+      if (answer) download(String(answer.name), bytesOf(answer.data));
+    }, { title: "Save the newest program of each as a ZIP file" });
     this.teaching = h("div", { class: "row", style: "flex: 1", hidden: true }, say, this.freeze, collect);
     document.body.append(h("main", { class: "wall" },
       h("header", { class: "wall-head" }, h("h1", { text: "All robots" }), this.count, this.teaching), this.note,
@@ -110,20 +112,19 @@ class Wall {
   }
 
   private tile(name: string): Tile {
-    let tile = this.tiles.get(name);
-    if (!tile) {
-      tile = new Tile(name, this.token, (student) => void this.ask("askhelp", { wanted: false, student }));
-      this.tiles.set(name, tile);
-      this.grid.append(tile.element);
-      this.pictures.add(tile.picture, () => tile!.connection);
-    }
+    const known = this.tiles.get(name);
+    if (known) return known;
+    const tile = new Tile(name, this.token, (student) => void this.ask("askhelp", { wanted: false, student }));
+    this.tiles.set(name, tile);
+    this.grid.append(tile.element);
+    this.pictures.add(tile.picture, () => tile.connection);
     return tile;
   }
 
   /** Shows the state of a class: who waits longest for help comes first, then all by name. */
   private state({ frozen, students = [] }: ClassState): void {
     this.teaching.hidden = false;
-    this.freeze.setAttribute("aria-pressed", String(!!frozen));
+    this.freeze.ariaPressed = String(!!frozen);
     this.freeze.textContent = frozen ? "Go on" : "Freeze";
     const waits = (one: Student): number => one.help ?? Infinity;
     const ordered = [...students].sort((a, b) => waits(a) - waits(b) || a.name.localeCompare(b.name));
@@ -148,18 +149,8 @@ class Wall {
 
   private async ask(type: string, fields: Message): Promise<Message | null> {
     const answer = await this.class!.ask(type, fields);
-    const why = wrong(answer);
-    this.tell(why ?? "");
-    return why ? null : answer;
-  }
-
-  private async collect(): Promise<void> {
-    const answer = await this.ask("collect", {});
-    if (!answer) return;
-    const bytes = Uint8Array.from(atob(answer.data as string), (one) => one.charCodeAt(0));
-    const link = h("a", { href: URL.createObjectURL(new Blob([bytes], { type: "application/zip" })), download: String(answer.name) });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+    this.tell(wrong(answer) ?? "");
+    return wrong(answer) ? null : answer;
   }
 
   private tell(text: string): void {
@@ -167,10 +158,6 @@ class Wall {
     this.note.hidden = !text;
   }
 
-  /** How many pictures were drawn, and the time that took [ms]: for tests and measurements. */
-  get drawn(): { tiles: number; milliseconds: number } {
-    return this.pictures.drawn;
-  }
 }
 
 const wall = new Wall(takeToken());

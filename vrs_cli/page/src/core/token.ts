@@ -29,6 +29,9 @@ export async function leave(robots: string[]): Promise<void> {
   await Promise.allSettled(robots.map((robot) => fetch(`/leave/${encodeURIComponent(robot)}`, { headers, cache: "no-store" })));
 }
 
+/** Returns the address of the page of a robot. */
+export const viewOf = (robot: string): string => `/view/${encodeURIComponent(robot)}`;
+
 /** Returns the address of a robot at the server of this page. */
 export function addressOf(robot: string): string {
   return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/robots/${encodeURIComponent(robot)}`;

@@ -1,5 +1,3 @@
-const SVG = "http://www.w3.org/2000/svg";
-
 /** Paths in a square of 16 by 16: lines of 1.5, or an area where the path begins with "*". */
 const PATHS = {
   play: "*M4.5 2.6v10.8L13.2 8z", pause: "*M3.5 2.5h3.2v11H3.5zM9.3 2.5h3.2v11H9.3z",
@@ -12,20 +10,22 @@ const PATHS = {
   camera: "M2 5h8v6.5H2zM10 7.5l4-2v5.5l-4-2", front: "M3 3h10v10H3zM8 1v4M8 11v4", top: "M2.5 5.5 8 3l5.5 2.5L8 8zM2.5 5.5v5L8 13l5.5-2.5v-5",
   fit: "M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4", home: "M2 8l6-5.5L14 8M3.7 6.8V13.5h8.6V6.8", tool: "M8 1.5v4M8 10.5v4M1.5 8h4M10.5 8h4M8 5.8a2.2 2.2 0 1 0 0 4.4 2.2 2.2 0 0 0 0-4.4z",
   right: "M4 2.5h8v11H4zM9.5 5.5 12 8l-2.5 2.5M1 8h11", keys: "M1.5 4h13v8h-13zM4 6.5h.5M6.5 6.5H7M9 6.5h.5M11.5 6.5h.5M4.5 9.5h7",
-  sun: "M8 5a3 3 0 1 0 0 6 3 3 0 0 0 0-6zM8 1v1.6M8 13.4V15M1 8h1.6M13.4 8H15M3 3l1.2 1.2M11.8 11.8 13 13M13 3l-1.2 1.2M4.2 11.8 3 13",
-  moon: "M13.5 9.6A6 6 0 0 1 6.4 2.5a6 6 0 1 0 7.1 7.1z", close: "M3.5 3.5l9 9M12.5 3.5l-9 9",
+  close: "M3.5 3.5l9 9M12.5 3.5l-9 9",
 } as const;
 export type Icon = keyof typeof PATHS;
 
+const LINES = { fill: "none", stroke: "currentColor", "stroke-width": "1.5", "stroke-linecap": "round", "stroke-linejoin": "round" };
+
+function svg<K extends keyof SVGElementTagNameMap>(tag: K, attributes: Record<string, string>): SVGElementTagNameMap[K] {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [key, to] of Object.entries(attributes)) element.setAttribute(key, to);
+  return element;
+}
+
 /** Makes an icon. It is hidden from screen readers: what holds it has the name. */
 export function icon(name: Icon): SVGSVGElement {
-  const svg = document.createElementNS(SVG, "svg");
-  const path = document.createElementNS(SVG, "path");
-  const [filled, d] = PATHS[name].startsWith("*") ? [true, PATHS[name].slice(1)] : [false, PATHS[name]];
-  for (const [key, to] of Object.entries({ viewBox: "0 0 16 16", width: "16", height: "16", "aria-hidden": "true", focusable: "false" })) svg.setAttribute(key, to);
-  path.setAttribute("d", d);
-  path.setAttribute("fill", filled ? "currentColor" : "none");
-  if (!filled) for (const [key, to] of Object.entries({ stroke: "currentColor", "stroke-width": "1.5", "stroke-linecap": "round", "stroke-linejoin": "round" })) path.setAttribute(key, to);
-  svg.append(path);
-  return svg;
+  const made = svg("svg", { viewBox: "0 0 16 16", width: "16", height: "16", "aria-hidden": "true", focusable: "false" });
+  const style = PATHS[name].startsWith("*") ? { fill: "currentColor" } : LINES;
+  made.append(svg("path", { d: PATHS[name].replace("*", ""), ...style }));
+  return made;
 }
