@@ -53,6 +53,8 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
     if (!to || began || wait <= 0) send();
     else timer = window.setTimeout(send, 1000 * wait);
   };
+  const ours = (): boolean => ["", undefined, commands.name].includes(pulled.by);
+  gizmo.enabled = () => on.checked && commands.mayDrive && ours() && (app.playback.following || gizmo.dragged);
   connection.on("pulled", ({ state }) => {
     if (state.why && pulled.by === commands.name) commands.note(`The tool is let go: ${state.why}`);
     pulled = state;
@@ -115,20 +117,14 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
   const change = new Change();
   return {
     show(): void {
-      const ours = ["", undefined, commands.name].includes(pulled.by);
-      const enabled = on.checked && commands.mayDrive && ours && (app.playback.following || gizmo.dragged);
-      if (gizmo.enabled !== enabled) {
-        gizmo.enabled = enabled;
-        app.wake();
-      }
       panel.hidden = !commands.mayDrive;
       others.hidden = commands.mayDrive;
       const held = app.playback.following || gizmo.dragged ? (pulled.held as Message | undefined) : undefined;
       const text = heldText(held, app.source.model);
       const joint = (held?.holds as Message[] | undefined)?.find(({ limit }) => limit === "joint")?.joint ?? 0;
-      if (!change.to([text, joint, ours])) return;
+      if (!change.to([text, joint, ours()])) return;
       gizmo.showHeld(text, joint);
-      why.textContent = text || (ours ? "The tool follows the arrows, as far as all limits let it." : "Somebody else drags the tool.");
+      why.textContent = text || (ours() ? "The tool follows the arrows, as far as all limits let it." : "Somebody else drags the tool.");
     },
   };
 }

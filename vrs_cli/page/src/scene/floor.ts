@@ -12,7 +12,7 @@ const TILE = [256, 64]; // [px] of a number in the texture
 export class Floor {
   readonly root = new THREE.Group();
   readonly T_robot_floor: Transform;
-  private readonly lines: THREE.LineSegments;
+  private readonly grids: THREE.GridHelper[];
   private readonly numbers: THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial>;
   private readonly shade: THREE.Mesh<THREE.BufferGeometry, THREE.ShadowMaterial>;
   private readonly half: number;
@@ -22,20 +22,13 @@ export class Floor {
   constructor(reach: number, height: number) {
     this.half = SECTION * Math.ceil((1.3 * reach) / SECTION);
     this.T_robot_floor = Float64Array.of(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, height - BELOW);
-    const count = Math.round(this.half / CELL);
-    const points: number[] = [];
-    for (let k = -count; k <= count; k++) {
-      const x = CELL * k;
-      points.push(x, -this.half, 0, x, this.half, 0, -this.half, x, 0, this.half, x, 0);
-    }
-    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
-    geometry.setAttribute("color", new THREE.Float32BufferAttribute(new Float32Array(points.length), 3));
-    this.lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ vertexColors: true }));
+    this.grids = [CELL, SECTION].map((step) => new THREE.GridHelper(2 * this.half, Math.round((2 * this.half) / step)).rotateX(Math.PI / 2));
+    for (const { material } of this.grids) material.vertexColors = false;
     this.numbers = new THREE.Mesh(this.tiles(Math.min(0.055 * reach, MAX_LETTER)), new THREE.MeshBasicMaterial({ transparent: true, depthWrite: false }));
     this.numbers.position.z = BELOW / 2;
     this.shade = new THREE.Mesh(new THREE.CircleGeometry(1.5 * reach, 48), new THREE.ShadowMaterial({ depthWrite: false }));
     this.shade.receiveShadow = true;
-    this.root.add(this.lines, this.shade, this.numbers);
+    this.root.add(...this.grids, this.shade, this.numbers);
   }
 
   /** Makes a rectangle for each number, beside the lines through the origin. */
@@ -66,15 +59,7 @@ export class Floor {
   }
 
   paint(colours: Palette): void {
-    const [cell, section] = [new THREE.Color(colours.cell), new THREE.Color(colours.section)];
-    const attribute = this.lines.geometry.getAttribute("color");
-    const every = Math.round(SECTION / CELL);
-    const count = Math.round(this.half / CELL);
-    for (let i = 0; i < attribute.count; i++) {
-      const { r, g, b } = (Math.floor(i / 4) - count) % every ? cell : section;
-      attribute.setXYZ(i, r, g, b);
-    }
-    attribute.needsUpdate = true;
+    this.grids.forEach(({ material }, i) => material.color.set([colours.cell, colours.section][i]));
     this.shade.material.opacity = colours.shadow;
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [TILE[0], TILE[1] * this.texts.length];

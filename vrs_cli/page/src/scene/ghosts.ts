@@ -7,7 +7,6 @@ import { Timeline } from "../core/timeline";
 import { movePoint, originOf } from "../core/transform";
 import type { Palette } from "./colours";
 import { Figure, type Bodies } from "./figure";
-import type { Labels } from "./labels";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
@@ -157,7 +156,7 @@ export class BranchView {
   visible = true;
   private readonly all = new Map<string, Branch>();
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly bodies: Bodies, private readonly connection: Connection) {}
+  constructor(private readonly stage: Stage, private readonly bodies: Bodies, private readonly connection: Connection) {}
 
   show(shown: InWorld): void {
     const rows: { row: { name: string; end: number; present?: boolean }; version: number }[] = shown.surveyed?.branches ?? [];
@@ -165,7 +164,7 @@ export class BranchView {
     for (const [name, { ghost }] of this.all)
       if (!others.some(({ row }) => row.name === name)) {
         ghost.remove();
-        this.labels.remove(`branch ${name}`);
+        this.stage.labels.remove(`branch ${name}`);
         this.all.delete(name);
       }
     others.forEach(({ row: { name, end }, version }, k) => {
@@ -176,10 +175,10 @@ export class BranchView {
       if (!branch.timeline) return;
       const { model } = this.bodies;
       const q = g(model, branch.timeline, shown.t);
-      if (!branch.ghost.stand(q, shown)) return this.labels.remove(`branch ${name}`);
+      if (!branch.ghost.stand(q, shown)) return this.stage.labels.remove(`branch ${name}`);
       const later = end - shown.timeline.end;
       const at = movePoint(shown.T_world_robot, originOf(frames(model, q)[q.length]));
-      this.labels.set(`branch ${name}`, "branch", `${name}: ${later < 0 ? "-" : "+"}${Math.abs(later).toFixed(1)} s`, at);
+      this.stage.labels.set(`branch ${name}`, "branch", `${name}: ${later < 0 ? "-" : "+"}${Math.abs(later).toFixed(1)} s`, at);
     });
   }
 

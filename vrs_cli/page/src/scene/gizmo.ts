@@ -4,7 +4,6 @@ import { Change } from "../core/change";
 import { inverse, multiply, originOf, type Transform } from "../core/transform";
 import { AXES } from "./colours";
 import { matrixOf } from "./figure";
-import type { Labels } from "./labels";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
@@ -23,7 +22,7 @@ export class Gizmo {
   /** Called with the wished T_world_tool while the gizmo is dragged, and with null when it is let go. */
   onDrag: (wish: Transform | null) => void = () => {};
   /** Whether the gizmo may be seen: for one who may drive, while the robot is followed. */
-  enabled = false;
+  enabled: () => boolean = () => false;
   /** Whether the arrows stand along the axes of the tool or of the world. */
   axes: "tool" | "world" = "tool";
   /** What the gizmo can do. */
@@ -38,7 +37,7 @@ export class Gizmo {
   private readonly arranged = new Change();
   private held = { text: "", joint: 0 };
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels) {
+  constructor(private readonly stage: Stage) {
     stage.scene.add(this.proxy);
     this.move = this.control("translate");
     this.turn = this.control("rotate");
@@ -81,7 +80,7 @@ export class Gizmo {
 
   /** Whether it is in the picture. */
   get seen(): boolean {
-    return this.enabled || this.dragged;
+    return this.enabled() || this.dragged;
   }
 
   private take(): void {
@@ -119,7 +118,7 @@ export class Gizmo {
    */
   key(event: KeyboardEvent): boolean {
     const found = KEYS[event.key];
-    if (!found || !this.tool || !this.enabled || event.ctrlKey || event.metaKey) return false;
+    if (!found || !this.tool || !this.enabled() || event.ctrlKey || event.metaKey) return false;
     const [axis, sign, turns] = found;
     const step = sign * (turns ? TURN : STEP) * (event.altKey ? 0.1 : 1);
     if (!this.dragged) this.take();
@@ -153,8 +152,8 @@ export class Gizmo {
       if (this.axes === "world") this.proxy.quaternion.identity();
     }
     const { text, joint } = this.held;
-    if (text) this.labels.set("held", "held", text, originOf(T_world_tool));
-    else this.labels.remove("held");
+    if (text) this.stage.labels.set("held", "held", text, originOf(T_world_tool));
+    else this.stage.labels.remove("held");
     this.ball.visible = joint > 0;
     if (joint > 0) this.ball.position.set(...originOf(multiply(T_world_robot, frames[joint - 1])));
   }

@@ -6,7 +6,6 @@ import { multiply, originOf } from "../core/transform";
 import type { World } from "../core/world";
 import { RED } from "./colours";
 import { setPose, type Figure } from "./figure";
-import type { Labels } from "./labels";
 import type { InWorld } from "./scene";
 import { geometry } from "./shapes";
 import type { Stage } from "./stage";
@@ -59,7 +58,7 @@ export class PartsView {
   private red = new Set<string>();
   private readonly drawn = new Change();
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly figure: Figure, private readonly world: World, scene: CellScene) {
+  constructor(private readonly stage: Stage, private readonly figure: Figure, private readonly world: World, scene: CellScene) {
     const { parts = [], fixtures = [], sensors = [], feeders = [], sinks = [] } = scene;
     this.parts = parts.map((part) => part.name);
     for (const one of [...fixtures, ...parts]) {
@@ -95,7 +94,7 @@ export class PartsView {
   set visible(on: boolean) {
     this.root.visible = on;
     this.drawn.forget();
-    if (!on) this.labels.remove("part ");
+    if (!on) this.stage.labels.remove("part ");
   }
 
   show({ t, frames, T_world_robot }: InWorld): void {
@@ -111,8 +110,8 @@ export class PartsView {
       const T = poses[i];
       mesh.visible = !!T;
       if (T) setPose(mesh, T);
-      if (T && this.named) this.labels.set(`part ${name}`, "part", name, originOf(T));
-      else this.labels.remove(`part ${name}`, true);
+      if (T && this.named) this.stage.labels.set(`part ${name}`, "part", name, originOf(T));
+      else this.stage.labels.remove(`part ${name}`, true);
     });
     this.sensors.forEach(({ material }, k) => {
       material.color.copy(lit[k] ? LIT : DARK);

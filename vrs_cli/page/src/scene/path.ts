@@ -3,7 +3,6 @@ import { Change } from "../core/change";
 import type { Model } from "../core/kinematics";
 import type { Point } from "../core/transform";
 import type { InWorld } from "./scene";
-import type { Labels } from "./labels";
 import { Dots, Lines, type Piece } from "./lines";
 import type { Stage } from "./stage";
 import { Way, type WayLine } from "./way";
@@ -44,7 +43,7 @@ export class PathView {
   private wait = 0; // [ms] until when the way is not drawn again
   private timer = 0;
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels, model: Model) {
+  constructor(private readonly stage: Stage, model: Model) {
     this.way = new Way(model);
     this.wide.mesh.renderOrder = -1;
     this.wide.mesh.material.depthWrite = false;
@@ -64,7 +63,7 @@ export class PathView {
 
   show(shown: InWorld): void {
     if (!this.root.visible) {
-      if (this.drawn.length) this.labels.remove("command ");
+      if (this.drawn.length) this.stage.labels.remove("command ");
       this.drawn = [];
       return;
     }
@@ -95,11 +94,11 @@ export class PathView {
     const starts = this.near.filter((line) => line.starts);
     this.dots.set(this.near.filter((line) => !line.steers).map((line) => line.points[line.points.length - 1]), colours.dot);
     this.marks.set(starts.map((line) => line.points[0]), colours.mark);
-    this.labels.remove("command ");
+    this.stage.labels.remove("command ");
     if (!this.commands) return;
     const shown = starts.sort((a, b) => Math.abs(a.begin - t) - Math.abs(b.begin - t)).slice(0, MAX_TEXTS).sort((a, b) => a.begin - b.begin);
     const written = shown.map((line) => ({ at: line.points[0], text: line.segment.motion.text ?? "" })).filter(({ text }) => text);
-    gather(written, 0.02 * reach).forEach(({ at, texts }, k) => this.labels.set(`command ${k}`, "command", texts.join("\n"), at));
+    gather(written, 0.02 * reach).forEach(({ at, texts }, k) => this.stage.labels.set(`command ${k}`, "command", texts.join("\n"), at));
   }
 
   /** Draws what is not confirmed, and what was shown wrongly a while ago, of a robot behind a line with delays. */

@@ -4,7 +4,6 @@ import type { Message } from "../core/connection";
 import { toolFrame, type Model } from "../core/kinematics";
 import { inverse, multiply, originOf, transformOf, type Point, type Transform } from "../core/transform";
 import { AxesCloud } from "./axes";
-import type { Labels } from "./labels";
 import { Lines, type Piece } from "./lines";
 import { gather } from "./path";
 import type { InWorld } from "./scene";
@@ -22,7 +21,7 @@ export class PlacesView {
   private readonly axes: AxesCloud;
   private readonly drawn = new Change();
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly model: Model) {
+  constructor(private readonly stage: Stage, private readonly model: Model) {
     this.axes = new AxesCloud(LONG * stage.reach);
     this.root.add(this.axes.root);
   }
@@ -30,7 +29,7 @@ export class PlacesView {
   set visible(on: boolean) {
     this.root.visible = on;
     this.drawn.forget();
-    if (!on) this.labels.remove("place ");
+    if (!on) this.stage.labels.remove("place ");
   }
 
   show({ surveyed }: InWorld): void {
@@ -41,8 +40,8 @@ export class PlacesView {
       return T ? [{ text: row.name as string, T, at: originOf(T) }] : [];
     });
     this.axes.show(placed.map(({ T }) => T));
-    this.labels.remove("place ");
-    gather(placed, NEAR * this.stage.reach).forEach(({ at, texts }, k) => this.labels.set(`place ${k}`, "place", texts.join("\n"), at));
+    this.stage.labels.remove("place ");
+    gather(placed, NEAR * this.stage.reach).forEach(({ at, texts }, k) => this.stage.labels.set(`place ${k}`, "place", texts.join("\n"), at));
     this.stage.change();
   }
 
@@ -83,7 +82,7 @@ export class ReasonView {
   private drawn: Sketch | null = null;
   private version = -1;
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels) {
+  constructor(private readonly stage: Stage) {
     this.axes = new AxesCloud(LONG * stage.reach);
     this.root.add(this.lines.mesh, this.axes.root, this.balls);
     stage.onPaint.add(() => this.draw());
@@ -115,8 +114,8 @@ export class ReasonView {
       this.balls.add(ball);
     }
     this.axes.show(frames);
-    if (text) this.labels.set("why", "why", text.length > MAX_CHARS ? `${text.slice(0, MAX_CHARS)} ...` : text, at);
-    else this.labels.remove("why");
+    if (text) this.stage.labels.set("why", "why", text.length > MAX_CHARS ? `${text.slice(0, MAX_CHARS)} ...` : text, at);
+    else this.stage.labels.remove("why");
     this.stage.change();
   }
 }

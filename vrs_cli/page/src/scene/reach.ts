@@ -5,7 +5,6 @@ import type { Connection } from "../core/connection";
 import { DEGREES, linkAfter, slides } from "../core/kinematics";
 import { identity, movePoint, multiply, rotation } from "../core/transform";
 import { matrixOf, setPose, type Bodies, type Figure } from "./figure";
-import type { Labels } from "./labels";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
@@ -58,13 +57,13 @@ export class RangesView {
   private free = flat("#fff");
   private on = false;
 
-  constructor(private readonly stage: Stage, private readonly labels: Labels, private readonly bodies: Bodies, private readonly figure: Figure) {}
+  constructor(private readonly stage: Stage, private readonly bodies: Bodies, private readonly figure: Figure) {}
 
   set visible(on: boolean) {
     this.on = on;
     if (on && !this.scales.length) this.scales = this.bodies.model.joints.map((_, i) => this.make(i));
     for (const node of this.root) node.visible = on;
-    if (!on) this.labels.remove("joint ");
+    if (!on) this.stage.labels.remove("joint ");
   }
 
   private make(i: number): Scale {
@@ -122,7 +121,7 @@ export class RangesView {
       hand.material.color.set(Math.min(q[i] - lower, upper - q[i]) < NEAR * (upper - lower) ? END : dark);
       const at = movePoint(multiply(multiply(T_world_robot, frames[i]), T), [tip, 0, 0]);
       const value = Math.round((straight ? 1000 : DEGREES) * q[i]) + 0; // never -0
-      this.labels.set(`joint ${i}`, "joint", `JT${i + 1}  ${value}${straight ? " mm" : "°"}`, at);
+      this.stage.labels.set(`joint ${i}`, "joint", `JT${i + 1}  ${value}${straight ? " mm" : "°"}`, at);
     });
   }
 }

@@ -12,7 +12,6 @@ import { GREY } from "./colours";
 import { Bodies, Figure, matrixOf, reachOf, roomOf, setPose } from "./figure";
 import { BranchView, GoalView, PredictionView } from "./ghosts";
 import { Gizmo } from "./gizmo";
-import { Labels } from "./labels";
 import { PartsView, type CellScene } from "./parts";
 import { PathView } from "./path";
 import { PlacesView, ReasonView, type Sketch } from "./places";
@@ -57,23 +56,23 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   const reach = reachOf(model, zero);
   const foot = roomOf(bodies.all.filter((body) => body.link === 0), [zero]).min.z;
   const stage = new Stage(slot, reach, Number.isFinite(foot) ? foot : 0, () => app.wake());
-  const labels = new Labels(stage);
+  const { labels } = stage;
   const figure = new Figure(bodies);
   const triads = { world: axes(0.22 * reach), base: axes(0.22 * reach), tool: axes(0.22 * reach) };
 
-  const path = new PathView(stage, labels, model);
-  const places = new PlacesView(stage, labels, model);
-  const reasons = new ReasonView(stage, labels);
+  const path = new PathView(stage, model);
+  const places = new PlacesView(stage, model);
+  const reasons = new ReasonView(stage);
   stage.scene.add(figure.root, ...Object.values(triads), path.root, places.root, reasons.root);
   const goal = new GoalView(stage, bodies);
   const prediction = new PredictionView(stage, bodies);
-  const ranges = new RangesView(stage, labels, bodies, figure);
-  const gizmo = new Gizmo(stage, labels);
-  const branches = connection && new BranchView(stage, labels, bodies, connection);
+  const ranges = new RangesView(stage, bodies, figure);
+  const gizmo = new Gizmo(stage);
+  const branches = connection && new BranchView(stage, bodies, connection);
   const boundary = connection && !slides(model.joints[0]) && new ReachView(stage, figure, connection);
 
   const scenery = source.cell?.scene as CellScene | undefined;
-  const parts = scenery && new PartsView(stage, labels, figure, source.world, scenery);
+  const parts = scenery && new PartsView(stage, figure, source.world, scenery);
   if (parts) stage.scene.add(parts.root);
 
   // --- what can be switched ---

@@ -5,6 +5,7 @@ import { isDark, onTheme } from "../style/theme";
 import { makeCamera, placeCamera } from "./camera";
 import { palette, type Palette } from "./colours";
 import { Floor } from "./floor";
+import { Labels } from "./labels";
 import { QualityControl } from "./quality";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
@@ -24,6 +25,7 @@ export class Stage {
   /** Holds the canvas and, above it, the labels. */
   readonly view = h("div", { class: "scene", tabindex: "0", role: "img", "aria-label": "the robot" });
   readonly floor: Floor;
+  readonly labels: Labels;
   /** Pictures drawn so far. */
   pictures = 0;
   colours: Palette = palette(isDark());
@@ -45,6 +47,7 @@ export class Stage {
   /** `reach`, `foot`: how far the arm reaches, and the height on which it stands [m]. `wake` asks for one picture. */
   constructor(slot: HTMLElement, readonly reach: number, foot: number, private readonly wake: () => void) {
     slot.append(this.view);
+    this.labels = new Labels(this);
     this.floor = new Floor(reach, foot);
     this.lamp.position.copy(KEY).multiplyScalar(4 * reach);
     this.fill.position.set(0.6, 1, 0.35); // beside who looks at the robot
