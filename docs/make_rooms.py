@@ -30,11 +30,11 @@ class Room(NamedTuple):
 
 ROOMS = (
     Room("front ends", ("cli", "lsp", "highlight", "api", "repl", "view3d", "render"), 380, 50),
-    Room("network", ("net",), 150, 150),
+    Room("network", ("net", "bodies"), 150, 150),
     Room("teaching", ("teach",), 640, 150),
     Room("robot", ("interfaces", "devices"), 440, 230),
     Room("files and wire", ("files", "wire"), 150, 300),
-    Room("cell", ("world", "contacts"), 640, 265),
+    Room("cell", ("world", "contacts", "twin"), 640, 265),
     Room("language", ("language",), 610, 335),
     Room("motion: f and g", ("engine", "trajectory"), 380, 410),
     Room("values", ("values",), 380, 480),

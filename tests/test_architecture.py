@@ -34,8 +34,10 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "world",
     "devices",
     "contacts",
+    "twin",
     "interfaces",
     "net",
+    "bodies",
     "render",
     "view3d",
     "repl",
@@ -75,7 +77,7 @@ LIVES_IN = {
     },
     "rich": {"render", "view3d/app.py", "view3d/studio.py"},
     "viser": {"view3d"},
-    "mujoco": {"contacts/physics.py"},
+    "mujoco": {"bodies/mujoco_arm.py", "contacts/physics.py"},
     "trimesh": {"files/mesh_file.py", "view3d/meshes.py"},
     "PIL": {"render/pictures.py"},
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
@@ -91,7 +93,7 @@ LIVES_IN = {
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
-        *("kinematics", "trajectory", "engine", "files", "contacts", "view3d", "api"),
+        *("kinematics", "trajectory", "engine", "files", "contacts", "twin", "bodies", "view3d", "api"),
         *("interfaces/monitor/plotting.py", "interfaces/roles", "net/experiment.py", "render/plots.py"),
     },
 }
@@ -204,8 +206,8 @@ DEFERRED = (
     Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
     Deferred(
         ("kinematics/model.py", "kinematics/model_data.py"),
-        ("vrs_cli.kinematics.shapes", "vrs_cli.kinematics.shapes"),
-        "a robot is seldom looked at, and its own shapes have few",
+        ("vrs_cli.kinematics.masses", "vrs_cli.kinematics.shapes"),
+        "a robot is seldom looked at, and few have shapes or masses of their own",
     ),
     Deferred(("kinematics/robot_file.py",), ("vrs_cli.kinematics.urdf",), "it brings an XML parser, which few need"),
 )

@@ -135,31 +135,18 @@ class Physics:
         _add_mesh(self._spec, name, solid)
         self._geom(body, owner, bits, **_form(name, solid))
 
-    def _body(self, parent: Any, name: str, T: Transform) -> Any:
-        body = parent.add_body(name=name, pos=list(position(T)), quat=unit_quaternion(T))
-        body.explicitinertial, body.mass, body.inertia = True, 1.0, [1.0, 1.0, 1.0]
-        return body
-
     def _slot(self, parent: Any, name: str) -> None:
-        body = self._body(parent, name, IDENTITY)
+        body = _add_body(parent, name, IDENTITY)
         self._geom(body, NOBODY, 0, type=TYPES[SolidForm.BALL], size=[TINY, 0, 0])
 
     def _add_links(self, links: Sequence[LinkSolids], grips: int) -> list[tuple[str, tuple[Any, ...]]]:
-        model, bodies, fingers = self.model, [], []
-        bodies.append(self._body(self._spec.worldbody, "link0", model.base))
-        for i in range(1, model.joint_count + 1):
-            T = link_pose(model, i, 0.0)
-            body, back = self._body(bodies[-1], f"link{i}", T), inverse(T)
-            slides = model.links[i - 1].kind is JointKind.PRISMATIC
-            kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
-            body.add_joint(type=kind, axis=list(rotate(back, Z)), pos=list(position(back)))
-            bodies.append(body)
+        bodies, fingers = link_bodies(self._spec, self.model), []
         self._spec.add_exclude(bodyname1="link0", bodyname2="link1")  # its parent stands still: not left out by itself
         for number, group in enumerate(links):
             body = bodies[group.link]
             if group.opens:
                 fingers.append((f"finger{number}", group.opens))
-                body = self._body(body, f"finger{number}", IDENTITY)
+                body = _add_body(body, f"finger{number}", IDENTITY)
             for solid in group.solids:
                 self._add(body, group.link, ARM, solid)
         for k in range(grips):
@@ -275,6 +262,27 @@ class Physics:
         shelf = self._shelf
         rows = [shelf.geom(f"kind{self._kinds[solid]}").id for solid in solids]
         return around([Ball(tuple(shelf.geom_pos[row].tolist()), float(shelf.geom_rbound[row])) for row in rows])
+
+
+def link_bodies(spec: Any, model: RobotModel) -> list[Any]:
+    """Add the links of an arm to a model of MuJoCo, the base first: bodies `link0`, `link1`, ... with the frames of
+    `model.link_frames` and unit masses, moved by joints `joint1`, `joint2`, ...
+    """
+    bodies = [_add_body(spec.worldbody, "link0", model.base)]
+    for i in range(1, model.joint_count + 1):
+        T = link_pose(model, i, 0.0)
+        body, back = _add_body(bodies[-1], f"link{i}", T), inverse(T)
+        slides = model.links[i - 1].kind is JointKind.PRISMATIC
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
+        body.add_joint(name=f"joint{i}", type=kind, axis=list(rotate(back, Z)), pos=list(position(back)))
+        bodies.append(body)
+    return bodies
+
+
+def _add_body(parent: Any, name: str, T: Transform) -> Any:
+    body = parent.add_body(name=name, pos=list(position(T)), quat=unit_quaternion(T))
+    body.explicitinertial, body.mass, body.inertia = True, 1.0, [1.0, 1.0, 1.0]
+    return body
 
 
 def _on_axis(T: Transform) -> bool:

@@ -26,16 +26,21 @@ def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
     """The look of a robot: as its file says, as a built-in robot with the same links, or as capsules."""
     if model.shapes:
         return model.shapes
-    for path, known in _drawn_robots():
+    path = file_of_built_in(model, SHAPES)
+    return capsules(model) if path is None else _shapes_in(path, model.joint_count)
+
+
+def file_of_built_in(model: RobotModel, folder: Path) -> Path | None:
+    """Return the file in a folder of files named after robots of the built-in robot that has the links of this one."""
+    for path, known in _built_in_robots(folder):
         if (known.links, known.base, known.flange) == (model.links, model.base, model.flange):
-            return _shapes_in(path, model.joint_count)
-    return capsules(model)
+            return path
+    return None
 
 
 @cache
-def _drawn_robots() -> tuple[tuple[Path, RobotModel], ...]:
-    """The built-in robots whose shapes are known, each with the file of these."""
-    return tuple((path, load_robot(path.stem)) for path in sorted(SHAPES.glob("*.toml")))
+def _built_in_robots(folder: Path) -> tuple[tuple[Path, RobotModel], ...]:
+    return tuple((path, load_robot(path.stem)) for path in sorted(folder.glob("*.toml")))
 
 
 @cache

@@ -23,7 +23,7 @@ class Quantity(NamedTuple):
     def to_si(self, value: float) -> float:
         if self.unit.startswith("mm"):
             return value / 1000.0
-        return radians(value) if self.unit else float(value)
+        return radians(value) if self.unit.startswith("deg") else float(value)
 
     def sliding(self) -> Quantity:
         """The same of a joint that slides."""
@@ -31,6 +31,7 @@ class Quantity(NamedTuple):
 
 
 LENGTH, ANGLE = Quantity("mm"), Quantity("deg")
+PLAIN, POSITIVE = Quantity(""), Quantity("", positive=True)
 
 
 class DataReader(NamedTuple):

@@ -38,6 +38,7 @@ from vrs_cli.kinematics.transform import (
 )
 
 if TYPE_CHECKING:
+    from vrs_cli.kinematics.masses import LinkMasses
     from vrs_cli.kinematics.shapes import LinkShape
 
 ALL_PARTS = 6
@@ -119,8 +120,9 @@ class RobotModel:
     m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100. `profile`: what
     PARAMETER PROFILE is at the start. `shapes`: how it looks, where its file says so (`bodies.shapes_of` knows it
     of any robot); `collision`: what stands for it when contacts are looked for, where that is not how it looks.
-    `hand_width`: how wide its hand opens [m], 0 where nobody says it. `origin`: of one out of a file with names;
-    `names_task`: whether the file names the task. Neither is part of what a robot is.
+    `hand_width`: how wide its hand opens [m], 0 where nobody says it. `masses`: one of each link, where its file says
+    them (`twin.inertia` knows those of the built-in robots). `origin`: of one out of a file with names; `names_task`:
+    whether the file names the task. None of these three tells robots apart.
     """
 
     name: str
@@ -145,6 +147,7 @@ class RobotModel:
     shapes: tuple[LinkShape, ...] = ()
     collision: tuple[LinkShape, ...] = ()
     hand_width: float = 0.0
+    masses: tuple[LinkMasses, ...] = field(default=(), compare=False)
     origin: Origin | None = field(default=None, compare=False)
     names_task: bool = field(default=True, compare=False)
 

@@ -35,6 +35,7 @@ from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Vector, cross, dot
 
 if TYPE_CHECKING:
+    from vrs_cli.kinematics.masses import LinkMasses
     from vrs_cli.kinematics.shapes import LinkShape
 
 NOTHING = 1e-6  # of the volume that rows of a length of 1 could span: what no pose of an arm exceeds it cannot do
@@ -148,10 +149,10 @@ TOOL_KEYS: Mapping[str, Quantity] = {
 NEEDED_LINK_KEYS = ("a", "d", "alpha")
 MODEL_KEYS = ("name", "title", "joints", "tool", "poses")
 HAND_KEYS: Mapping[str, Quantity] = {"width": Quantity("mm", positive=True)}
-MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes", "collision", "hand")
+MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes", "collision", "hand", "masses")
 URDF_OPTIONS = (
     *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes"),
-    *("collision", "hand", "xacro", "flange"),
+    *("collision", "hand", "masses", "xacro", "flange"),
 )
 CLOSED = ("lower", "upper")  # at which end of its joints a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)
@@ -181,11 +182,15 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
         data["profile"] = model.profile
     if model.hand_width:
         data["hand"] = {"width": model.hand_width}
+    if model.masses:
+        from vrs_cli.kinematics.masses import to_tables as mass_tables  # here: few robots have masses of their own
+
+        data["masses"] = mass_tables(model.masses)
     for key, shapes in (("shapes", model.shapes), ("collision", model.collision)):
         if shapes:
-            from vrs_cli.kinematics.shapes import to_tables  # here: few robots have shapes of their own
+            from vrs_cli.kinematics.shapes import to_tables as shape_tables  # here: few robots have their own
 
-            data[key] = to_tables(shapes)
+            data[key] = shape_tables(shapes)
     return data
 
 
@@ -217,6 +222,7 @@ class ModelReader(DataReader):
             shapes=self.shapes(table.get("shapes"), len(joints)),
             collision=self.shapes(table.get("collision"), len(joints), "collision"),
             hand_width=self.numbers(table.get("hand", {}), "hand", HAND_KEYS).get("width", 0.0),
+            masses=self.masses(table.get("masses"), len(joints)),
         )
         if len(joints) > 1 and levers(model)[1][0] < TINY:
             raise self.wrong(
@@ -230,6 +236,13 @@ class ModelReader(DataReader):
         from vrs_cli.kinematics.shapes import ShapeReader  # here: few robots have shapes of their own
 
         return ShapeReader(self.file, self.human).shapes(data, joints, key)
+
+    def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:
+        if data is None:
+            return ()
+        from vrs_cli.kinematics.masses import MassReader  # here: few robots have masses of their own
+
+        return MassReader(self.file, self.human).masses(data, joints)
 
     def joints(self, data: object) -> list[dict[str, Any]]:
         if not isinstance(data, list) or not data:

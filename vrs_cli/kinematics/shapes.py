@@ -14,7 +14,7 @@ from re import fullmatch
 from reprlib import repr as brief
 from typing import Any, NamedTuple
 
-from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
+from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, PLAIN, TINY, DataReader, Quantity
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
@@ -133,7 +133,7 @@ def rgb(colour: str) -> tuple[int, int, int]:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
-SIZE, PLAIN = Quantity("mm", positive=True), Quantity("")
+SIZE = Quantity("mm", positive=True)
 
 
 class Keys(NamedTuple):

@@ -1,0 +1,148 @@
+"""Inertias of shapes beside their formulas, and what is said of robots whose masses nobody knows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vrs_cli.errors import NotAvailable
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.masses import LinkMasses
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
+from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, LinkShape, MeshFile, Slab
+from vrs_cli.kinematics.transform import rotation_about, translation
+from vrs_cli.twin.inertia import balanced, inertial_model, point_masses, solid_of_link
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def unit_moments(body: object) -> tuple[float, Floats, Floats]:
+    """Volume, centre and inertia about the centre of one kilogram."""
+    points, volumes = point_masses(body)  # type: ignore[arg-type]
+    shares = volumes / volumes.sum()
+    centre = shares @ points
+    S = (points - centre).T @ (shares[:, None] * (points - centre))
+    return float(volumes.sum()), centre, np.trace(S) * np.eye(3) - S
+
+
+def sampled(inside: object, low: Floats, high: Floats, count: int = 120) -> tuple[float, Floats, Floats]:
+    """The same of a body that is told by which points are in it, from a grid of points."""
+    axes = [np.linspace(a, b, count, endpoint=False) + 0.5 * (b - a) / count for a, b in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    points = points[inside(points)]  # type: ignore[operator]
+    centre = points.mean(axis=0)
+    S = (points - centre).T @ (points - centre) / len(points)
+    return len(points) * float(np.prod((high - low) / count)), centre, np.trace(S) * np.eye(3) - S
+
+
+def test_box_and_cylinder_have_the_moments_of_the_book() -> None:
+    volume, centre, inertia = unit_moments(Box((0.2, 0.3, 0.5), translation(1.0, 2.0, 3.0)))
+    assert (volume, *centre) == pytest.approx((0.03, 1.0, 2.0, 3.0))
+    assert np.diag(inertia) == pytest.approx([0.34 / 12, 0.29 / 12, 0.13 / 12])
+    volume, centre, inertia = unit_moments(Cylinder((0.0, 0.0, -0.2), (0.0, 0.0, 0.4), (0.1, 0.1)))
+    assert (volume, *centre) == pytest.approx((pi * 0.006, 0.0, 0.0, 0.1))
+    across = 0.01 / 4 + 0.36 / 12
+    assert np.diag(inertia) == pytest.approx([across, across, 0.005])
+
+
+def test_cone_and_ball_have_the_moments_of_the_book() -> None:
+    volume, centre, inertia = unit_moments(Cylinder(ORIGIN, (0.0, 0.0, 0.4), (0.3, 1e-12)))
+    assert (volume, centre[2]) == pytest.approx((pi * 0.09 * 0.4 / 3, 0.1))
+    across = 3 / 20 * 0.09 + 3 / 80 * 0.16
+    assert np.diag(inertia) == pytest.approx([across, across, 0.3 * 0.09])
+    for ball in (Capsule(ORIGIN, ORIGIN, (0.2, 0.2)), Capsule(ORIGIN, (0.0, 0.05, 0.0), (0.2, 0.1))):
+        volume, centre, inertia = unit_moments(ball)  # the second holds a smaller ball
+        assert (volume, *centre) == pytest.approx((4 / 3 * pi * 0.008, 0.0, 0.0, 0.0))
+        assert inertia == pytest.approx(0.4 * 0.04 * np.eye(3))
+
+
+def test_capsule_of_two_radii_beside_points_of_a_grid() -> None:
+    r, s, far = 0.2, 0.1, 0.3
+
+    def inside(points: Floats) -> Floats:
+        """In a ball whose centre and radius go from those of one end to those of the other."""
+        part = np.linspace(0.0, 1.0, 60)[:, None]
+        away = np.full(len(points), np.inf)
+        for k in part[:, 0]:
+            away = np.minimum(away, np.linalg.norm(points - [0.0, 0.0, k * far], axis=1) - (r + k * (s - r)))
+        return away < 0.0
+
+    low, high = np.array([-0.2, -0.2, -0.2]), np.array([0.2, 0.2, 0.4])
+    wanted = sampled(inside, low, high, 40)
+    for found, other in zip(unit_moments(Capsule(ORIGIN, (0.0, 0.0, far), (r, s))), wanted, strict=True):
+        assert found == pytest.approx(other, rel=1e-2, abs=3e-4)
+
+
+def test_slab_beside_points_of_a_grid() -> None:
+    r, s, far, thick, thin = 0.2, 0.1, 0.5, 0.1, 0.06
+
+    def inside(points: Floats) -> Floats:
+        x, y, z = points.T
+        away = np.full(len(points), np.inf)
+        for k in np.linspace(0.0, 1.0, 60):
+            away = np.minimum(away, np.hypot(x - k * far, y) - (r + k * (s - r)))
+        half = 0.5 * (thick + (thin - thick) * (x + r) / (far + r + s))
+        return (away < 0.0) & (np.abs(z) < half)
+
+    low, high = np.array([-0.2, -0.2, -0.05]), np.array([0.6, 0.2, 0.05])
+    wanted = sampled(inside, low, high, 40)
+    slab = Slab(ORIGIN, (far, 0.0, 0.0), (0.0, 0.0, 1.0), (r, s), (thick, thin))
+    for found, other in zip(unit_moments(slab), wanted, strict=True):
+        assert found == pytest.approx(other, rel=1e-2, abs=3e-4)
+
+
+def test_mesh_is_weighed_by_its_triangles(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box((0.2, 0.3, 0.5)).export(tmp_path / "box.stl")
+    pose = translation(0.1, 0.0, 0.0)
+    wanted = unit_moments(Box((0.2, 0.3, 0.5), pose))
+    for found, other in zip(unit_moments(MeshFile(str(tmp_path / "box.stl"), pose)), wanted, strict=True):
+        assert found == pytest.approx(other)
+
+
+def test_moments_turn_with_a_body_and_add_up_over_a_link() -> None:
+    R = rotation_about((1.0, 0.0, 0.0), 0.5 * pi)
+    _, _, inertia = unit_moments(Box((0.2, 0.3, 0.5), R))
+    assert np.diag(inertia) == pytest.approx([0.34 / 12, 0.13 / 12, 0.29 / 12])
+    halves = [LinkShape(1, Box((0.2, 0.3, 0.25), translation(0.0, 0.0, z))) for z in (-0.125, 0.125)]
+    model = replace(load_robot("planar2"), shapes=(*halves, LinkShape(2, Box((1.0, 1.0, 1.0)))))
+    found = solid_of_link(model, 1)
+    assert found is not None
+    assert np.diag(found.inertia) == pytest.approx([0.34 / 12, 0.29 / 12, 0.13 / 12])
+
+
+def test_every_inertia_is_that_of_a_body() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        axes, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        a, b, c = np.linalg.eigvalsh(balanced(axes * random.uniform(0.0, 1.0, 3) @ axes.T))
+        assert a > 0.0
+        assert a + b >= c
+    good = np.diag([0.2, 0.3, 0.4])
+    assert np.array_equal(balanced(good), good)
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROBOTS / "masses").glob("*.toml")))
+def test_robots_with_masses_have_bodies_for_links(name: str) -> None:
+    model = load_robot(name)
+    found = inertial_model(model)
+    for inertia in found.inertia:
+        a, b, c = np.linalg.eigvalsh(inertia)
+        assert a > 0.0
+        assert a + b >= c * (1.0 - 1e-12)
+    for row in (found.armature, found.viscous, found.coulomb, found.max_torque):
+        assert row.shape == (model.joint_count,)
+        assert np.all(row >= 0.0)
+    assert np.all(found.max_torque > 0.0)
+
+
+def test_all_links_without_a_mass_are_told_at_once() -> None:
+    model = replace(load_robot("cobra600"), links=load_robot("cobra600").links[:3])
+    with pytest.raises(NotAvailable) as told:
+        inertial_model(replace(model, masses=(LinkMasses(), LinkMasses(2.0), LinkMasses())))
+    assert "links 1 and 3 of Adept Cobra 600" in told.value.detail
+    assert "[[masses]]" in told.value.hint

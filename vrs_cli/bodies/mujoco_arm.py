@@ -1,0 +1,465 @@
+"""A body that is simulated: an arm of MuJoCo with drives, encoders, a controller and a clock of its own.
+
+`MujocoArm` is a function of time: `advance(until, setpoint)` steps it there and returns what it has reported. It knows
+no network and no clock of the machine. Its joints are those of the robot model, so that its flange is where g says; its
+masses are those of `twin.inertia`. The controller steps at 1 kHz on what encoders tell: computed torque (Luh, Walker
+and Paul, 1980), or a proportional and derivative law for each joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from enum import Enum
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vrs_cli.bodies.scenario import (
+    BlockedJoint,
+    ClockDrift,
+    Disturbance,
+    EmergencyStop,
+    Payload,
+    Push,
+    Release,
+    SlippingBrake,
+)
+from vrs_cli.contacts.physics import link_bodies
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.twin.dynamics import GRAVITY, InertialModel, mass_matrix
+from vrs_cli.twin.inertia import inertial_model
+from vrs_cli.values.measured import BodyMode, Report
+
+STEP = 1e-3  # [s] of the controller and of the simulation
+TICKS = 8  # steps between two set points that are asked for; quintics lead from one to the next
+SLIDE = 0.1  # [m/rad] resolution and noise of a joint that slides, for those of one that turns
+LEAST_MASS = 1e-9  # [kg] MuJoCo moves no body without mass
+END_STOP = 0.02  # ours [rad, m]: beyond its range a joint meets a stop
+STILL = 1e-2  # [rad/s, m/s] a joint that is slower is held by its brake where it is
+BRAKE = 1.5  # ours: of the greatest torque of its motor
+FADE = 0.2  # [s] in which a body comes to its set point, at least
+GENTLE = 0.5  # of the greatest velocity: how fast it comes there
+FRICTION_AT = 2e-3  # [rad/s, m/s] the controller makes up for Coulomb friction from there on
+LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # solimp of brakes and blocked joints: as stiff as MuJoCo has it
+
+ALPHA = 0.3  # of the filter behind the encoders
+BETA = ALPHA * ALPHA / (2.0 - ALPHA)
+
+State = Floats  # (3, n): joints, velocities, accelerations
+SetPoint = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[float]]]
+
+
+class Controller(Enum):
+    """How torques are found: from the model of the arm, or for each joint from its own errors."""
+
+    COMPUTED = "computed"
+    PD = "pd"
+
+
+class ArmSettings(Struct, frozen=True):
+    """`bandwidth` [rad/s] of the controller, critically damped. `report_rate` [1/s]. `resolution` of the encoders and
+    `noise` of them (standard deviation) [rad]; of joints that slide a tenth of it in metres.
+    """
+
+    controller: Controller = Controller.COMPUTED
+    bandwidth: float = 40.0
+    report_rate: float = 100.0
+    resolution: float = 2.0**-16 * 6.283185307179586
+    noise: float = 2e-5
+
+
+USUAL_SETTINGS = ArmSettings()
+
+
+class _Brake(NamedTuple):
+    """A way to a standstill: from joints and velocities (n,), each joint with its own deceleration."""
+
+    joints: Floats
+    velocity: Floats
+    deceleration: Floats
+
+    def at(self, s: float) -> State:
+        """Return the state after s seconds."""
+        slowing = np.minimum(s, np.abs(self.velocity) / self.deceleration)  # how long each joint has slowed down
+        a = -np.sign(self.velocity) * self.deceleration
+        moves = s < np.abs(self.velocity) / self.deceleration
+        joints = self.joints + slowing * (self.velocity + 0.5 * slowing * a)
+        return np.array([joints, np.where(moves, self.velocity + slowing * a, 0.0), np.where(moves, a, 0.0)])
+
+
+class _Quintic(NamedTuple):
+    """The polynomial of degree 5 between two states, over `T` seconds: coefficients (6, n)."""
+
+    T: float
+    coefficients: Floats
+
+    def at(self, s: float) -> State:
+        """Return the state after s seconds."""
+        return _powers(np.array([s]))[:, 0] @ self.coefficients
+
+
+def _powers(s: Floats) -> Floats:
+    """Return what coefficients are multiplied by for value, rate and its rate, (3, k, 6), at times s (k,)."""
+    k = np.arange(6)
+    value = s[:, None] ** k
+    rate = k * s[:, None] ** np.maximum(k - 1, 0)
+    return np.stack([value, rate, k * (k - 1) * s[:, None] ** np.maximum(k - 2, 0)])
+
+
+def _quintic(begin: State, end: State, T: float) -> _Quintic:
+    return _Quintic(T, np.linalg.solve(_ends(T), np.concatenate([begin, end])))
+
+
+def _ends(T: float) -> Floats:
+    """Return what coefficients are multiplied by for the states at 0 and at T [s], (6, 6)."""
+    return _powers(np.array([0.0, T])).transpose(1, 0, 2).reshape(6, 6)
+
+
+def _tick_powers() -> Floats:
+    """Return what leads from the states at both ends of TICKS steps (6, n) to that at each of them, (3, TICKS, 6)."""
+    inverse = np.linalg.inv(_ends(TICKS * STEP))
+    powers: Floats = _powers(STEP * np.arange(TICKS, dtype=np.float64)) @ inverse
+    return powers
+
+
+AT_BEGIN = _tick_powers()
+
+
+class MujocoArm:
+    """An arm that follows set points and reports its joints. `seed`: of the noise of its encoders. `joints`: where it
+    stands at `start` [s] of the robot's clock; at READY if none are given.
+
+    Raises NotAvailable for a robot whose masses nobody says.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        *,
+        seed: int = 0,
+        controller: Controller | str = Controller.COMPUTED,
+        settings: ArmSettings = USUAL_SETTINGS,
+        joints: Joints | None = None,
+        start: float = 0.0,
+        disturbances: Sequence[Disturbance] = (),
+    ) -> None:
+        self.model, self.inertial = model, inertial_model(model)
+        self.settings = replace(settings, controller=Controller(controller))
+        self.mode = BodyMode.FOLLOWS
+        self._random = np.random.default_rng(seed)
+        self._m, self._d = compiled(model, self.inertial)
+        self._own, self._guess = compiled(model, self.inertial)  # what the controller knows
+        self._own.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+        self._own.dof_frictionloss[:] = 0.0
+        self._flange = int(self._m.body(f"link{model.joint_count}").id)
+        w = self.settings.bandwidth
+        self._gains = w * w, 2.0 * w
+        scale = np.array([SLIDE if link.kind is JointKind.PRISMATIC else 1.0 for link in model.links])
+        self._resolution, self._noise = settings.resolution * scale, settings.noise * scale
+        self._start, self._steps = start, 0
+        self._every = max(1, round(1.0 / (settings.report_rate * STEP)))
+        q = np.array(model.poses["ready"] if joints is None else joints)
+        self._d.qpos[:] = q
+        self._guess.qpos[:] = q
+        self._seen, self._rate = (
+            self._guess.qpos,
+            self._guess.qvel,
+        )  # joints and velocities, as the controller sees them
+        self._pushed = False
+        self._effort, self._push = np.zeros_like(q), np.zeros_like(q)
+        self._weights = np.diag(mass_matrix(model, self.inertial, q[None])[0])  # of the gains of PD
+        mujoco.mj_forward(self._m, self._d)
+        self._reference = _standing(q)
+        self._brake: _Brake | None = None  # of an order to hold: the way to a standstill
+        self._offset: _Quintic | None = None  # from where it is to its set point
+        self._since = start
+        self._arrives = True  # the next set point is the first that it follows
+        self._clock = (start, start, 0.0)  # at a time of the robot's clock its own, and how much that gains [s/s]
+        self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
+        self._active = list[tuple[float, Disturbance]]()  # with their ends
+        for one in disturbances:
+            if one.at is None:
+                self.disturb(one)
+
+    # --- what it is told ---
+
+    @property
+    def time(self) -> float:
+        """The robot's clock [s]."""
+        return self._start + self._steps * STEP
+
+    @property
+    def joints(self) -> Joints:
+        """Where the joints really are [rad, m]."""
+        return tuple(self._d.qpos.tolist())
+
+    @property
+    def T_base_flange(self) -> Floats:
+        """Where the flange really is, (3, 4)."""
+        mujoco.mj_kinematics(self._m, self._d)
+        body = self._flange
+        return np.column_stack([self._d.xmat[body].reshape(3, 3), self._d.xpos[body]])
+
+    def own_time(self, t: float) -> float:
+        """What its own clock shows at a time of the robot's clock [s]."""
+        begin, own, rate = self._clock
+        return own + (1.0 + rate) * (t - begin)
+
+    def order(self, mode: BodyMode) -> None:
+        """Follow the set points, or hold still: an order of the server. After its own stop it follows again when the
+        stop has been released and it is told to follow.
+        """
+        if mode is BodyMode.STOPPED or self.mode is BodyMode.STOPPED or mode is self.mode:
+            return
+        self.mode, self._since = mode, self.time
+        if mode is BodyMode.HOLDS:
+            self._brake = self._braking()
+        else:
+            self._arrives = True
+
+    def disturb(self, disturbance: Disturbance | Release) -> None:
+        """Begin a disturbance, now or when its time has come; or end those that are on."""
+        if isinstance(disturbance, Release):
+            kind = disturbance.kind or Disturbance
+            ended = [one for _, one in self._active if isinstance(one, kind)]
+            self._active = [row for row in self._active if not isinstance(row[1], kind)]
+            for one in ended:
+                self._apply(one, on=False)
+        elif disturbance.at is not None and disturbance.at > self.time:
+            self._waiting = sorted([*self._waiting, disturbance], key=_begin)
+        else:
+            self._begin(disturbance)
+
+    # --- time ---
+
+    def advance(self, until: float, setpoint: SetPoint) -> list[Report]:
+        """Go to a time of the robot's clock [s], after `setpoint` (joints, velocities, accelerations at a time of its
+        own clock), and return the reports of the way, stamped by its own clock. It goes TICKS steps at a time, to
+        `until` or less than that beyond, and asks for the set point at the end of these steps before it does them.
+        """
+        found = list[Report]()
+        while self.time < until - 1e-9:
+            self._disturbances_now()
+            self._steps_to(self._next(setpoint), found)
+        return found
+
+    def _next(self, setpoint: SetPoint) -> State:
+        """Return the reference after TICKS steps."""
+        t = self.time + TICKS * STEP
+        if self.mode is BodyMode.STOPPED:
+            return _standing(self._seen)
+        if self.mode is BodyMode.HOLDS:
+            assert self._brake is not None  # an order to hold has made it
+            return self._brake.at(t - self._since)
+        if self._arrives:
+            here = np.array(setpoint(self.own_time(self.time)))
+            off = self._reference - here
+            fastest = np.array(self.model.max_velocity)
+            far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
+            T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # a quintic is 15/8 times as fast as its mean
+            self._offset, self._since = _quintic(off, np.zeros_like(off), T), self.time
+            self._arrives = False
+        wanted = np.array(setpoint(self.own_time(t)))
+        if self._offset is not None:
+            if t - self._since >= self._offset.T:
+                self._offset = None
+            else:
+                wanted += self._offset.at(t - self._since)
+        return wanted
+
+    def _steps_to(self, target: State, found: list[Report]) -> None:
+        """Do TICKS steps of the controller and of the arm, to a reference."""
+        joints, velocities, accelerations = AT_BEGIN @ np.concatenate([self._reference, target])
+        stiffness, damping = self._gains
+        wanted = stiffness * joints + damping * velocities
+        friction = self.inertial.coulomb * np.tanh(velocities * (1.0 / FRICTION_AT))
+        noise = self._random.standard_normal((TICKS, len(self._noise))) * (self._noise / self._resolution)
+        stopped, computed = self.mode is BodyMode.STOPPED, self.settings.controller is Controller.COMPUTED
+        if computed:
+            wanted += accelerations
+        limit, effort, applied = self.inertial.max_torque, self._effort, self._d.qfrc_applied
+        for k in range(TICKS):
+            self._observe(noise[k], accelerations[k])
+            error = wanted[k] - stiffness * self._seen
+            error -= damping * self._rate
+            if stopped:
+                effort[:] = 0.0
+            else:
+                if computed:
+                    self._guess.qacc[:] = error
+                    mujoco.mj_inverse(self._own, self._guess)
+                    np.add(self._guess.qfrc_inverse, friction[k], out=effort)
+                else:
+                    np.multiply(self._weights, error, out=effort)
+                np.minimum(effort, limit, out=effort)
+                np.maximum(effort, -limit, out=effort)
+            applied[:] = effort
+            if self._pushed:
+                applied += self._push
+            mujoco.mj_step(self._m, self._d)
+            self._steps += 1
+            if self._steps % self._every == 0:
+                found.append(self._report())
+        self._reference = target
+        if stopped:
+            self._lock_standing()
+
+    def _observe(self, noise: Floats, acceleration: Floats) -> None:
+        """Read the encoders, and follow them with a filter of fixed gains (Benedict and Bordner, 1962). In place: half
+        of the time of a step is numpy's.
+        """
+        seen, rate = self._seen, self._rate
+        change = acceleration * STEP
+        seen += STEP * rate
+        seen += (0.5 * STEP) * change
+        rate += change
+        missed = self._d.qpos / self._resolution
+        missed += noise
+        np.rint(missed, out=missed)
+        missed *= self._resolution
+        missed -= seen
+        seen += ALPHA * missed
+        rate += (BETA / STEP) * missed
+
+    def _report(self) -> Report:
+        """What it tells now: its encoders, and what its controller knows of velocities and torques."""
+        noise = self._noise * self._random.standard_normal(len(self._noise))
+        read = np.rint((self._d.qpos + noise) / self._resolution) * self._resolution
+        rate, effort = tuple(self._rate.tolist()), tuple(self._effort.tolist())
+        return Report(self.own_time(self.time), tuple(read.tolist()), rate, effort, self.mode)
+
+    # --- disturbances ---
+
+    def _disturbances_now(self) -> None:
+        """Begin and end what is due, and find what pushes now."""
+        if not (self._waiting or self._active):
+            return
+        while self._waiting and _begin(self._waiting[0]) <= self.time + 1e-9:
+            self._begin(self._waiting.pop(0))
+        ended = [one for end, one in self._active if end <= self.time + 1e-9]
+        self._active = [row for row in self._active if row[1] not in ended]
+        for one in ended:
+            self._apply(one, on=False)
+        pushes = [one for _, one in self._active if isinstance(one, Push)]
+        self._pushed = bool(pushes)
+        self._push[:] = 0.0
+        flange = self._flange
+        for push in pushes:
+            mujoco.mj_applyFT(self._m, self._d, push.force, np.zeros(3), self._d.xpos[flange], flange, self._push)
+            if push.joint:
+                self._push[push.joint - 1] += push.torque
+
+    def _begin(self, one: Disturbance) -> None:
+        end = float("inf") if one.lasting is None else self.time + one.lasting
+        self._active.append((end, one))
+        self._apply(one, on=True)
+
+    def _apply(self, one: Disturbance, *, on: bool) -> None:
+        match one:
+            case Payload():
+                self._carry([load for _, load in self._active if isinstance(load, Payload)])
+            case BlockedJoint(joint=joint):
+                blocked = any(isinstance(other, BlockedJoint) and other.joint == joint for _, other in self._active)
+                self._hold_joint(joint - 1, blocked)
+            case SlippingBrake(joint=joint):
+                if self.mode is BodyMode.STOPPED:
+                    self._hold_joint(joint - 1, False)
+                    self._set_brakes()
+            case EmergencyStop():
+                if on:
+                    self.mode = BodyMode.STOPPED
+                elif not any(isinstance(other, EmergencyStop) for _, other in self._active):
+                    self._release_brakes()
+                self._set_brakes()
+            case ClockDrift(rate=rate, jump=jump):
+                own = self.own_time(self.time)
+                self._clock = (self.time, own + jump, rate) if on else (self.time, own, 0.0)
+
+    def _carry(self, loads: Sequence[Payload]) -> None:
+        """Give the last link the masses that the flange carries."""
+        mass, centre, inertia = (x[-1] for x in self.inertial[:3])
+        for load in loads:
+            at, m = np.array(load.centre), load.mass
+            apart, total = at - centre, mass + m
+            inertia = inertia + mass * m / total * (apart @ apart * np.eye(3) - np.outer(apart, apart))
+            mass, centre = total, (mass * centre + m * at) / total
+        _set_inertia(self._m, self.model.joint_count, mass, centre, inertia)
+        mujoco.mj_setConst(self._m, mujoco.MjData(self._m))
+
+    def _hold_joint(self, i: int, held: bool) -> None:
+        """Hold a joint where it is, or let it go."""
+        self._m.eq_data[i, 0] = self._d.qpos[i]
+        self._d.eq_active[i] = held
+
+    def _set_brakes(self) -> None:
+        """Put the brakes on if it has stopped, and off otherwise."""
+        brakes = BRAKE * self.inertial.max_torque if self.mode is BodyMode.STOPPED else np.zeros_like(self._effort)
+        for _, one in self._active:
+            if isinstance(one, SlippingBrake):
+                brakes[one.joint - 1] = min(brakes[one.joint - 1], one.torque)
+        self._m.dof_frictionloss[:] = self.inertial.coulomb + brakes
+
+    def _lock_standing(self) -> None:
+        """Hold the joints that stand still under brakes that do not slip."""
+        slipping = {one.joint - 1 for _, one in self._active if isinstance(one, SlippingBrake)}
+        for i, rate in enumerate(self._d.qvel.tolist()):
+            if abs(rate) < STILL and i not in slipping and not self._d.eq_active[i]:
+                self._hold_joint(i, True)
+
+    def _release_brakes(self) -> None:
+        """Hold by the motors what the brakes have held."""
+        blocked = {one.joint - 1 for _, one in self._active if isinstance(one, BlockedJoint)}
+        for i in range(self.model.joint_count):
+            if i not in blocked:
+                self._d.eq_active[i] = False
+        self._reference = _standing(self._seen)
+        self.mode, self._since = BodyMode.HOLDS, self.time
+        self._brake = self._braking()
+
+    def _braking(self) -> _Brake:
+        return _Brake(self._reference[0], self._reference[1], np.array(self.model.max_acceleration))
+
+
+def _begin(one: Disturbance) -> float:
+    return 0.0 if one.at is None else one.at
+
+
+def _standing(joints: Floats) -> State:
+    return np.array([joints, np.zeros_like(joints), np.zeros_like(joints)])
+
+
+def compiled(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
+    """Return a model of MuJoCo and its data: links, drives, and for each joint a lock, which is open."""
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.option.timestep, spec.option.gravity = STEP, GRAVITY
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    link_bodies(spec, model)
+    for i, (low, high) in enumerate(zip(model.lower, model.upper, strict=True), 1):
+        joint = spec.joint(f"joint{i}")
+        joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, [low - END_STOP, high + END_STOP]
+        lock = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=f"joint{i}", active=False)
+        lock.solref, lock.solimp = [2.0 * STEP, 1.0], LOCK
+    m = spec.compile()
+    for i, row in enumerate(zip(*inertial[:3], strict=True), 1):
+        _set_inertia(m, i, *row)
+    m.dof_armature[:], m.dof_damping[:] = inertial.armature, inertial.viscous
+    m.dof_frictionloss[:], m.dof_solimp[:] = inertial.coulomb, LOCK
+    m.body_simple[:], m.dof_simplenum[:] = 0, 0  # no mass is where the compiler saw it
+    mujoco.mj_setConst(m, mujoco.MjData(m))
+    return m, mujoco.MjData(m)
+
+
+def _set_inertia(m: Any, link: int, mass: float, centre: Floats, inertia: Floats) -> None:
+    """Give a link its mass, centre and inertia about that, in its own frame."""
+    body = m.body(f"link{link}").id
+    moments, axes = np.linalg.eigh(inertia)
+    axes[:, 2] *= np.sign(np.linalg.det(axes))  # a rotation
+    m.body_mass[body], m.body_ipos[body], m.body_inertia[body] = max(mass, LEAST_MASS), centre, moments
+    mujoco.mju_mat2Quat(m.body_iquat[body], axes.ravel())
+    m.body_sameframe[body] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
