@@ -138,7 +138,7 @@ def test_push_moves_it_aside_for_a_while() -> None:
     before, during, after = (arm.advance(t, standing) for t in (0.5, 0.7, 1.5))
     assert np.max(np.abs(errors(before, standing))) < radians(0.03)
     assert np.max(np.abs(errors(during, standing))) > radians(0.06)
-    assert np.max(np.abs(errors(after[-30:], standing))) < radians(0.05)
+    assert np.max(np.abs(errors(after[-30:], standing))) < radians(0.1)  # dry friction
 
 
 def test_push_at_a_joint_is_the_torque_that_its_motor_gives_against_it() -> None:

@@ -259,6 +259,7 @@ class MujocoArm:
         if self._arrives:
             here = np.array(setpoint(self.own_time(self.time)))
             off = self._reference - here
+            off[2] = 0.0  # torques may jump
             fastest = np.array(self.model.max_velocity)
             far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
             T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # a quintic is 15/8 times as fast as its mean
