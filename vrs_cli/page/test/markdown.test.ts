@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { markdown } from "../src/markdown";
+import { markdown } from "../src/lessons";
 
 /** As much of a document as the texts of lessons need. */
 class Fake {

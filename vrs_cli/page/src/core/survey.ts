@@ -11,16 +11,11 @@ export class Survey {
   found: Message | null = null;
   private program = "";
   private asked = { program: "", first: 1 };
-  private askedAt = -Infinity;
-  private pending = false;
-  private due: ReturnType<typeof setTimeout> | null = null;
+  private stale = false; // something has happened since the last survey
+  private asking = false;
 
   /** `surveyed` is called with each answer. */
   constructor(private readonly connection: Connection, private readonly surveyed: (found: Message) => void) {
-    connection.on("welcome", () => {
-      this.pending = false;
-      this.askedAt = -Infinity;
-    });
     connection.on(["told", "status", "activity", "lease", "welcome", "change"], () => this.happened());
     this.happened();
   }
@@ -43,33 +38,29 @@ export class Survey {
 
   /** Notes that something may have changed: asks soon. */
   happened(): void {
-    if (this.due) return;
-    const since = performance.now() / 1000 - this.askedAt;
-    const wait = Math.max((this.pending ? PATIENCE : PERIOD) - since, 0);
-    this.due = setTimeout(() => {
-      this.due = null;
-      void this.ask();
-    }, 1000 * wait);
+    this.stale = true;
+    if (!this.asking) void this.keepUp();
   }
 
-  private async ask(): Promise<void> {
-    if (this.connection.state !== "open") return;
-    const askedAt = (this.askedAt = performance.now() / 1000);
-    this.pending = true;
-    this.asked = this.wanted();
-    const known = (this.found?.marks ?? []) as string[];
-    const end = await this.connection.ask("at", { act: { kind: "Survey", ...this.asked, known } });
-    if (askedAt !== this.askedAt) return;
-    this.pending = false;
-    if (this.due) {
-      clearTimeout(this.due);
-      this.due = null;
-      this.happened();
+  /** Asks, with pauses, as long as something happens. */
+  private async keepUp(): Promise<void> {
+    this.asking = true;
+    for (; this.stale; await pause(PERIOD)) {
+      this.stale = false;
+      if (this.connection.state === "open") this.take(await Promise.race([this.ask(), pause(PATIENCE)]));
     }
-    if (end.found?.kind !== "Surveyed") return;
-    this.found = merged(this.found, end.found);
-    this.surveyed(this.found);
-    if (this.task?.running || this.wanted().program !== this.asked.program) this.happened();
+    this.asking = false;
+  }
+
+  private async ask(): Promise<Message> {
+    this.asked = this.wanted();
+    const end = await this.connection.ask("at", { act: { kind: "Survey", ...this.asked, known: this.found?.marks ?? [] } });
+    return end.found ?? {};
+  }
+
+  private take(found: Message | void): void {
+    if (found?.kind === "Surveyed") this.surveyed((this.found = merged(this.found, found)));
+    if (!found || this.task?.running || this.wanted().program !== this.asked.program) this.stale = true;
   }
 
   /** The steps around the present one; those that are known, where it is among them. */
@@ -82,6 +73,9 @@ export class Survey {
     return { program, first };
   }
 }
+
+/** Waits for so long [s]. */
+const pause = (seconds: number): Promise<void> => new Promise((done) => setTimeout(done, 1000 * seconds));
 
 /** Completes an answer by the lists that it leaves out because they are known; an empty mark is that of no program. */
 export function merged(before: Message | null, now: Message): Message {

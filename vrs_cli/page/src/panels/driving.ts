@@ -5,13 +5,12 @@ import type { Scene } from "../scene/scene";
 import "../style/driving.css";
 import { Commands } from "./commands";
 import { makeDrag } from "./drag";
-import { makeDrives } from "./drives";
 import { makeMove } from "./move";
 import { makePrograms } from "./programs";
 import { makePrompt } from "./prompt";
-import { makeQuestions } from "./questions";
 import { makeSignals } from "./signals";
 import { makeStop } from "./stop";
+import { makeDrives, makeQuestions } from "./talk";
 import { Transcript } from "./transcript";
 
 /** Makes all panels that command the robot; those that the role of this user forbids are not there. */

@@ -192,6 +192,7 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     h("p", { class: "note", text: HINT }));
   const others = h("p", { class: "note", text: "Who drives moves the arm." });
   slot.append(panel, others);
+  new ResizeObserver(() => app.wake()).observe(slot); // the tab is opened
   connection.on("state", () => {
     if (commands.open) return;
     [speed, ...sliders].forEach((slider) => slider.drop());

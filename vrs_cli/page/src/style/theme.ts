@@ -23,19 +23,22 @@ export function remember(name: string, text: string | null): void {
   }
 }
 
-export function chosenTheme(): Theme {
-  const theme = document.documentElement.dataset.theme;
-  return theme === "light" || theme === "dark" ? theme : "system";
-}
-/** Whether the page is dark now. */
+/** Returns which theme was chosen here. */
+export const chosenTheme = (): Theme => (document.documentElement.dataset.theme as Theme | undefined) ?? "system";
+
+/** Returns whether the page is dark now. */
 export function isDark(): boolean {
   const chosen = chosenTheme();
   return chosen === "dark" || (chosen === "system" && system.matches);
 }
+
+/** Has the page shown in a theme, and this browser remember it. */
 export function chooseTheme(theme: Theme): void {
   remember("theme", theme === "system" ? null : theme);
-  apply(theme);
+  document.documentElement.dataset.theme = theme;
+  tell();
 }
+
 /** Calls `changed` whenever the colours change. */
 export function onTheme(changed: () => void): void {
   listeners.add(changed);
@@ -53,16 +56,11 @@ export function colour(property: string): string {
   return found;
 }
 
-function apply(theme: Theme): void {
-  if (theme === "system") delete document.documentElement.dataset.theme;
-  else document.documentElement.dataset.theme = theme;
-  tell();
-}
 function tell(): void {
   resolved.clear();
   for (const changed of listeners) changed();
 }
 
 const kept = remembered("theme");
-if (kept === "light" || kept === "dark") apply(kept);
+if (kept === "light" || kept === "dark") chooseTheme(kept);
 system.addEventListener("change", tell);
