@@ -1,6 +1,6 @@
 import { button, h } from "./dom";
 import { icon } from "./style/icons";
-import { remember, remembered } from "./style/theme";
+import { remember, remembered } from "./core/storage";
 import "./style/layout.css";
 
 const TABS = ["Programs", "Move", "Drag", "Signals"] as const;

@@ -1,5 +1,6 @@
 import type { App } from "../app";
 import type { Connection, Message } from "../core/connection";
+import { remember, rememberedValue } from "../core/storage";
 import type { Survey } from "../core/survey";
 import type { Transcript } from "./transcript";
 
@@ -26,7 +27,7 @@ export class Commands {
   private count = 0;
 
   constructor(readonly app: App, readonly connection: Connection, readonly survey: Survey, readonly transcript: Transcript) {
-    this.history = JSON.parse(localStorage.getItem(this.historyKey) ?? "[]") as string[];
+    this.history = rememberedValue(this.historyName, []);
     connection.on("told", (told) => {
       if (told.lines) transcript.say(told.lines);
       this.replied(told);
@@ -140,15 +141,11 @@ export class Commands {
   remember(text: string): void {
     if (!text.trim() || text === this.history[this.history.length - 1]) return;
     this.history = [...this.history, text].slice(-MAX_HISTORY);
-    try {
-      localStorage.setItem(this.historyKey, JSON.stringify(this.history));
-    } catch {
-      localStorage.removeItem(this.historyKey); // no room: it lasts as long as the page
-    }
+    remember(this.historyName, JSON.stringify(this.history)); // where there is no room, it lasts as long as the page
   }
 
-  private get historyKey(): string {
-    return `vrs history ${this.connection.welcome!.robot}`;
+  private get historyName(): string {
+    return `history ${this.connection.welcome!.robot}`;
   }
 
   private async do(type: string, fields: Message, text: string): Promise<Message> {

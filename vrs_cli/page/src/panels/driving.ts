@@ -20,7 +20,7 @@ export function makeDriving(app: App, slot: (name: Slot) => HTMLElement, scene: 
     app.surveyed = found;
     app.wake();
   });
-  const transcript = new Transcript(slot("output"), `vrs said ${connection.welcome!.robot}`);
+  const transcript = new Transcript(slot("output"), `said ${connection.welcome!.robot}`);
   const commands = new Commands(app, connection, survey, transcript);
   commands.replied = (told) => told.sketch && scene.explain(told.sketch);
   commands.refused = (text) => void explainRefused(commands, scene, text);

@@ -6,6 +6,7 @@ import { Compartment, EditorState, Prec, StateEffect } from "@codemirror/state";
 import { Decoration, EditorView, GutterMarker, gutter, keymap, lineNumbers } from "@codemirror/view";
 import { Change } from "../core/change";
 import type { Message } from "../core/connection";
+import { remember, rememberedValue } from "../core/storage";
 import { button, h } from "../dom";
 import type { Commands } from "./commands";
 import { findingIn, marksField, valEditor } from "./language";
@@ -58,7 +59,7 @@ export class ProgramEditor {
 
   /** `changed` is called when there are unsaved changes, or none any more. */
   constructor(private readonly commands: Commands, private readonly changed: () => void) {
-    this.drafts = JSON.parse(localStorage.getItem(this.key) ?? "{}") as Record<string, Draft>;
+    this.drafts = rememberedValue(this.draftsName, {});
     const keys = [
       { key: "Mod-s", run: () => (void this.save(), true) },
       { key: "Mod-Enter", run: () => (this.run(), true) },
@@ -196,8 +197,8 @@ export class ProgramEditor {
     this.view.dispatch({ effects: this.writable.reconfigure(writable ? [] : [EditorState.readOnly.of(true)]) });
   }
 
-  private get key(): string {
-    return `vrs drafts ${this.commands.connection.welcome!.robot}`;
+  private get draftsName(): string {
+    return `drafts ${this.commands.connection.welcome!.robot}`;
   }
 
   private replace(text: string): void {
@@ -222,11 +223,8 @@ export class ProgramEditor {
     if (this.dirty && this.name) this.drafts[this.name] = { base: this.base, text: this.text };
     else delete this.drafts[this.name];
     const kept = JSON.stringify(this.drafts);
-    try {
-      if (kept.length < MAX_DRAFT_CHARS) localStorage.setItem(this.key, kept);
-    } catch {
+    if (kept.length < MAX_DRAFT_CHARS && !remember(this.draftsName, kept))
       this.say("The browser has no room for unsaved changes: save them before the page is closed.", "warn");
-    }
     this.changed();
   }
 

@@ -1,7 +1,7 @@
 import type { App } from "../app";
 import { button, h } from "../dom";
 import { icon } from "../style/icons";
-import { remember, remembered } from "../style/theme";
+import { remember, remembered } from "../core/storage";
 
 /** A line that moves every robot, and is understood at a glance. */
 export const HINT = "DRIVE 1, 30, 50";

@@ -1,10 +1,11 @@
 import type { App, Switch } from "../app";
+import { remember, remembered } from "../core/storage";
 import { button, choice, group, h } from "../dom";
 import { PHONE } from "../layout";
 import type { CameraAction } from "../scene/scene";
 import { icon } from "../style/icons";
 import { fold, menu } from "../style/menu";
-import { type Theme, chooseTheme, chosenTheme, remember, remembered } from "../style/theme";
+import { type Theme, chooseTheme, chosenTheme } from "../style/theme";
 import type { Action } from "./bar";
 
 const THEMES: Record<Theme, string> = { system: "As the system", light: "Light", dark: "Dark" };

@@ -1,3 +1,4 @@
+import { remember, rememberedValue } from "../core/storage";
 import { button, h } from "../dom";
 import { type Run, scan } from "./language";
 
@@ -7,6 +8,7 @@ const MAX_KEPT_LINES = 400; // over a reload
 const MAX_KEPT_CHARS = 200_000;
 const [MIN_COLUMNS, MAX_COLUMNS] = [40, 200]; // that replies are drawn for
 const MARGIN = 32; // [px] of the columns: padding, and the bar that scrolls
+const ofTab = (): Storage => sessionStorage;
 const NEAR_END = 24; // [px] from the end, where the newest is followed
 
 /** Returns how many columns a transcript has in its slot, as wide as that is now. */
@@ -29,14 +31,14 @@ export class Transcript {
   private readonly list = h("div", { class: "transcript" });
   private readonly newest = button("↓ Newest", () => this.toEnd(), { class: "transcript-newest", hidden: true });
 
-  /** `key`: under which the lines are kept for a reload. */
-  constructor(private readonly slot: HTMLElement, private readonly key: string) {
+  /** `name`: under which the lines are kept for a reload. */
+  constructor(private readonly slot: HTMLElement, private readonly name: string) {
     slot.append(this.list, this.newest);
     slot.addEventListener("scroll", () => this.follow(slot.scrollHeight - slot.scrollTop - slot.clientHeight < NEAR_END));
     new ResizeObserver(() => this.following && this.toEnd()).observe(slot);
     window.addEventListener("pagehide", () => this.keep());
     document.addEventListener("visibilitychange", () => document.hidden && this.keep());
-    this.say(kept(key));
+    this.say(rememberedValue<Run[][]>(name, [], ofTab));
   }
 
   /** Adds lines that were typed. `again`: what they are another one of: if they come one after the other, the last stays. */
@@ -112,11 +114,7 @@ export class Transcript {
   private keep(): void {
     const lines = this.lines.slice(-MAX_KEPT_LINES).map((line) => line.runs);
     while (JSON.stringify(lines).length > MAX_KEPT_CHARS) lines.splice(0, Math.ceil(lines.length / 4));
-    try {
-      sessionStorage.setItem(this.key, JSON.stringify(lines));
-    } catch {
-      sessionStorage.removeItem(this.key); // the browser has no room: the page begins empty
-    }
+    remember(this.name, JSON.stringify(lines), ofTab); // where there is no room, what was kept before stays
   }
 }
 
@@ -132,12 +130,4 @@ function shortened(runs: Run[]): Run[] {
     left -= text.length;
   }
   return shown;
-}
-
-function kept(key: string): Run[][] {
-  try {
-    return JSON.parse(sessionStorage.getItem(key) ?? "[]") as Run[][];
-  } catch {
-    return [];
-  }
 }

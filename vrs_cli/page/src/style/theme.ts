@@ -1,27 +1,11 @@
+import { remember, remembered } from "../core/storage";
+
 // Light or dark: as the system says, or as was chosen here.
 export type Theme = "system" | "light" | "dark";
 
 const listeners = new Set<() => void>();
 const system = matchMedia("(prefers-color-scheme: dark)");
 const resolved = new Map<string, string>();
-
-/** Reads what this browser remembers; null where it remembers nothing. */
-export function remembered(name: string): string | null {
-  try {
-    return localStorage.getItem(`vrs ${name}`);
-  } catch {
-    return null; // a page that is a file, or a browser that keeps nothing
-  }
-}
-/** Has this browser remember a text under a name; null forgets it. */
-export function remember(name: string, text: string | null): void {
-  try {
-    if (text === null) localStorage.removeItem(`vrs ${name}`);
-    else localStorage.setItem(`vrs ${name}`, text);
-  } catch {
-    // see above
-  }
-}
 
 /** Returns which theme was chosen here. */
 export const chosenTheme = (): Theme => (document.documentElement.dataset.theme as Theme | undefined) ?? "system";
