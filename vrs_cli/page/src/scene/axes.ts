@@ -1,7 +1,7 @@
 import * as THREE from "three";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { AXES } from "./colours";
-import { matrixOf } from "./figure";
+import { matrixOf, plain } from "./figure";
 
 const MATERIAL = new THREE.MeshBasicMaterial({ vertexColors: true });
 const TURNS = [new THREE.Matrix4().makeRotationZ(-Math.PI / 2), new THREE.Matrix4(), new THREE.Matrix4().makeRotationX(Math.PI / 2)];
@@ -10,10 +10,7 @@ const TURNS = [new THREE.Matrix4().makeRotationZ(-Math.PI / 2), new THREE.Matrix
 export function axesGeometry(length: number): THREE.BufferGeometry {
   const rods = TURNS.map((turn, i) => {
     const rod = new THREE.CylinderGeometry(0.02 * length, 0.02 * length, length, 8).translate(0, length / 2, 0).applyMatrix4(turn);
-    const count = rod.getAttribute("position").count;
-    const colours = new Float32Array(3 * count);
-    for (let k = 0; k < count; k++) AXES[i].toArray(colours, 3 * k);
-    return rod.setAttribute("color", new THREE.BufferAttribute(colours, 3));
+    return plain(rod, AXES[i]);
   });
   return mergeGeometries(rods);
 }

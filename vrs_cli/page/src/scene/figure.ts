@@ -54,7 +54,7 @@ export interface Body {
 }
 
 /** Returns a geometry with all vertices in one colour, as one that can be merged with others. */
-function plain(from: THREE.BufferGeometry, colour: THREE.Color): THREE.BufferGeometry {
+export function plain(from: THREE.BufferGeometry, colour: THREE.Color): THREE.BufferGeometry {
   const made = new THREE.BufferGeometry();
   for (const name of ["position", "normal"]) made.setAttribute(name, from.getAttribute(name));
   made.setIndex(from.index);

@@ -113,36 +113,29 @@ class Ghost {
   }
 }
 
-/** Shows where the motion under way ends, as an outline; nothing at rest, and where the arm is there already. */
-export class GoalView {
+/** Shows an arm where the moment has it; nothing where it is nowhere, and where the arm is there already. */
+export class GhostView {
   visible = true;
-  private readonly ghost: Ghost;
 
-  constructor(stage: Stage, private readonly bodies: Bodies) {
-    this.ghost = new Ghost(stage, bodies, outline, ({ goal }) => goal);
-  }
+  constructor(private readonly ghost: Ghost, private readonly joints: (shown: InWorld) => number[] | null) {}
 
   show(shown: InWorld): void {
-    const { timeline, t } = shown;
-    const steered = timeline.locate(t)[0].motion.kind === "steered"; // a stream of targets has no goal of its own
-    const seen = this.visible && !steered && timeline.moves(t);
-    this.ghost.stand(seen ? g(this.bodies.model, timeline, timeline.finishAfter(t)) : null, shown);
+    this.ghost.stand(this.visible ? this.joints(shown) : null, shown);
   }
 }
 
-/** Shows the arm as it is expected, beside the one that is reported: while the robot is followed. */
-export class PredictionView {
-  private readonly ghost: Ghost;
+/** Returns where the motion under way ends, as an outline; nothing at rest. */
+export function goalView(stage: Stage, bodies: Bodies): GhostView {
+  return new GhostView(new Ghost(stage, bodies, outline, ({ goal }) => goal), ({ timeline, t }) => {
+    const steered = timeline.locate(t)[0].motion.kind === "steered"; // a stream of targets has no goal of its own
+    return steered || !timeline.moves(t) ? null : g(bodies.model, timeline, timeline.finishAfter(t));
+  });
+}
 
-  constructor(stage: Stage, private readonly bodies: Bodies) {
-    this.ghost = new Ghost(stage, bodies, clear, ({ predicted }) => predicted);
-  }
-
-  show(shown: InWorld, follows: boolean): void {
-    const { preview } = shown.source;
-    const seen = preview?.predicts && follows;
-    this.ghost.stand(seen ? g(this.bodies.model, preview.predicted, preview.shown(shown.now)) : null, shown);
-  }
+/** Returns the arm as it is expected, beside the one that is reported: while the robot is followed. */
+export function predictionView(stage: Stage, bodies: Bodies, follows: () => boolean): GhostView {
+  return new GhostView(new Ghost(stage, bodies, clear, ({ predicted }) => predicted), ({ source: { preview }, now }) =>
+    preview?.predicts && follows() ? g(bodies.model, preview.predicted, preview.shown(now)) : null);
 }
 
 interface Branch {

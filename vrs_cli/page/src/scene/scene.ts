@@ -10,7 +10,7 @@ import { axes } from "./axes";
 import { DIRECTIONS, HOME, homeBall } from "./camera";
 import { GREY } from "./colours";
 import { Bodies, Figure, matrixOf, reachOf, roomOf, setPose } from "./figure";
-import { BranchView, GoalView, PredictionView } from "./ghosts";
+import { BranchView, goalView, predictionView } from "./ghosts";
 import { Gizmo } from "./gizmo";
 import { PartsView, type CellScene } from "./parts";
 import { PathView } from "./path";
@@ -64,8 +64,8 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   const places = new PlacesView(stage, model);
   const reasons = new ReasonView(stage);
   stage.scene.add(figure.root, ...Object.values(triads), path.root, places.root, reasons.root);
-  const goal = new GoalView(stage, bodies);
-  const prediction = new PredictionView(stage, bodies);
+  const goal = goalView(stage, bodies);
+  const prediction = predictionView(stage, bodies, () => app.playback.following);
   const ranges = new RangesView(stage, bodies, figure);
   const gizmo = new Gizmo(stage);
   const branches = connection && new BranchView(stage, bodies, connection);
@@ -156,8 +156,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
       stage.change(true);
     }
     triads.tool.visible = framed && !gizmo.seen;
-    for (const part of [parts, path, places, reasons, goal, ranges, gizmo, branches, boundary]) if (part) part.show(here);
-    prediction.show(here, app.playback.following);
+    for (const part of [parts, path, places, reasons, goal, prediction, ranges, gizmo, branches, boundary]) if (part) part.show(here);
     if (!app.playback.moves) describe(here);
     stage.draw(app.playback.moves);
   };
