@@ -217,7 +217,7 @@ def test_the_tool_is_dragged_and_recorded(ada: Driver) -> None:
     page = ada.page
     ada.type("READY")
     ada.tab("Drag")
-    until(page, "scene.gizmo.enabled && app.source.now() > app.source.timeline.end")
+    until(page, "scene.gizmo.enabled() && app.source.now() > app.source.timeline.end")
     ada.press("Record a program")
     result: dict[str, Any] = page.evaluate("""async () => {
         const { positions } = await app.connection.ask('positions', { times: [app.connection.now()] });

@@ -33,6 +33,7 @@ export interface Scene {
   readonly layers: Switch[];
   readonly cameras: CameraAction[];
   readonly gizmo: Gizmo;
+  readonly figure: Figure;
   /** Resolves when all meshes are there. */
   readonly ready: Promise<void>;
   /** Draws what WHY or EXPLAIN says until the timeline changes; null takes it away. */
@@ -190,5 +191,5 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     event.stopImmediatePropagation();
   }, { capture: true });
   app.add({ show });
-  return { stage, layers, cameras, gizmo, ready: bodies.ready, explain: (sketch) => reasons.explain(sketch) };
+  return { stage, layers, cameras, gizmo, figure, ready: bodies.ready, explain: (sketch) => reasons.explain(sketch) };
 }
