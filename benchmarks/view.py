@@ -1,34 +1,28 @@
-"""The view: what 50 pictures a second of a moving arm cost, and how soon the first one is there:
-`python -m benchmarks view`.
+"""The page of `vrs view`: what an arm at rest and a moving one cost the server and the browser, and how soon the first
+picture is there: `python -m benchmarks view`. On Linux, with Chromium.
 
-The page is one in a headless Chromium, where there is one; it draws by software and takes the rest of the machine, so
-that of motion only the time of the processor in this process is told. Where there is none, a socket that takes what it
-is sent. The first picture is timed in a browser that is there already and has drawn something, as a user's has: its
-first context for drawing takes software a second.
+The browser has no window and no graphics card: it draws by software, in as many threads as there are cores. The first
+picture is timed in a browser that runs already and has drawn something, as a user's has.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from threading import Event, Thread
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
-from tests.view3d.browser import chromium, missing
-from tests.view3d.pages import Page
-from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.dialogue import no_answer
-from vrs_cli.interfaces.roles.supervisor import Supervisor
-from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.hosted import SHELL, Hosted
-from vrs_cli.values.acts import Define
-from vrs_cli.view3d.app import App
-from vrs_cli.view3d.parts import Shown
+from tests.page.browser import drawn, missing, running_chromium, until, window
 
-SECONDS = 20.0  # of motion that are measured
+SIZE = (1400, 800)  # of the page [px]
+SECONDS = 20.0  # that are measured
 SETTLED = 3.0  # [s] until the page has drawn what it was given at first
+TICK = os.sysconf("SC_CLK_TCK")  # [1/s] of the times that the system tells
+WARM = "data:text/html,<canvas id=c></canvas><script>c.getContext('webgl2').clear(0)</script>"
 PROGRAM = """\
 .PROGRAM spin()
 DO
@@ -40,128 +34,74 @@ UNTIL FALSE
 
 
 def main() -> None:
-    hosted = Hosted(load_robot("puma560"))
-    try:
-        _fifty(hosted)
-    finally:
-        hosted.close()
-    _soon()
-
-
-def _fifty(hosted: Hosted) -> None:
-    """The share of a core, where the robot stands and where it moves."""
-    app, pictures = App(hosted.hold), _Pictures()
-    with _page(app.address) as kind:
-        _until(lambda: app.windows)
-        window = app.windows[0]
-        window.parts.append(pictures)
-        time.sleep(SETTLED)
-        still, _ = _share(SECONDS / 4, pictures)
-        program = Supervisor(hosted.hold(who=SHELL))
-        program.act(Define(PROGRAM))
-        Thread(target=_execute, args=(program,), daemon=True).start()
-        time.sleep(SETTLED)
-        moving, rate = _share(SECONDS, pictures)
-        program.close()
-    app.close()
-    print(f"in {kind}; of a core, for the view, the robot and its server together:")
-    print(f"  at rest {still:.1%}, while it moves {moving:.1%} (at most 15%), {rate:.1f} pictures a second")
-
-
-def _execute(robot: Supervisor) -> None:
-    """Until the robot is let go."""
-    with suppress(VrsError):
-        robot.say("EXECUTE spin", no_answer)
-
-
-class _Pictures:
-    """A part that counts."""
-
-    count = 0
-
-    def show(self, _shown: Shown) -> None:
-        self.count += 1
-
-
-def _share(seconds: float, pictures: _Pictures) -> tuple[float, float]:
-    """Of a core, in this process; and pictures a second."""
-    begun, worked, count = time.monotonic(), time.process_time(), pictures.count
-    time.sleep(seconds)
-    passed = time.monotonic() - begun
-    return (time.process_time() - worked) / passed, (pictures.count - count) / passed
-
-
-FIRST = """
-(() => {
-    let since = null;
-    const look = () => {
-        const seen = window.__viserMutable, drawing = window.__viserTestpoints?.rendererInfo.render;
-        if (drawing && seen.nodeRefFromName["/robot/0/body0"]) since ??= drawing.frame;
-        if (since === null || drawing.frame === since) return requestAnimationFrame(look);
-        const gl = seen.canvas.getContext("webgl2");
-        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-        window.vrsDrew = Date.now() / 1000;
-    };
-    look();
-})();
-"""  # when a frame with the robot in it is drawn to its last pixel
-WARM = "data:text/html,<canvas id=c></canvas><script>c.getContext('webgl2').clear(0)</script>"
-
-
-def _soon() -> None:
-    """From the start of the command to an address, to a page that has the arm, and to a picture."""
-    with _command() as (begun, address):
-        told = time.time() - begun
-        with Page(address) as page:
-            page.until(lambda: page.of("SetPositionMessage"))
-            sent = time.time() - begun
-    print(f"its address is told after {told:.2f} s, the arm is sent after {sent:.2f} s")
-    if missing() or "--socket" in sys.argv:
+    if missing():
+        print(missing())
         return
-    with chromium(calm=False) as browser:
-        browser.open(WARM)
-        browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FIRST})
-        with _command() as (begun, address):
-            browser.open(address)
-            browser.until_page("window.vrsDrew")
-            drawn = browser.run("return [vrsDrew, performance.timeOrigin / 1000]")
-    print(f"the picture is there after {drawn[0] - begun:.2f} s (at most 3 s), {drawn[0] - drawn[1]:.2f} s in the page")
+    with running_chromium() as browser, tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "spin.v2"
+        program.write_text(PROGRAM, encoding="utf-8")
+        with window(browser, size=SIZE) as page:
+            page.goto(WARM)
+            with _command() as (_, begun, address):
+                told = time.time() - begun
+                page.goto(address)
+                drawn(page)
+                print(f"its address is told after {told:.2f} s, the picture is there after {time.time() - begun:.2f} s")
+        for what, options in (("at rest", ["--no-run"]), ("while it moves", [])):
+            with window(browser, size=SIZE) as page, _command(str(program), *options) as (process, _, address):
+                page.goto(address)
+                drawn(page)
+                if not options:
+                    until(page, "app.source.timeline.segments.length > 4")
+                time.sleep(SETTLED)
+                pictures, server, chromium = page.evaluate("scene.stage.pictures"), _cpu({process}), _cpu(_chromium())
+                time.sleep(SECONDS)
+                pictures = page.evaluate("scene.stage.pictures") - pictures
+                server, chromium = _cpu({process}) - server, _cpu(_chromium()) - chromium
+                each = f", {1000.0 * chromium / pictures:.0f} ms of CPU each" if pictures else ""
+                print(
+                    f"{what}, of a core: server {server / SECONDS:.1%}, Chromium {chromium / SECONDS:.1%}; "
+                    f"{pictures / SECONDS:.1f} pictures a second{each}"
+                )
 
 
-@contextmanager
-def _command() -> Iterator[tuple[float, str]]:
-    """`vrs view`: when it was begun [s], and its address."""
-    begun = time.time()
-    command = [sys.executable, "-m", "vrs_cli", "view", "--no-open"]
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+def _stat(process: int) -> tuple[str, list[str]]:
+    """The name of a process, and what the system tells after it; empty where it has ended."""
     try:
-        assert process.stdout is not None
-        yield begun, process.stdout.readline().split()[-1]
-    finally:
-        process.terminate()
-        process.wait()
+        name, _, rest = Path(f"/proc/{process}/stat").read_text().partition("(")[2].rpartition(")")
+    except OSError:
+        return "", []
+    return name, rest.split()
+
+
+def _chromium() -> set[int]:
+    """The processes of the browser that this one has started."""
+    found, parents = {os.getpid()}, dict[int, int]()
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit() and (told := _stat(int(entry.name))[1]):
+            parents[int(entry.name)] = int(told[1])
+    while more := {process for process, parent in parents.items() if parent in found} - found:
+        found |= more
+    return {process for process in found if "chrom" in _stat(process)[0]}
+
+
+def _cpu(processes: set[int]) -> float:
+    """The CPU time that processes have used [s]."""
+    return sum(sum(map(int, told[11:13])) for process in processes if (told := _stat(process)[1])) / TICK
 
 
 @contextmanager
-def _page(address: str) -> Iterator[str]:
-    """A browser with the page, and what it is called."""
-    if missing() or "--socket" in sys.argv:
-        with Page(address) as page:
-            ended = Event()
-            thread = Thread(target=lambda: [page.quiet(0.5) for _ in iter(ended.is_set, True)])
-            thread.start()
-            yield f"a page without a browser ({missing()})"
-            ended.set()
-            thread.join()
-    else:
-        with chromium() as browser:
-            browser.open(address, "/robot", "/tool")
-            yield "Chromium"
-
-
-def _until(found: Callable[[], object]) -> None:
-    while not found():
-        time.sleep(0.01)
+def _command(*words: str) -> Iterator[tuple[int, float, str]]:
+    """`vrs view`: its process, when it was begun [s], and its address."""
+    begun = time.time()
+    command = [sys.executable, "-m", "vrs_cli", "view", "--no-open", *words]
+    running = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+    try:
+        assert running.stdout is not None
+        yield running.pid, begun, running.stdout.readline().split()[-1]
+    finally:
+        running.terminate()
+        running.wait()
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ class Room(NamedTuple):
 
 
 ROOMS = (
-    Room("front ends", ("cli", "lsp", "highlight", "api", "repl", "view3d", "render"), 380, 50),
+    Room("front ends", ("cli", "lsp", "highlight", "api", "repl", "render"), 380, 50),
     Room("network", ("net", "bodies"), 150, 150),
     Room("teaching", ("teach",), 640, 150),
     Room("robot", ("interfaces", "devices"), 440, 230),

@@ -1,81 +1,82 @@
 """Make the pictures of the documentation that show the robot itself: a browser of this machine draws them.
 
-    python docs/make_scenes.py [NAME ...]
+    python -m docs.make_scenes [NAME ...]
 
 pick.webp is an arm that does what pick_and_place.v2 says, drive.webp one beside the prompt that moves it, window.webp a
 page of `vrs view`, puma.webp the joints of the PUMA 560, oat.webp the angles O, A and T, configurations.webp one place
-reached in four ways, ways.webp a cut, and a line that is refused. Needs the extra `view`, and Chromium; the page also
-chromedriver and selenium, as its tests do.
+reached in four ways, ways.webp a cut, and a line that is refused. Needs Pillow and Chromium; window.webp also
+Playwright.
 """
 
 from __future__ import annotations
 
+import json
+import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
 from itertools import groupby
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
-import viser
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 import vrs_cli as vrs
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.cell_file import read_cell
+from vrs_cli.interfaces.session.sketches import sketch
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
-from vrs_cli.net.hosted import SHELL, Hosted
-from vrs_cli.values.acts import Define
-from vrs_cli.view3d.app import App
-from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop
-from vrs_cli.view3d.parts import Shown, ShownPart
-from vrs_cli.view3d.paths import Path as Way
-from vrs_cli.view3d.places import Reasons
-from vrs_cli.view3d.scene_bodies import SceneBodies
-from vrs_cli.view3d.still import Pixels, photographing
-from vrs_cli.world.world import World
+from vrs_cli.language.run.signals import Cell
+from vrs_cli.net.recorded_page import recorded_page
+from vrs_cli.render.browser import BrowserPage, browser_page
+from vrs_cli.render.page_export import page
+from vrs_cli.render.pictures import FINE, READY
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.codec import table_of
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs" / "images"
 MONO = "DejaVuSansMono.ttf"
 DARK, PAPER, INK, BLUE, ORANGE = (30, 34, 40), (222, 226, 230), (40, 46, 54), (36, 96, 190), (214, 110, 40)
 PANEL = (440, 440)  # [px] of each picture in a row of several
+FIELD = 0.66  # [rad] of view of the page, from top to bottom
 
-Take = Callable[[], Pixels]
 Points = NDArray[np.float64]
 
 
 class Place:
-    """A scene with one arm, posed and photographed from where one likes."""
+    """A picture of the page with one arm, seen from where one likes."""
 
-    def __init__(self, client: viser.ClientHandle, take: Take, size: tuple[int, int], arm: RobotArm) -> None:
-        self.client, self.arm, self.size, self._take = client, arm, size, take
-        backdrop(client.scene)
-        self._stage, self._figure = Stage(client.scene, arm.model), Figure(client.scene, "/robot", arm.model)
+    def __init__(self, seen: BrowserPage, size: tuple[int, int], arm: RobotArm) -> None:
+        self.arm, self.size, self._page = arm, size, seen
         self.eye: Vector = (2.0, 1.4, 0.9)
         self.aim: Vector = (0.0, 0.05, 0.0)
 
-    def pose(self, q: Joints, hand: float = 1.0) -> None:
-        self._figure.pose(q, hand)
-        self._stage.pose(self.arm.forward(q))
-
     def look(self, eye: Vector, aim: Vector) -> None:
         self.eye, self.aim = eye, aim
-        self.client.camera.position, self.client.camera.look_at, self.client.camera.fov = eye, aim, FIELD
+        self.do(f"scene.stage.camera.position.set(...{json.dumps(eye)})")
+        self.do(f"scene.stage.controls.target.set(...{json.dumps(aim)}), scene.stage.controls.update()")
 
-    def hide(self, node: str) -> None:
-        handle = self.client.scene.get_handle_by_name(node)
-        assert handle is not None
-        handle.visible = False
+    def show(self, *layers: str) -> None:
+        """Show these layers and no others."""
+        self.do(f"for (const layer of scene.layers) layer.set({json.dumps(layers)}.includes(layer.name))")
 
-    def picture(self) -> Image.Image:
-        return Image.fromarray(self._take())
+    def do(self, statement: str) -> None:
+        self._page.evaluate(f"{{ {statement}; scene.stage.change(true) }}")
+
+    def picture(self, t: float) -> Image.Image:
+        """The moment t [s]."""
+        self._page.evaluate(f"take({t!r}, '')")
+        return Image.open(BytesIO(self._page.picture("png"))).convert("RGB")
 
     def seen(self, point: Sequence[float]) -> tuple[float, float]:
         """Where a point of the scene [m] is in the picture [px]."""
@@ -89,13 +90,35 @@ class Place:
 
 
 @contextmanager
-def staged(size: tuple[int, int]) -> Iterator[Place]:
-    """A PUMA 560 without the names of frames."""
-    with photographing(size) as (client, take):
-        place = Place(client, take, size, arm_for(load_robot("puma560")))
-        for node in ("/world", "/tool/name"):
-            place.hide(node)
+def shown(size: tuple[int, int], timeline: Timeline, cell: Cell | None = None) -> Iterator[Place]:
+    """A PUMA 560 that moves."""
+    arm = arm_for(load_robot("puma560"))
+    with _opened(size, arm, recorded_page(arm, timeline, cell=cell, picture=FINE)) as place:
         yield place
+
+
+@contextmanager
+def posed(size: tuple[int, int], poses: Sequence[Joints]) -> Iterator[Place]:
+    """A PUMA 560 that stands at joints [rad] from 0 s on, at the next ones from 1 s on, and so on, out of range too."""
+    arm = arm_for(load_robot("puma560"))
+    data = recorded_page(arm, vrs.Robot().timeline, picture=FINE)
+    (first, *_) = data["snapshot"]["segments"]
+    data["snapshot"]["segments"] = [
+        {**first, "start": float(k), "finish": k + 1.0, "joints": [[x] for x in q]} for k, q in enumerate(poses)
+    ]
+    with _opened(size, arm, data) as place:
+        place.show()
+        yield place
+
+
+@contextmanager
+def _opened(size: tuple[int, int], arm: RobotArm, data: dict[str, Any]) -> Iterator[Place]:
+    with TemporaryDirectory() as folder, browser_page() as seen:
+        file = Path(folder) / "page.html"
+        file.write_text(page(data), encoding="utf-8")
+        seen.open(file.as_uri(), size)
+        seen.evaluate(READY)
+        yield Place(seen, size, arm)
 
 
 def row(pictures: Sequence[Image.Image]) -> Image.Image:
@@ -143,16 +166,13 @@ def drive() -> None:
         robot.do(line)
     timeline, arm = robot.timeline, arm_for(load_robot("puma560"))
     times = np.append(np.arange(0.0, timeline.end, 1.0 / RATE), [timeline.end] * 10)
-    with photographing(SCENE) as (client, take):
-        place = Place(client, take, SCENE, arm)
-        place.hide("/tool/name")
+    with shown(SCENE, timeline) as place:
+        place.show("path", "goal")
         place.look((2.75, 1.95, 0.85), (0.0, 0.12, 0.14))
         frames = []
         for t in times.tolist():
-            position = position_at(arm, timeline, t)
-            place.pose(position.joints, position.hand)
             said = [line for line, begin in zip(LESSON, begins, strict=True) if begin <= t]
-            frames.append(row_of(prompt(said, position.T_world_tool), place.picture()))
+            frames.append(row_of(prompt(said, position_at(arm, timeline, t).T_world_tool), place.picture(t)))
     film(frames, "drive")
 
 
@@ -165,26 +185,19 @@ def acted(name: str, eye: Vector, aim: Vector) -> list[Image.Image]:
     robot = vrs.Robot()
     robot.run(ROOT / "programs" / f"{name}.v2")
     timeline, arm = robot.timeline, arm_for(load_robot("puma560"))
-    world = World(arm, read_cell(str(ROOT / "programs" / f"{name}.toml")))
     begins = list[tuple[str, float]]()
     for _, segments in groupby(timeline, lambda segment: segment.motion.number):
         first = next(segments)
         if first.motion.text not in ("", "TOOL"):
             begins.append((first.motion.text, first.start))
     times = np.append(np.arange(0.0, timeline.end, 1.0 / RATE), [timeline.end] * 10)
-    with photographing(SCENE) as (client, take):
-        place = Place(client, take, SCENE, arm)
-        for node in ("/world", "/tool"):
-            place.hide(node)
+    with shown(SCENE, timeline, read_cell(str(ROOT / "programs" / f"{name}.toml"))) as place:
+        place.show("parts")
         place.look(eye, aim)
-        bodies = SceneBodies(client.scene, world)
         frames = []
         for t in times.tolist():
-            position = position_at(arm, timeline, t)
-            place.pose(position.joints, world.course(timeline).opening(t))
-            bodies.show(Shown(arm, timeline, t, position, t))
             said = [line for line, begin in begins if begin <= t]
-            frames.append(row_of(prompt(said, position.T_world_tool), place.picture()))
+            frames.append(row_of(prompt(said, position_at(arm, timeline, t).T_world_tool), place.picture(t)))
     return frames
 
 
@@ -222,33 +235,29 @@ def prompt(said: Sequence[str], T: Sequence[float]) -> Image.Image:
 # --- the page --------------------------------------------------------------------------------------------------------
 
 PAGE = (1400, 800)  # [px]
-SHOWN = ROOT / "programs" / "pick_and_place.v2"
+PROGRAM = ROOT / "programs" / "pick_and_place.v2"
 STOPPED = 4.85  # [s] after it began, where it is shown: on its way back
 
 
 def window() -> None:
     """`vrs view pick_and_place.v2`, while the arm is on its way."""
-    sys.path.insert(0, str(ROOT))
-    from tests.view3d.browser import alone, chromium
+    from tests.page import browser
 
-    hosted = Hosted(load_robot("puma560"), rate=None)
-    app = App(hosted.hold)
-    try:
-        with alone(), chromium() as browser:
-            browser.size(*PAGE)
-            browser.open(app.address, "/robot", "/tool")
-            (page,) = app.windows
-            with closing(hosted.hold(who=SHELL)) as shell:
-                shell.act(Define(SHOWN.read_text()))
-            page.type("EXECUTE pick.and.place")
-            browser.until(lambda: browser.run("return document.body.innerText.includes('Program completed')"))
-            start = page.watched.timeline[1].start
-            page.change(lambda playback, wall: playback.seek(start + STOPPED, wall).pause(wall))
-            browser.drawn(4)
-            save(Image.fromarray(browser.screen()), "window")
-    finally:
-        app.close()
-        hosted.close()
+    command = [sys.executable, "-m", "vrs_cli", "view", "--no-open", str(PROGRAM)]
+    with browser.alone(), browser.running_chromium() as chromium, browser.window(chromium, size=PAGE) as seen:
+        running = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+        try:
+            assert running.stdout is not None
+            seen.goto(running.stdout.readline().split()[-1])
+            browser.drawn(seen)
+            browser.until(seen, "document.body.innerText.includes('Program completed')")
+            seen.evaluate("t => app.playback.seek(app.source.timeline.segments[1].start + t)", STOPPED)
+            seen.evaluate("scene.stage.fix(0)")
+            seen.wait_for_timeout(1000)  # the picture that stays is finer
+            save(Image.open(BytesIO(seen.screenshot())).convert("RGB"), "window")
+        finally:
+            running.terminate()
+            running.wait()
 
 
 # --- the joints ------------------------------------------------------------------------------------------------------
@@ -259,18 +268,17 @@ SHIFTED = (0.34, 0.14, 0.14, -0.2, 0.0, 0.2)  # [m] along itself: where an axis 
 
 def puma() -> None:
     ready, zero = load_robot("puma560").poses["ready"], (0.0,) * 6
-    with staged(PANEL) as place:
+    with posed(PANEL, (zero, ready)) as place:
         place.look((2.5, 2.25, 1.15), (0.0, 0.05, 0.3))
         pictures = [
-            axes(place, q, title) for q, title in ((zero, "all joints 0"), (ready, "READY: 0, -90, 90, 0, 0, 0"))
+            titled(axes(place, q, place.picture(k + 0.5)), title)
+            for k, (q, title) in enumerate(((zero, "all joints 0"), (ready, "READY: 0, -90, 90, 0, 0, 0")))
         ]
     save(row(pictures), "puma")
 
 
-def axes(place: Place, q: Joints, title: str) -> Image.Image:
-    """The arm at these joints, with the axis of each and the way it turns."""
-    place.pose(q)
-    picture = place.picture()
+def axes(place: Place, q: Joints, picture: Image.Image) -> Image.Image:
+    """Draw the axis of each joint into a picture of the arm at these joints."""
     drawing, font = ImageDraw.Draw(picture), ImageFont.truetype(MONO, 15)
     model = place.arm.model
     zero, now = link_frames(model, (0.0,) * 6), link_frames(model, q)
@@ -285,7 +293,7 @@ def axes(place: Place, q: Joints, title: str) -> Image.Image:
         drawing.text((x + 7, y - 9), f"JT{k + 1}", ORANGE, font, stroke_width=3, stroke_fill="white")
     frame(place, drawing, np.eye(4), "world")
     frame(place, drawing, whole(place.arm.forward(q)), "tool")
-    return titled(picture, title)
+    return picture
 
 
 def frame(place: Place, drawing: ImageDraw.ImageDraw, T: Points, name: str) -> None:
@@ -310,13 +318,11 @@ AT = (300.0, 500.0, 0.0)  # [mm]
 
 def oat() -> None:
     robot = vrs.Robot()
-    with staged((300, 320)) as place:
+    with posed((300, 320), [reached(robot, vrs.trans(*AT, o, a, t)) for o, a, t in TURNED]) as place:
         x, y, z = (0.001 * number for number in AT)
+        place.show("frames")
         place.look((x + 0.75, y + 0.75, z + 0.35), (x - 0.02, y - 0.02, z + 0.02))
-        pictures = []
-        for o, a, t in TURNED:
-            place.pose(reached(robot, vrs.trans(*AT, o, a, t)))
-            pictures.append(titled(place.picture(), f"O {o}, A {a}, T {t}"))
+        pictures = [titled(place.picture(k + 0.5), f"O {o}, A {a}, T {t}") for k, (o, a, t) in enumerate(TURNED)]
     save(row(pictures), "oat")
 
 
@@ -335,15 +341,14 @@ PART = vrs.trans(350, 450, 100, 90, 90, 0)
 
 
 def configurations() -> None:
-    robot = vrs.Robot()
-    with staged((320, 340)) as place:
+    robot, ways = vrs.Robot(), ("RIGHTY ABOVE", "RIGHTY BELOW", "LEFTY ABOVE", "LEFTY BELOW")
+    with posed((320, 340), [reached(robot, PART, words) for words in ways]) as place:
         place.look((2.3, 1.5, 0.9), (0.1, 0.15, 0.05))
         pictures = []
-        for words in ("RIGHTY ABOVE", "RIGHTY BELOW", "LEFTY ABOVE", "LEFTY BELOW"):
-            ways = robot.ik(PART)
-            usable = any(use for name, use in zip(ways.configurations, ways.usable, strict=True) if words in name)
-            place.pose(reached(robot, PART, words))
-            pictures.append(titled(place.picture(), words if usable else f"{words} (out of range)"))
+        for k, words in enumerate(ways):
+            rows = robot.ik(PART)
+            usable = any(use for name, use in zip(rows.configurations, rows.usable, strict=True) if words in name)
+            pictures.append(titled(place.picture(k + 0.5), words if usable else f"{words} (out of range)"))
     save(row(pictures), "configurations")
 
 
@@ -370,29 +375,19 @@ def ways() -> None:
     robot = vrs.Robot()
     robot.define(DEMO)
     robot.execute("demo")
-    with staged(LARGE) as place:
-        scene, model = place.client.scene, place.arm.model
+    with shown(LARGE, robot.timeline) as place:
+        place.show("path", "commands")
         place.look((1.58, 2.7, 0.84), (-0.05, 0.3, 0.06))
-        path, reasons = Way(scene, model), Reasons(scene, model)
-        path.commands = True
-        cut = titled(shot(place, robot, 2.2, path), "MOVES mid is cut at 2.2 s by MOVE #away AT 2.2")
-        path.visible = False
+        cut = titled(place.picture(2.2), "MOVES mid is cut at 2.2 s by MOVE #away AT 2.2")
+    start = vrs.Robot().move(vrs.trans(400, 450, -100, 90, 90, 0))
+    (report,) = start.why(vrs.trans(-350, -450, -100, 90, 90, 0))
+    with shown(LARGE, start.timeline) as place:
+        place.show()
         place.look((1.9, -0.7, 1.5), (0.1, 0.12, 0.0))
-        start = vrs.Robot().move(vrs.trans(400, 450, -100, 90, 90, 0))
-        (report,) = start.why(vrs.trans(-350, -450, -100, 90, 90, 0))
-        reasons.explain(report)
-        refused = titled(shot(place, start, start.end, reasons), "WHY: how far the straight line can be followed")
+        place.picture(start.end)
+        place.do(f"scene.explain({json.dumps(table_of(sketch(report)))})")
+        refused = titled(place.picture(start.end), "WHY: how far the straight line can be followed")
     save(row((cut, refused)), "ways")
-
-
-def shot(place: Place, robot: vrs.Robot, t: float, part: ShownPart) -> Image.Image:
-    """A moment of a robot with one more part of the scene; labels come some pictures later."""
-    position = position_at(place.arm, robot.timeline, t)
-    place.pose(position.joints, position.hand)
-    part.show(Shown(place.arm, robot.timeline, t, position, t))
-    for _ in range(4):
-        place.picture()
-    return place.picture()
 
 
 SCENES = {scene.__name__: scene for scene in (pick, drive, window, puma, oat, configurations, ways)}

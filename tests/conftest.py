@@ -12,10 +12,7 @@ from hypothesis import settings
 
 from tests import examples  # it registers the profiles  # noqa: F401
 from tests.live import mark_live
-from tests.view3d.browser import browser, running_browser  # for all tests: one of each process  # noqa: F401
 from vrs_cli.__main__ import COLLECT_AFTER
-
-BROWSER = "running_browser"  # the fixture
 
 settings.load_profile("fast")
 gc.disable()  # until all tests are collected: they stay
@@ -28,7 +25,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background o
 @pytest.hookimpl(tryfirst=True)  # before `-m live` chooses
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
     mark_live(items)
-    items.sort(key=lambda item: BROWSER not in item.fixturenames)  # first: all by one worker, with one Chromium
 
 
 @pytest.hookimpl(trylast=True)

@@ -14,7 +14,7 @@ from types import ModuleType
 
 import pytest
 
-REAL = {"http", "playwright", "selenium", "signal", "socket", "subprocess", "threading", "urllib", "websockets"}
+REAL = {"http", "playwright", "signal", "socket", "subprocess", "threading", "urllib", "websockets"}
 PATIENCE = 60.0  # [s] until a test fails that waits for something real: a busy machine keeps it waiting
 PAUSE = 0.002  # [s] between two looks
 AGAIN = 2  # times that a failed one is tried again

@@ -39,7 +39,6 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "net",
     "bodies",
     "render",
-    "view3d",
     "repl",
     "api",
     "highlight",
@@ -73,12 +72,10 @@ LIVES_IN = {
         "net/relay.py",
         "net/server.py",
         "render/browser.py",
-        "view3d/guard.py",
     },
-    "rich": {"render", "view3d/app.py", "view3d/studio.py"},
-    "viser": {"view3d"},
+    "rich": {"render"},
     "mujoco": {"bodies/mujoco_arm.py", "contacts/physics.py"},
-    "trimesh": {"files/mesh_file.py", "view3d/meshes.py"},
+    "trimesh": {"files/mesh_file.py"},
     "PIL": {"render/pictures.py"},
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/atomic.py"},
@@ -93,7 +90,7 @@ LIVES_IN = {
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
-        *("kinematics", "trajectory", "engine", "files", "contacts", "twin", "bodies", "view3d", "api"),
+        *("kinematics", "trajectory", "engine", "files", "contacts", "twin", "bodies", "api"),
         *("interfaces/monitor/plotting.py", "interfaces/roles", "net/experiment.py", "render/plots.py"),
     },
 }
@@ -185,7 +182,7 @@ DEFERRED = (
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
-        ("contacts/watch.py", "net/told_course.py", "view3d/contact_marks.py", "teach"),
+        ("contacts/watch.py", "net/told_course.py", "teach"),
         ("vrs_cli.contacts.checker", "vrs_cli.contacts.stages"),
         "it brings mujoco, which is an extra",
     ),
@@ -199,7 +196,7 @@ DEFERRED = (
     ),
     Deferred(("render/browser.py", "render/pictures.py"), ("websockets", "PIL"), "tables are exported without them"),
     Deferred(
-        ("files/mesh_file.py", "view3d/meshes.py"),
+        ("files/mesh_file.py",),
         ("trimesh",),
         "it takes a second to load, and few have such files",
     ),
@@ -472,7 +469,6 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "interfaces": 7789,
     "net": 6757,
     "render": 2157,
-    "view3d": 3317,
     "repl": 2262,
     "api": 951,
     "highlight": 37,

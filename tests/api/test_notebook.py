@@ -89,7 +89,6 @@ def test_a_line_that_says_nothing_shows_nothing(shell: Any) -> None:
 def test_the_lesson_runs_as_it_stands() -> None:
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
-    pytest.importorskip("viser")
     lesson = nbformat.read(LESSON, as_version=4)
     assert not any(cell.get("outputs") for cell in lesson.cells)
     nbclient.NotebookClient(lesson, timeout=60, resources={"metadata": {"path": str(ROOT)}}).execute()

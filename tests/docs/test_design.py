@@ -44,7 +44,9 @@ def test_every_example_is_where_the_table_says() -> None:
     for what, place, example in [(row[0], place, row[2]) for row in ROWS for place in re.findall(in_ticks, row[1])]:
         here = ROOT / place
         files = sorted(here.rglob("*.*")) if here.is_dir() else [here]
-        texts = [file.name + file.read_text(encoding="utf-8") for file in files if file.suffix in {".py", ".toml"}]
+        texts = [
+            file.name + file.read_text(encoding="utf-8") for file in files if file.suffix in {".py", ".toml", ".ts"}
+        ]
         assert any(example in text or Path(example).stem in text for text in texts), f"{what}: no {example} in {place}"
 
 

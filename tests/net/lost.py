@@ -3,8 +3,9 @@
     python -m tests.net.lost 100 [SEED]
 
 Three authors, at a robot each, type lines before, during and after cuts: a Python program, a shell whose user types
-ahead, and the panel of a browser. A cut comes after a random while: the line is pulled, is down for a while, is dead
-for a while and then alive again or pulled, the server is stopped for a while, or it is killed and started again.
+ahead, and a client that sends messages as a page does. A cut comes after a random while: the line is pulled, is down
+for a while, is dead for a while and then alive again or pulled, the server is stopped for a while, or it is killed and
+started again.
 
 The law: every line is done exactly once and its author told so, or it is never done and its author told so. Only of a
 line that was on its way when the server was killed may nobody know. No line is done later than it may be on its way.
@@ -35,15 +36,15 @@ from tests.by_hand import command
 from tests.live import until
 from tests.net.cable import Cable
 from vrs_cli.errors import RequestRefused
+from vrs_cli.net import messages
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.far_end import HELD_UP, QUIET
-from vrs_cli.net.messages import Done, Refused, Request, ServerMessage
+from vrs_cli.net.messages import Done, Refused, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.terminal import PlainTerminal
-from vrs_cli.view3d.panel_front_end import PanelFrontEnd, PanelTranscript, TranscriptEntry
 
-ROBOTS = ("python", "shell", "panel")
+ROBOTS = ("python", "shell", "sender")
 LONGEST_LIFE = 1.5  # [s] between two cuts
 SLACK = 3.0  # [s] that a busy machine may need
 NOT_DONE = ("this was not sent", "it was not done", "it was not sent", "not given")
@@ -210,50 +211,28 @@ class Typist(Author):
         self._far.close()
 
 
-class _FrontEnd(PanelFrontEnd):
-    """`ended`: the commands of whose ends all was said."""
-
-    ended: tuple[int | None, ...] = ()
-
-    def _ended(self, end: Done | Refused) -> None:
-        super()._ended(end)
-        self.ended = (*self.ended[-9:], end.id)
-
-
-class _Transcript(PanelTranscript):
-    """`said`: all that was added."""
-
-    said = ""
-
-    def _add(self, entry: TranscriptEntry) -> None:
-        super()._add(entry)
-        self.said += entry.html
-
-
-class Sitting(Author):
-    """The panel of a browser, without the browser."""
+class Sender(Author):
+    """A client that sends each line as a message and hears what ends it, as a page does."""
 
     def __init__(self, url: str, seed: str) -> None:
         super().__init__(seed)
         self._robot = SocketPort.connect(url, hello_of(attended=True))
-        self._front_end = _FrontEnd(self._robot)
-        self._front_end.transcript = self._transcript = _Transcript()
 
     def work(self) -> None:
-        line, self._transcript.said, sent = self.line(), "", list[int]()
-        begin = self._robot.begin
+        line, ends = self.line(), list[Done | Refused]()
 
-        def begin_and_note(make: Callable[[int], Request], outlet: Callable[[ServerMessage], None]) -> int:
-            sent.append(begin(make, outlet))
-            return sent[-1]
+        def hear(message: ServerMessage) -> None:
+            if isinstance(message, Done | Refused):
+                ends.append(message)
 
-        self._robot.begin = begin_and_note  # type: ignore[method-assign]
-        self._front_end.command(line.text)
-        self._robot.begin = begin  # type: ignore[method-assign]
-        until(lambda: not sent or sent[0] in self._front_end.ended, line.text)
-        said = self._transcript.said
-        lost = NOBODY_KNOWS in said or any(one in said for one in NOT_DONE)
-        self.told[line.number] = told_by(said) if lost else Told.DONE
+        try:
+            self._robot.begin(lambda number: messages.Line(number, line.text), hear)
+        except RequestRefused as refused:
+            self.told[line.number] = told_by(str(refused))
+            return
+        until(lambda: ends, line.text)
+        refusal = ends[0].refusal
+        self.told[line.number] = Told.DONE if refusal is None else told_by(str(refusal.error()))
 
     @property
     def open(self) -> bool:
@@ -263,7 +242,7 @@ class Sitting(Author):
         self._robot.close()
 
 
-AUTHORS: dict[str, Callable[[str, str], Author]] = {"python": Programmer, "shell": Typist, "panel": Sitting}
+AUTHORS: dict[str, Callable[[str, str], Author]] = {"python": Programmer, "shell": Typist, "sender": Sender}
 
 
 class Server:

@@ -230,7 +230,6 @@ ON_THE_WALL = {
     "cli/serve.py": "the audit says when",
     "files/recovery.py": "how old a file is",
     "net/server.py": "tokens end at a time of the calendar",
-    "view3d/app.py": "since when the robot is not heard",
     "net/hosted.py": "the audit of its own server",
 }
 

@@ -4,17 +4,10 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
-import webbrowser
 from argparse import Namespace
-from collections.abc import Callable
-from contextlib import ExitStack, suppress
-from importlib.util import find_spec
+from contextlib import ExitStack
 from math import inf
-from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
 
 from vrs_cli.cli.command_line import (
     ROBOT,
@@ -27,26 +20,19 @@ from vrs_cli.cli.command_line import (
     positive,
     teller,
 )
-from vrs_cli.cli.remote import ADDRESS, CONNECTION, client_of, duration, signal_comes, token_of
+from vrs_cli.cli.remote import ADDRESS, CONNECTION, client_of, duration, signal_comes
 from vrs_cli.cli.remote import EPILOG as TOKENS
 from vrs_cli.cli.serve import port
-from vrs_cli.cli.sources import LENIENT, cell_file, is_program, is_recording, read_recording, read_source, robot_of
-from vrs_cli.errors import UsageError
-from vrs_cli.extras import how_to_install
+from vrs_cli.cli.sources import LENIENT, is_program, is_recording, read_recording
 from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
-    from vrs_cli.engine.position import Watched
     from vrs_cli.kinematics.arm import RobotArm
-    from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
     from vrs_cli.net.client import Client
     from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.hosted import Hosted
     from vrs_cli.net.messages import ServerMessage
-    from vrs_cli.net.socket_port import SocketPort
-    from vrs_cli.view3d.door import Door
-    from vrs_cli.view3d.window import RobotWindow
     from vrs_cli.world.world import World
 
 
@@ -230,36 +216,7 @@ class News:
 # --- in a browser ---------------------------------------------------------------------------------------------------
 
 
-Told = Callable[[str], None]
-Hold = Callable[[Told], "SocketPort | Watched"]
-First = Callable[["RobotWindow"], None]
-
-
-def show(options: argparse.Namespace) -> int:
-    """Show the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
-    VrsError.
-    """
-    if os.environ.get("VRS_VIEW") != "viser":
-        return show_page(options)
-    if find_spec("viser") is None:
-        raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
-    first: First = nothing
-    cell = None if options.cell is None else _read_cell(options.cell)
-    with ExitStack() as stack:
-        if not options.url:
-            return _with_shell(options, stack, cell)
-        if is_recording(options.url):
-            hold = _recorded(options)
-        elif is_program(options.url):
-            hold, first, cell = _program(options, stack)
-        else:
-            hold = _afar(options)
-        open_page(options, stack, door_of(options), hold, cell, first)
-        asyncio.run(signal_comes())
-    return 0
-
-
-def show_page(options: argparse.Namespace) -> int:
+def show(options: Namespace) -> int:
     """Serve the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
     VrsError.
     """
@@ -298,135 +255,3 @@ def _read_cell(path: str) -> Cell:
     from vrs_cli.files.cell_file import read_cell
 
     return read_cell(path)
-
-
-def nothing(_window: RobotWindow) -> None:
-    """Do nothing."""
-
-
-def door_of(options: argparse.Namespace, before: Door | None = None) -> Door:
-    """The page has an address, and a browser is on its way to it: what answers it is loaded meanwhile. `before`: a door
-    that is closed, and whose page goes on at this one.
-    """
-    from vrs_cli.repl.history import state_folder
-    from vrs_cli.view3d.door import kept_secret, opened
-
-    if before is not None:
-        return opened(options.host, urlsplit(before.address).port or 0, before.secret)
-    secret = ""  # at a port that was chosen that of the last time: a page that is still there goes on
-    with suppress(RuntimeError):  # there is no home
-        secret = kept_secret(state_folder(os.environ) / "view" / str(options.port)) if options.port else ""
-    try:
-        door = opened(options.host, options.port, secret)
-    except UsageError as error:
-        raise CommandLineError(error.detail, error.hint) from None
-    print(f"{options.prog}: {door.address}", flush=True)
-    if not options.no_open:
-        Thread(target=_opened, args=(door.address,), daemon=True).start()
-    return door
-
-
-def open_page(
-    options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold, cell: Cell | None, first: First = nothing
-) -> None:
-    """The page is there, until the stack is left."""
-    from vrs_cli.view3d.app import App
-
-    title = Path(options.url).name if is_recording(options.url or "") else ""
-    app = App(hold, door=door, title=title, rate=options.rate, cell=cell, first=first, tell=teller(options.prog))
-    stack.callback(app.close)
-
-
-def _opened(address: str) -> None:
-    """Open a browser; without one the printed address is enough."""
-    with suppress(webbrowser.Error):
-        webbrowser.open(address)
-
-
-# --- what is watched -------------------------------------------------------------------------------------------------
-
-
-def _recorded(options: argparse.Namespace) -> Hold:
-    """Raises FileError."""
-    recording = read_recording(options.prog, options.url, lenient=options.lenient)
-    from vrs_cli.interfaces.roles.observer import RecordedRobot
-
-    recorded = RecordedRobot(recording.arm, recording.timeline)
-    return lambda _told: recorded
-
-
-def _afar(options: argparse.Namespace) -> Hold:
-    """A robot that is served, which is there. Raises what it refuses."""
-    from vrs_cli.net.client import hello_of
-    from vrs_cli.net.socket_port import SocketPort
-
-    hello = hello_of(token_of(options.token_file), name=options.name or "browser", attended=True)
-
-    def hold(told: Told) -> SocketPort:
-        robot = SocketPort.connect(options.url, hello, ca=options.ca, told=told, window=window)
-        robot.far.ahead = options.ahead
-        return robot
-
-    try:
-        found = SocketPort.connect(options.url, hello, ca=options.ca, window=0.0)
-    except UsageError as error:
-        raise CommandLineError(error.detail, error.hint) from None
-    found.close()
-    window = options.window
-    if options.cell is not None and found.far.world is not None:
-        teller(options.prog)("--cell is left out: the server tells what is around the robot")
-    elif options.cell is not None:
-        window = inf  # where parts are follows from all that was done
-    return hold
-
-
-def _hosted(options: argparse.Namespace, stack: ExitStack, model: RobotModel, cell: Cell | None) -> Hosted:
-    """A new robot, in real time."""
-    from vrs_cli.net.hosted import Hosted
-
-    hosted = Hosted(model, rate=options.rate, folder=Path.cwd(), cell=cell, tell=teller(options.prog))
-    stack.callback(hosted.close)
-    return hosted
-
-
-def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First, Cell | None]:
-    """A new robot with the programs of a file, and the cell around it; the first browser executes the first of them.
-    Raises FileError, and what is wrong with the file.
-    """
-    from vrs_cli.interfaces.roles.supervisor import Supervisor
-    from vrs_cli.net.hosted import SHELL
-
-    source = read_source(options.url)
-    found = cell_file(options, source)
-    cell = None if found is None else _read_cell(found[0])
-    if found is not None and options.cell is None:
-        teller(options.prog)("the cell is {} ({})".format(*found))
-    hosted = _hosted(options, stack, chosen_robot(options, robot_of(options.prog, source)), cell)
-    loading = Supervisor(hosted.hold(who=SHELL))
-    try:
-        names = loading.define(source.text, f"{source.path}:")
-    finally:
-        loading.close()
-
-    def execute(window: RobotWindow) -> None:
-        window.type(f"EXECUTE {names[0]}")
-
-    return hosted.hold, execute if names and not options.no_run else nothing, cell
-
-
-def _with_shell(options: argparse.Namespace, stack: ExitStack, cell: Cell | None) -> int:
-    """A new robot, and the shell at it; on a pipe, the page stays when the lines are done."""
-    model = chosen_robot(options)
-    door = door_of(options)
-    hosted = _hosted(options, stack, model, cell)
-    open_page(options, stack, door, hosted.hold, cell)
-    from vrs_cli.net.socket_port import SocketPort
-    from vrs_cli.repl.connection import Remote
-    from vrs_cli.repl.shell import at, on_terminal
-
-    connection = SocketPort(hosted.client(attended=on_terminal()))
-    stack.callback(connection.close)
-    status = at(Remote(connection, teller(options.prog)))
-    if not on_terminal():
-        asyncio.run(signal_comes())
-    return status

@@ -163,7 +163,7 @@ def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[Vector]:
 
 
 def _slab(body: Slab) -> Iterator[Vector]:
-    """Yield the corners of the hull of two discs, as `view3d.meshes` draws it without its bevels."""
+    """Yield the corners of the hull of two discs, as the page draws it without its bevels."""
     way, (r1, r2), (t1, t2) = subtracted(body.end, body.start), body.radii, body.thickness
     far, x = length(way), unit(way)
     z = unit(along(body.across, x, -dot(body.across, x)))

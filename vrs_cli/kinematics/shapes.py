@@ -29,7 +29,6 @@ from vrs_cli.kinematics.transform import (
 )
 
 MOST_SHAPES = 1000  # of a robot
-BEVEL = 0.06  # of the smallest size of a body: how far its edges are broken
 
 
 class Box(NamedTuple):

@@ -120,12 +120,6 @@ class FarEnd:
         return self.connection.state is ConnectionState.OPEN
 
     @property
-    def unheard(self) -> float | None:
-        """For how long nothing was heard from the robot [s]; None while that is as usual."""
-        silent = self._wall() - self._heard_at
-        return None if self.open and silent < QUIET else silent
-
-    @property
     def due(self) -> float:
         """When `look` is due, by the time of the day [s]."""
         next_ping = self._next_ping if self.open else inf

@@ -13,7 +13,7 @@ from vrs_cli.api.robot import Robot
 from vrs_cli.engine import position
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.roles import playback as viewers
-from vrs_cli.interfaces.roles.playback import RATES, Audience, Playback, command_after, command_before
+from vrs_cli.interfaces.roles.playback import RATES, Audience, Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.trajectory.timeline import Timeline
@@ -146,27 +146,6 @@ def timeline() -> Timeline:
     robot = Robot()
     robot.prompt("MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(20, -90, 90, 0, 0, 0)")
     return robot.timeline
-
-
-def test_commands_are_stepped_through_to_the_end_and_back(timeline: Timeline) -> None:
-    begins = sorted({min(s.start for s in timeline if s.motion.number == n) for n in range(4)})
-    there, t = [], timeline.start
-    while t < timeline.end:
-        there.append(t)
-        t = command_after(timeline, t)
-    assert there == begins
-    assert t == timeline.end
-    back = []
-    while t > timeline.start:
-        t = command_before(timeline, t)
-        back.append(t)
-    assert back == begins[::-1]
-
-
-def test_the_command_in_force_is_begun_again_before_the_one_before_it(timeline: Timeline) -> None:
-    second = command_after(timeline, timeline.start)
-    assert command_before(timeline, second + 0.9) == second
-    assert command_before(timeline, second) == timeline.start
 
 
 @dataclass

@@ -16,7 +16,6 @@ from msgspec.structs import replace
 
 from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.errors import IllegalValue
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.results import Position
 
 RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # the steps of faster and slower
@@ -136,36 +135,6 @@ class Playback(Struct, frozen=True):
 
     def _anchored(self, t: float, wall: float) -> Playback:
         return replace(self, shown=t, since=max(wall, self.since))
-
-
-# --- from command to command -----------------------------------------------------------------------------------------
-
-
-def command_after(timeline: Timeline, t: float) -> float:
-    """Return when the next command after t takes effect [s]; the end where none does."""
-    index = timeline.index_at(t)
-    number = timeline[index].motion.number
-    while index + 1 < len(timeline):
-        index += 1
-        if timeline[index].motion.number != number and timeline[index].start > t:
-            return timeline[index].start
-    return timeline.end
-
-
-def command_before(timeline: Timeline, t: float) -> float:
-    """Return when the last command before t took effect [s]; the start where there is none."""
-    begin = _begin(timeline, timeline.index_at(t))
-    while begin > 0 and timeline[begin].start >= t:
-        begin = _begin(timeline, begin - 1)
-    return timeline[begin].start
-
-
-def _begin(timeline: Timeline, index: int) -> int:
-    """The first segment of the command that one belongs to."""
-    number = timeline[index].motion.number
-    while index > 0 and timeline[index - 1].motion.number == number:
-        index -= 1
-    return index
 
 
 USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # looks a second

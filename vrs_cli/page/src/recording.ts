@@ -58,7 +58,7 @@ export function photograph(data: Recording): void {
     app.playback.seek(t);
     await drawn();
   };
-  Object.assign(window, { take, ready: scene.ready.then(drawn) });
+  Object.assign(window, { take, scene, ready: scene.ready.then(drawn) });
 }
 
 /** Waits until the page has been drawn. */

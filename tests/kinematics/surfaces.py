@@ -1,29 +1,24 @@
-"""Bodies and mesh files as triangles: closed surfaces, seen from outside counter-clockwise.
-
-A browser makes the normals of a mesh by averaging over the faces that share a vertex. So vertices are shared where a
-surface is round, and doubled where it has an edge.
-"""
+"""The shapes of links as closed surfaces of triangles, counter-clockwise seen from outside, as a page draws them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
 from math import acos, ceil, cos, hypot, pi, sin
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vrs_cli.files.mesh_file import creased, load_mesh, metres_of
 from vrs_cli.kinematics.axes import frame
-from vrs_cli.kinematics.shapes import BEVEL, Box, Capsule, Cylinder, MeshFile, Slab
+from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, Slab
 from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, subtracted, translation, unit
 
 Points = NDArray[np.float64]  # (N, 3) [m]
 Faces = NDArray[np.uint32]  # (M, 3)
 
 SIDES = 40  # of a full circle
+BEVEL = 0.06  # of the smallest size of a body: how far its edges are broken
 HALF = SIDES // 2
 
 
@@ -57,17 +52,6 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
 def moved(mesh: Mesh, T: Transform) -> Mesh:
     rows = np.array(T).reshape(3, 4)
     return Mesh(mesh.vertices @ rows[:, :3].T + rows[:, 3], mesh.faces)
-
-
-def hull(points: Sequence[Vector]) -> Mesh:
-    """The hull of points, each face with corners of its own: from the points that are the farthest along the normals of
-    a ball.
-    """
-    ball, corners = _turned(_arc(1.0, 0.0, pi, 0.0)), np.array(points)
-    farthest = np.argmax(ball.vertices @ corners.T, axis=1)[ball.faces]
-    a, b, c = farthest.T
-    faces = farthest[(a != b) & (b != c) & (c != a)]
-    return Mesh(corners[faces.reshape(-1)], np.arange(faces.size, dtype=np.uint32).reshape(-1, 3))
 
 
 # --- round an axis -------------------------------------------------------------------------------------------------
@@ -204,14 +188,3 @@ def _upright(start: Vector, end: Vector) -> Transform:
     """z from start to end."""
     z = unit(subtracted(end, start))
     return frame(any_normal(z), z, start)
-
-
-# --- meshes out of files, as URDF files name them --------------------------------
-
-
-def read_mesh(body: MeshFile) -> Mesh:
-    """The surface of a body, in the frame of its link. Raises NonexistentFile, FileError, FileDamaged."""
-    found = load_mesh(Path(body.path))
-    metres = metres_of(found.units)
-    found.apply_transform(np.diag([*(metres * np.array(body.scale)), 1.0]))  # a mirrored one is turned inside out too
-    return moved(Mesh(*creased(found)), body.pose)

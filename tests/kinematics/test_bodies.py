@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 from random import Random
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from tests.examples import some
-from vrs_cli.kinematics.bodies import capsules
+from tests.kinematics.surfaces import Mesh, Points, mesh_of, moved
+from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.shapes import MeshFile
+from vrs_cli.kinematics.shapes import LinkShape, MeshFile
 from vrs_cli.kinematics.transform import compose, inverse
-from vrs_cli.view3d.figure import ShapeLook, looks_of
-from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved
 
 Shares = NDArray[np.float64]
 
@@ -58,6 +58,17 @@ def nearest(points: Points, shares: Shares) -> tuple[Points, Shares]:
         points, shares = points[shares > NONE], shares[shares > NONE]
 
 
+class ShapeLook(NamedTuple):
+    """A shape, and its surface in the frame of its link."""
+
+    shape: LinkShape
+    mesh: Mesh
+
+
+def looks_of(shapes: Sequence[LinkShape]) -> tuple[ShapeLook, ...]:
+    return tuple(ShapeLook(one, mesh_of(one.body)) for one in shapes if not isinstance(one.body, MeshFile))
+
+
 def by_link(looks: Iterable[ShapeLook]) -> dict[int, list[Mesh]]:
     found: dict[int, list[Mesh]] = defaultdict(list)
     for shape, mesh in looks:
@@ -66,9 +77,7 @@ def by_link(looks: Iterable[ShapeLook]) -> dict[int, list[Mesh]]:
 
 
 def looks(model: RobotModel, kind: str) -> tuple[ShapeLook, ...]:
-    if kind == "own":
-        return looks_of(model).looks
-    return tuple(ShapeLook(s, mesh_of(s.body)) for s in capsules(model) if not isinstance(s.body, MeshFile))
+    return looks_of(shapes_of(model) if kind == "own" else capsules(model))
 
 
 @pytest.mark.parametrize("kind", ["own", "capsules"])
@@ -88,7 +97,7 @@ def test_links_are_joined_in_every_pose(name: str, kind: str) -> None:
 @pytest.mark.parametrize("name", robot_names())
 def test_bodies_of_a_link_are_one_piece(name: str) -> None:
     model = load_robot(name)
-    for link, meshes in by_link(looks_of(model).looks).items():
+    for link, meshes in by_link(looks_of(shapes_of(model))).items():
         reached, left = [meshes[0]], meshes[1:]
         while near := [mesh for mesh in left if any(meets(mesh, other) for other in reached)]:
             reached += near
@@ -122,7 +131,7 @@ def test_no_two_colours_in_one_plane(name: str) -> None:
     model = load_robot(name)
     frames = link_frames(model, model.poses["ready"])
     planes = [
-        (look.shape.colour, outlines(moved(look.mesh, frames[look.shape.link]))) for look in looks_of(model).looks
+        (look.shape.colour, outlines(moved(look.mesh, frames[look.shape.link]))) for look in looks_of(shapes_of(model))
     ]
     for (colour, one), (other_colour, other) in combinations(planes, 2):
         if colour != other_colour:
@@ -138,7 +147,7 @@ def test_the_arm_ends_where_the_tool_is(name: str) -> None:
     model = load_robot(name)
     last = [
         look.mesh.vertices
-        for look in looks_of(model).looks
+        for look in looks_of(shapes_of(model))
         if look.shape.link == model.joint_count and not look.shape.opens and look.shape.colour == "steel"
     ]
     ends = [end for points in last for end in (points[:, 2].min(), points[:, 2].max())]
