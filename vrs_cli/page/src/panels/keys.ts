@@ -20,7 +20,7 @@ export function makeKeys(actions: Action[], slot: HTMLElement): void {
   const rows = all.filter((action) => action.key).map((action) => h("tr", {}, h("th", { scope: "row" }, keyOf(action)), h("td", { text: action.label })));
   const keys: HTMLDialogElement = h("dialog", { class: "dialog", "aria-label": "Keys" },
     h("h2", { text: "Keys" }), h("table", {}, h("tbody", {}, ...rows)),
-    h("p", { class: "note", text: "Keys belong to the page as long as nothing is typed in it. The camera has the arrows and W A S D Q E while the picture has the keyboard." }),
+    h("p", { class: "note", text: "Keys belong to the page as long as nothing is typed in it. While the picture has the keyboard, the arrows move the camera, with Shift or Ctrl they turn it; + and - zoom." }),
     button("Close", () => keys.close()));
 
   const search = h("input", { class: "field", "aria-label": "What to do", placeholder: "What to do", role: "combobox", "aria-expanded": "true", "aria-controls": "palette", "aria-autocomplete": "list" });
