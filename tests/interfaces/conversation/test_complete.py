@@ -188,3 +188,13 @@ def test_law_suggestions_go_on_from_the_text(text: str, in_program: bool) -> Non
     for suggestion in suggestions(text, NAMES, in_program=in_program):
         begun = text[len(text) - suggestion.length :]
         assert suggestion.text.upper().startswith(begun.upper())
+
+
+def test_while_a_number_is_typed_nothing_is_suggested() -> None:
+    assert suggestions("MOVE TRANS(0,55", DefinedNames()) == []
+    assert suggestions("SPEED 3", DefinedNames()) == []
+
+
+def test_an_empty_line_lists_motions_first() -> None:
+    assert [one.text for one in suggestions("", DefinedNames())][:3] == ["MOVE", "MOVES", "WHERE"]
+    assert [one.text for one in suggestions("", DefinedNames(), in_program=True)][:2] == ["MOVE", "MOVES"]

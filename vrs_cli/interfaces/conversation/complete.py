@@ -88,6 +88,7 @@ LONGEST = 1000  # characters of a line that is completed: searches from its end 
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
 _NAME = re.compile(r"[A-Za-z][\w.]*")
+_NUMBER_TYPED = re.compile(r"(?<![\w.])[0-9][0-9.]*$")
 _LABEL = re.compile(r"^\s*\d+\s+")
 _FIRST = re.compile(r"\s*(\.?[A-Za-z][\w.]*)")
 _GROUP = re.compile(r"\s*\([^()]*\)(?=\s)")
@@ -214,7 +215,7 @@ def suggestions(
         return []
     line = _LABEL.sub("", text, count=1) if in_program else text
     blanked = _QUOTED.sub(lambda quoted: '"' * len(quoted.group()), line)
-    if ";" in blanked or blanked.count('"') % 2:
+    if ";" in blanked or blanked.count('"') % 2 or _NUMBER_TYPED.search(blanked):
         return []
     prefix = begun(line)
     lower = prefix.lstrip("#$.").islower()  # keywords are in lower case then, too
@@ -266,7 +267,12 @@ def _explained(text: str, prefix: str, names: DefinedNames) -> Candidates:
         yield from _candidates(text, prefix, names, True)
 
 
+COMMON = ("MOVE", "MOVES", "WHERE", "HERE", "SPEED", "OPENI", "CLOSEI", "LOAD", "EXECUTE", "HELP")  # listed first
+
+
 def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
+    usual = INSTRUCTIONS if in_program else {**INSTRUCTIONS, **COMMANDS}
+    yield from _rows({name: usual[name] for name in COMMON if name in usual})
     if not in_program:
         yield from _rows(COMMANDS)
     yield from _rows(INSTRUCTIONS)
