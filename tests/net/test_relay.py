@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from urllib.error import HTTPError
@@ -64,6 +64,12 @@ class Page(Caller):
         """The next one."""
         before = len(self.previews)
         while len(self.previews) == before:
+            self.read()
+        return self.previews[-1]
+
+    def shown(self, holds: Callable[[PreviewMessage], object]) -> PreviewMessage:
+        """Return the last preview, as soon as it is so; it may have come before the answer to `subscribe`."""
+        while not (self.previews and holds(self.previews[-1])):
             self.read()
         return self.previews[-1]
 
@@ -154,10 +160,7 @@ def test_what_is_predicted_is_what_the_robot_does(robot: Serving) -> None:
     """Over 0.15 s each way: before the robot answers, the page has the timeline that the robot then tells."""
     with behind(robot, 0.15, 0.15) as it, relayed(it.address) as address, Page(address) as page:
         mirror = page_mirror(robot, page)
-        seen = page.preview()
-        while not seen.round_trip:
-            seen = page.preview()
-        assert not seen.near
+        assert not page.shown(lambda one: one.round_trip).near
         for angle in (0.3, -0.3) * 3:  # until no thread is held up
             begin = robot.hub.rooms["cell1"].session.engine.clock.reached + 1.0
             begin = round(begin * 1024.0) / 1024.0
@@ -171,8 +174,7 @@ def test_what_is_predicted_is_what_the_robot_does(robot: Serving) -> None:
         guess = predicted(mirror, seen)
         assert guess.end > begin
         page.until(lambda message: isinstance(message, Done) and message.id == id)
-        while page.preview().expected:
-            pass
+        page.shown(lambda one: not one.expected)
         now = page_mirror(robot, page).timeline
         assert [(s.start, s.finish, s.path) for s in guess] == [(s.start, s.finish, s.path) for s in now]
 
@@ -193,12 +195,11 @@ def page_mirror(robot: Serving, page: Page) -> Mirror:
 
 def test_what_was_shown_until_a_change_came_is_flagged(robot: Serving) -> None:
     with robot.call() as near, behind(robot, 0.15, 0.15) as it, relayed(it.address) as address, Page(address) as page:
-        while not page.preview().round_trip:
-            pass
+        page.shown(lambda one: one.round_trip)
         near.lines("DRIVE 1, 30")
         page.until(lambda message: isinstance(message, Delta))
         mirror = page_mirror(robot, page)
-        flagged = page.preview().flagged
+        flagged = page.shown(lambda one: one.flagged).flagged
         assert len(flagged) == 1
         begin, end = flagged[0]
         assert begin == mirror.timeline[1].start
@@ -207,24 +208,21 @@ def test_what_was_shown_until_a_change_came_is_flagged(robot: Serving) -> None:
 
 def test_a_line_is_unconfirmed_from_its_arrival_on(robot: Serving) -> None:
     with behind(robot, 0.1, 0.1) as it, relayed(it.address) as address, Page(address) as page:
-        while not page.preview().round_trip:
-            pass
+        page.shown(lambda one: one.round_trip)
         id = page.send(lambda id: Line(id, "DRIVE 1, 30"))
-        seen = page.preview()
+        seen = page.shown(lambda one: one.expected)
         (one,) = seen.expected
         assert (one.id, one.text, one.planned, seen.deltas) == (id, "DRIVE 1, 30", False, ())
         assert one.begin == pytest.approx(one.issued + seen.round_trip / 2.0, abs=1e-3)
         page.until(lambda message: isinstance(message, Done) and message.id == id)
-        while page.preview().expected:
-            pass
+        page.shown(lambda one: not one.expected)
 
 
 def test_a_command_that_never_arrives_is_not_expected_for_ever(robot: Serving) -> None:
     with behind(robot, 0.2, 0.2) as it, relayed(it.address) as address, Page(address) as page:
-        while not page.preview().round_trip:
-            pass
+        page.shown(lambda one: one.round_trip)
         page.send(lambda id: Line(id, "DRIVE 1, 30"))
-        assert page.preview().expected
+        page.shown(lambda one: one.expected)
         (client,) = robot.hub.rooms["cell1"].clients.values()
         page.cut()
         until(lambda: client.link is None)
@@ -240,11 +238,9 @@ def test_a_tool_that_is_dragged_leaves_nothing_confirmed_but_the_past(robot: Ser
     pose = (1.0, 0.0, 0.0, 0.3, 0.0, -1.0, 0.0, 0.3, 0.0, 0.0, -1.0, 0.2)
     with behind(robot, 0.1, 0.1) as it, relayed(it.address) as address, Page(address) as page:
         page.lines("MOVE #PPOINT(0, -45, 180, 0, 45, 0)")
-        while not page.preview().round_trip:
-            pass
+        page.shown(lambda one: one.round_trip)
         page.drag(pose)
-        seen = page.preview()
-        assert [one.text for one in seen.expected] == ["DRAG"]
+        seen = page.shown(lambda seen: [one.text for one in seen.expected] == ["DRAG"])
         while not seen.since_heard:
             page.drag(pose)
             page.read()
@@ -253,11 +249,11 @@ def test_a_tool_that_is_dragged_leaves_nothing_confirmed_but_the_past(robot: Ser
 
 def test_the_user_chooses_how_far_ahead(robot: Serving) -> None:
     with relayed(robot.address, ahead=0.5) as address, Page(address) as page:
-        assert page.preview().ahead == 0.5
+        page.shown(lambda one: one.ahead == 0.5)
         for wanted, told in (("auto", "auto"), (-1.0, None), ("soon", None), (2, 2.0), ("present", "present")):
             page.socket.send(to_json(LookAhead(wanted)))
             if told is not None:
-                assert page.preview().ahead == told
+                page.shown(lambda one, told=told: one.ahead == told)  # type: ignore[misc]
 
 
 def test_who_comes_back_after_a_cut_of_the_far_line_goes_on(tmp_path: Path) -> None:
