@@ -132,6 +132,7 @@ def test_who_stops_asking_ends_all_processes() -> None:
 def test_a_new_process_does_the_same_where_there_is_no_fork(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pool, "FORK", False)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(sys.path))
+    monkeypatch.setattr(sys.modules["__main__"], "__spec__", None, raising=False)  # some kernels and runners have none
     found = {one.number: one.lost or one.result for one in work_apart(_doubled, ["a", "b"], 2, SMALL)}
     assert found == {0: b"aa", 1: b"bb"}
 

@@ -401,8 +401,8 @@ class _Steps(Expressions):
             self.given.add(target.key)
             return
         wanted = STRING if target.sigil else REAL
-        if not target.sigil and self.kind_of(value) is Kind.STRING:
-            self.fault(TypeMismatch, target.span, f"{name} holds a number, no string", f"${name} = ... holds a string")
+        if not target.sigil and isinstance(value, ast.StringConstant):
+            self.fault(TypeMismatch, value.span, f"{name} holds a number, no string", f"${name} = ... holds a string")
             self.value(value, STRING)
         else:
             self.value(value, wanted)
@@ -460,7 +460,11 @@ class _Steps(Expressions):
                 self._wait(statement)
             elif row.name == "SET":
                 self._set(statement)
-            elif row.name == "RETURN" and statement.arguments:
+            elif (
+                row.name == "RETURN"
+                and len(statement.arguments) == 1
+                and isinstance(statement.arguments[0], ast.Number)
+            ):
                 detail, hint = "it leaves out steps after the CALL", "a program gives values back by its parameters"
                 self.warn(OldMeaning, statement.span, detail, hint)
 
