@@ -20,6 +20,7 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import BlockTable
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.events import HAND
 from vrs_cli.values.motion import Frames
@@ -77,12 +78,25 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     """
     segment, s = timeline.locate(t)
     joints = segment_joints(arm, segment, s)
-    still = (0.0,) * len(joints)
-    moving = segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
-    velocity, acceleration = rates_in(arm, segment, s, joints) if moving else (still, still)
+    moving = _moves(timeline, segment, t)
+    velocity, acceleration = rates_in(arm, segment, s, joints) if moving else ((0.0,) * len(joints),) * 2
     pose = world_pose(arm, segment.motion.frames, joints)
     hand = timeline.value_at(HAND, t)
     return Position(t, joints, velocity, acceleration, pose, hand, moving, segment.motion.text)
+
+
+def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
+    """Return what `position_at` returns of the joints alone [rad, m], for controllers that ask often."""
+    segment, s = timeline.locate(t)
+    joints = segment_joints(arm, segment, s)
+    if _moves(timeline, segment, t):
+        return JointState(joints, *rates_in(arm, segment, s, joints))
+    still = (0.0,) * len(joints)
+    return JointState(joints, still, still)
+
+
+def _moves(timeline: Timeline, segment: Segment, t: float) -> bool:
+    return segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:

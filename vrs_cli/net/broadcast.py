@@ -11,7 +11,7 @@ slice of it (`step`), with other work between two slices: a user who commands is
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from itertools import islice
 from math import inf
@@ -27,7 +27,9 @@ from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
 from vrs_cli.net.stream import DeflatedPlace, Listening, MessageForm, Packet, StateOfWorld, Stream, packet_of
 from vrs_cli.net.told_course import CourseTeller, Cut, Heard
+from vrs_cli.net.told_measured import TOLD_EVERY, MeasuredTeller
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
 
 HIGHEST_RATE = 200.0  # samples a second
@@ -56,8 +58,9 @@ class Sink(Protocol):
 
 
 class Parcel(NamedTuple):
-    """Packets for all listeners in the same state, to be sent in one write. `number`, `news`, `place` and `heard` are
-    the listener's state after it. `alone`: send it only if nothing else waits; `whole`: nothing follows it.
+    """Packets for all listeners in the same state, to be sent in one write. `number`, `news`, `place`, `heard` and
+    `measured` are the listener's state after it. `alone`: send it only if nothing else waits; `whole`: nothing follows
+    it.
     """
 
     packets: tuple[Packet, ...]
@@ -65,6 +68,7 @@ class Parcel(NamedTuple):
     news: int
     place: DeflatedPlace | None
     heard: Heard | None
+    measured: int | None
     alone: bool
     whole: bool
 
@@ -79,6 +83,7 @@ class Listener:
         self.number, self.news = NOTHING, 0
         self.place: DeflatedPlace | None = None
         self.heard: Heard | None = None  # of the course of the world; None: it is not wanted
+        self.measured: int | None = None  # the number of the next report of the body; None: they are not wanted
         self.channel: Channel | None = None  # of samples
 
     def takes(self, parcel: Parcel) -> bool:
@@ -89,6 +94,7 @@ class Listener:
         if parcel.packets:
             self.sink.send(*parcel.packets)
         self.number, self.news, self.place, self.heard = parcel.number, parcel.news, parcel.place, parcel.heard
+        self.measured = parcel.measured
         return True
 
 
@@ -185,10 +191,13 @@ class Broadcast:
         state: StateOfWorld | None = None,
         course: CourseTeller | None = None,
     ) -> None:
-        self.stream, self.course = Stream(begin, watched.arm, state), course
+        self.stream, self.course, self.measured = Stream(begin, watched.arm, state), course, MeasuredTeller()
         self._watched, self._wall = watched, wall
         self._everybody = Round()
         self._hearing: dict[Listener, None] = {}  # the course of the world
+        self._measuring: dict[Listener, None] = {}  # those who hear what the body measures
+        self._gathered = -inf  # [s] on the wall: when the last batch of that was made
+        self._measured_due = inf  # and when the next one is to be made
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order in which they were looked at last
         self._again = inf  # [s] on the wall: when slow listeners are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
@@ -217,6 +226,7 @@ class Broadcast:
         self._leave_channel(listener)
         self._hear(listener, None)
         self._hear_course(listener, wanted=False)
+        self._measuring.pop(listener, None)
         self._behind.pop(listener, None)
         self._everybody.remove(listener)
 
@@ -236,6 +246,10 @@ class Broadcast:
         heard = Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
         self._hear(listener, heard)
         self._hear_course(listener, wanted=wanted.world)
+        listener.measured = self.measured.count if wanted.measured else None
+        self._measuring.pop(listener, None)
+        if wanted.measured:
+            self._measuring[listener] = None
         known = wanted.after if wanted.after is not None else NOTHING
         listener.number = known if known <= self.stream.number else NOTHING
         self._catch_up(listener)
@@ -346,6 +360,11 @@ class Broadcast:
         """Send what listeners have not heard of the course of the world."""
         self._begin_round()
 
+    def measure(self, reports: Sequence[Report]) -> None:
+        """Take reports of the body, for those who hear them."""
+        if self.measured.take(reports, heard=bool(self._measuring)):
+            self._measured_due = min(self._measured_due, self._gathered + TOLD_EVERY)
+
     def announce(self, news: ServerMessage) -> None:
         """Send news to all, and to those who come later; a slow listener gets the last news of each type."""
         self._last_news += 1
@@ -376,7 +395,7 @@ class Broadcast:
         """Return when something is to be sent, on the wall [s]; infinity if nothing is until something happens."""
         if self._everybody.left or any(channel.round.left for channel in self._channels.values()):
             return max(self._wall(), self._held)
-        return max(min(self._again, self._audience.peek()), self._held)
+        return max(min(self._again, self._audience.peek(), self._measured_due), self._held)
 
     def step(self) -> None:
         """Take the samples that are due, and send a slice of what is to be sent."""
@@ -384,6 +403,10 @@ class Broadcast:
             return
         for viewer, version, position in self._audience.step():
             self._channels[viewer].show(position, version, self._watched.now)
+        if self._measured_due <= self._wall():
+            self._gathered, self._measured_due = self._wall(), inf
+            self.measured.gather()
+            self._begin_round()
         if self._again <= self._wall():
             for listener in list(islice(self._behind, SLICE)):
                 self._catch_up(listener)
@@ -398,9 +421,8 @@ class Broadcast:
     def _catch_up(self, listener: Listener) -> None:
         self._behind.pop(listener, None)
         while True:
-            parcel = self._parcel(
-                listener.number, listener.news, listener.place, listener.heard, listener.listening, listener.form
-            )
+            it = listener
+            parcel = self._parcel(it.number, it.news, it.place, it.heard, it.measured, it.listening, it.form)
             if not listener.takes(parcel):
                 break
             if parcel.whole:
@@ -414,11 +436,12 @@ class Broadcast:
         news: int,
         place: DeflatedPlace | None,
         heard: Heard | None,
+        measured: int | None,
         listening: Listening | None,
         form: MessageForm,
     ) -> Parcel:
-        """Put together changes, or a snapshot in their place, then news and a part of the course; no more than may
-        wait.
+        """Put together changes, or a snapshot in their place, then news, what was measured and a part of the course; no
+        more than may wait.
         """
         stream, packets, size, alone = self.stream, list[Packet](), 0, False
         while listening is not None and number < stream.number:
@@ -428,7 +451,7 @@ class Broadcast:
                 packets = [packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
             elif packets and size + len(packet.data) > MOST_WAITING:
-                return Parcel(tuple(packets), number, news, place, heard, alone, whole=False)
+                return Parcel(tuple(packets), number, news, place, heard, measured, alone, whole=False)
             else:
                 number += 1
             packets.append(packet)
@@ -437,10 +460,14 @@ class Broadcast:
             if last > news:
                 news = last
                 packets.append(packet_in(form))
-        if heard is None or self.course is None:
-            return Parcel(tuple(packets), number, news, place, heard, alone, whole=True)
-        if size > MOST_WAITING // 2:
-            return Parcel(tuple(packets), number, news, place, heard, alone, whole=False)
-        told, heard = self.course.after(heard)
-        packets += [packet_of(one, form) for one in told]
-        return Parcel(tuple(packets), number, news, place, heard, alone, whole=not told)
+        for batch in () if measured is None else self.measured.after(measured):
+            if size > MOST_WAITING // 2:
+                break
+            packets.append(packet_of(batch.message, form))
+            measured, size = batch.end, size + len(packets[-1].data)
+        whole = size <= MOST_WAITING // 2
+        if whole and heard is not None and self.course is not None:
+            told, heard = self.course.after(heard)
+            packets += [packet_of(one, form) for one in told]
+            whole = not told
+        return Parcel(tuple(packets), number, news, place, heard, measured, alone, whole)

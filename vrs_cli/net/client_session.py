@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from msgspec import structs
 
-from vrs_cli.errors import LimitReached, RequestRefused, VrsError, sentence
+from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError, sentence
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.interfaces.port.port import Outlet
@@ -88,6 +88,7 @@ class ClientSession(UserSession):
         hello: messages.Hello,
     ) -> None:
         self.name, self.grant, self.delivery_log = name, grant, delivery_log
+        self.wanted_name = hello.name
         user_state = UserState(name, grant.role)
         super().__init__(robot.session, user_state)
         user_state.attended, self._answers = hello.attended, hello.attended or hello.answers
@@ -242,6 +243,8 @@ class ClientSession(UserSession):
                 self._drag(message)
             case messages.Put() | messages.Get() | messages.Names():
                 self._use_folder(message, outlet)
+            case messages.Embody() | messages.Measured() | messages.MeasuredWindow():
+                self._use_body(message)
             case messages.Bye():
                 pass  # the connection has done it
             case _ if isinstance(message, messages.OF_CLASS):
@@ -277,6 +280,8 @@ class ClientSession(UserSession):
         requests of one kind that a line being typed causes, only the newest waits: older ones get an empty answer.
         """
         if isinstance(message, AT_ONCE) or self.is_stop(message):
+            return False
+        if isinstance(message, messages.Measured) and self._robot.served_body.body.name == self.name:
             return False
         if not self._parked and not self.wait(message):
             return False
@@ -390,6 +395,29 @@ class ClientSession(UserSession):
                 driving.change(lambda lease, now: lease.give(name, "", now))
         self.tell(messages.Done(message.id, version=self.timeline.version))
         self.note(_deed(message), "done")
+
+    def _use_body(self, message: messages.OF_BODY) -> None:
+        """Be the robot's body, report, or ask what was measured."""
+        served = self._robot.served_body
+        match message:
+            case messages.MeasuredWindow():
+                self.say(served.window(message))
+            case messages.Measured():
+                served.take(self.name, message)
+            case messages.Embody():
+                if not self.grant.body:
+                    raise RoleWanted(
+                        "to be the body needs a token of the role body", f"you are {self.grant.role.spoken}"
+                    )
+                before = self._users.get(served.body.name)
+                if before is not None and before.link is None and before.is_same_user(self):  # its process began anew
+                    served.body.leave(before.name)
+                self.say(served.embody(self.name, message))
+                self.note(_deed(message), "done")
+
+    def is_same_user(self, other: ClientSession) -> bool:
+        """Return whether two clients have the same token, and the same name for themselves."""
+        return (self.grant, self.wanted_name) == (other.grant, other.wanted_name)
 
     def note(self, what: str, result: str) -> None:
         """Write a line of the audit."""
@@ -512,6 +540,8 @@ def _deed(message: messages.ClientMessage | None) -> str:
             return "(emergency stop)"
         case messages.Drive(act=act, to=to):
             return f"({act.value} the lease{f' to {to}' if to else ''})"
+        case messages.Embody(held=held):
+            return "(be the body)" if held else "(be the body no longer)"
         case messages.Put(name=name, data=data):
             return f"(put {name}, {len(data)} bytes)"
         case messages.Get(name=name):

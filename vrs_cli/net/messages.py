@@ -13,6 +13,19 @@ from msgspec import Struct
 
 from vrs_cli.interfaces.station.lease import Notice
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.net.body_messages import (
+    OF_BODY,
+    Alarm,
+    BodyOrder,
+    BodyReleased,
+    BodyStatus,
+    Embodied,
+    Embody,  # noqa: F401 (of OF_BODY)
+    Measured,  # noqa: F401
+    MeasuredWindow,  # noqa: F401
+    Measurements,
+    ShownMeasured,
+)
 from vrs_cli.values.contacts import ContactSpan
 from vrs_cli.values.hand import DragState as PulledState
 from vrs_cli.values.world import CourseRows
@@ -134,7 +147,8 @@ class Subscribe(Request, frozen=True):
     find the robot. `console`: also send what the programs of other users TYPE. `joints`: send straight lines also as
     `pieces` that no joint leaves by more than that [rad, m], from 1e-5 to 0.1; the server takes the next lower power of
     ten. `world`: with `deltas`, also send where the parts of the cell are, what sensors see and what touches, as
-    `course` and `contacts`.
+    `course` and `contacts`. `measured`: also send what the robot's body measures from now on, as `measurements`, at
+    most 20 times a second.
     """
 
     deltas: bool = False
@@ -145,6 +159,7 @@ class Subscribe(Request, frozen=True):
     after: Count | None = None
     joints: Number | None = None
     world: bool = False
+    measured: bool = False
 
 
 class PlayStep(Enum):
@@ -283,6 +298,7 @@ FromClient = (
     | Announce
     | Freeze
     | Collect
+    | OF_BODY
 )
 
 
@@ -562,4 +578,11 @@ FromServer = (
     | ClassState
     | Announced
     | LessonText
+    | Embodied
+    | BodyOrder
+    | BodyReleased
+    | BodyStatus
+    | Measurements
+    | ShownMeasured
+    | Alarm
 )

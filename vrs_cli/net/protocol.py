@@ -275,6 +275,11 @@ class ClientConnection:
         self._outbox.encoding = self.hello.format
         self.state, self.why = ConnectionState.WELCOME, ""
 
+    @property
+    def waiting(self) -> int:
+        """Bytes that wait for the socket."""
+        return self._outbox.size
+
     def cut(self) -> None:
         """Note that the socket is gone."""
         self.state = ConnectionState.CUT

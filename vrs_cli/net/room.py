@@ -27,6 +27,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.body import BodyChange
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
@@ -40,8 +41,9 @@ from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
 from vrs_cli.net.limits import MUCH, Meter
 from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
 from vrs_cli.net.served_shapes import ServedShapes
-from vrs_cli.net.tokens import TEACHER, Grant
+from vrs_cli.net.tokens import BODY, TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.measured import DivergenceAlarm
 from vrs_cli.values.motion import MotionKind
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
@@ -89,6 +91,7 @@ class Room(ServedRobot):
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # the clock that was told last
+        self.session.body.told.append(self._body_told)
         self.session.driver.lags, self.session.actor.spent = self._lags, self._spent
         self._pulled = messages.Pulled(self.drag_control.pulled)
         self._pulled_at = wall()
@@ -113,7 +116,8 @@ class Room(ServedRobot):
             before.connection.close("this holder has another connection now")
             client.detach()
             before.flush()
-        role = TEACHER if grant.teacher and grant.name else grant.role.title
+        title = BODY if grant.body else grant.role.title
+        role = (TEACHER if grant.teacher else title) if grant.name else grant.role.title
         first, self.first_line = (self.first_line, "") if hello.attended else ("", self.first_line)
         said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant), first_line=first)
         connection.welcome(said, client.delivery_log, now)
@@ -184,6 +188,7 @@ class Room(ServedRobot):
         client.user_state.left = self.plan.when_gone is not WhenGone.ABORT
         client.leave()
         self.driving.change(lambda lease, now: lease.leave(client.name, now))
+        self.session.body.leave(client.name)
         if drove:
             self._driver_gone(client.name)
 
@@ -221,6 +226,23 @@ class Room(ServedRobot):
         client = self._user_states.get(user_state)
         if client is not None:
             client.spend(seconds, typing=client.types(ticket))
+
+    def _body_told(self, what: BodyChange | DivergenceAlarm) -> None:
+        """Tell the body its order, and everybody an alarm."""
+
+        def tell() -> None:
+            if isinstance(what, DivergenceAlarm):
+                for client in tuple(self.clients.values()):
+                    client.tell(messages.Alarm(what))
+                return
+            self.served_body.tick(changed=True)
+            before, body = self.clients.get(what.before), self.clients.get(what.name)
+            if before is not None and before is not body:
+                before.tell(messages.BodyReleased())
+            if body is not None:
+                body.tell(messages.BodyOrder(what.order, what.at))
+
+        self.put(tell)
 
     def _driven(self, lease: RobotLease, notice: Notice | None) -> None:
         """Tell everybody that the lease has changed."""
@@ -323,6 +345,10 @@ class Room(ServedRobot):
         self._push_status()
         if self.broadcast.course is not None:
             self.broadcast.course.tick()
+        self.served_body.tick()
+        if self._unwritten:
+            write = self._journaling_reports()
+            self._call(lambda _session: write())
         ran, self._ran = self._ran, session.running
         if ran and not self._ran:  # what a program that has ended has changed is written down
             self._call(lambda _session: self.durable_log.note())

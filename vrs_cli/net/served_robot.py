@@ -6,7 +6,7 @@ import os
 import stat
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import islice
 from math import inf
@@ -44,10 +44,12 @@ from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.durable_log import DurableLog, MemoryFile
 from vrs_cli.net.limits import UNMEASURED, USUAL, Allowance, advice, check_growth
 from vrs_cli.net.messages import StoredFile
+from vrs_cli.net.served_body import ServedBody
 from vrs_cli.net.tokens import Grant
 from vrs_cli.net.told_course import CourseTeller, CourseThread
 from vrs_cli.net.told_replies import prefixes_of
 from vrs_cli.values.commands import SetParameter
+from vrs_cli.values.measured import Report
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.cells import cell_record
 
@@ -192,6 +194,7 @@ class ServedRobot:
         self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
         self._journal: Journal | None = None
         self._memory: MemoryFile | None = None
+        self._unwritten: list[Report] = []  # that are not given to the journal yet
         self.durable_log = self._durable_log()
         engine = self.session.engine
         self.cell = self._told_cell()
@@ -204,6 +207,8 @@ class ServedRobot:
         world = self.session.driver.world
         state = None if world is None else lambda timeline, t: world.course(timeline).state_at(t)
         self.broadcast = Broadcast(self._self, first, wall, state, self._course_teller())
+        self.served_body = ServedBody(self.session.body, self.broadcast, wall)
+        engine.measured.listeners.append(lambda reports: self.put(lambda: self.broadcast.measure(reports)))
         self._measured = wall() - 2 * MEASURED
         self._grown: LimitReached | None = None  # why the robot may not grow any more
 
@@ -250,7 +255,12 @@ class ServedRobot:
             if taken.torn:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
+            engine.measured.listeners.remove(self._journal.add_reports)  # they come in another thread than the robot's
+            engine.measured.listeners.append(self._leave_unwritten)
             try:
+                measured_until = engine.measured.seen.end
+                if engine.realtime and measured_until is not None:  # time went on after the last motion
+                    engine.clock.set(max(engine.clock.reached, measured_until))
                 self._memory = MemoryFile(self.session, path.with_suffix(".v2"))
                 for wrong in self._memory.bring_back():
                     self._tell(f"{self._memory.path}:{wrong.span.line}: {wrong.message}")
@@ -270,12 +280,22 @@ class ServedRobot:
             self.broadcast.course.close()
         self.session.close()
         try:
+            self._journaling_reports()()
             self.durable_log.settle()
         finally:
             if self._memory is not None:
                 self._memory.close()
             if self._journal is not None:
                 self._journal.close()
+
+    def _leave_unwritten(self, reports: Sequence[Report]) -> None:
+        self._unwritten += reports
+
+    def _journaling_reports(self) -> Callable[[], None]:
+        """Return what writes the reports since the last call into the journal, in the robot's thread."""
+        reports, self._unwritten = self._unwritten, []
+        journal = self._journal
+        return lambda: journal.add_reports(reports) if journal is not None and reports else None
 
     def binding(self, lease: RobotLease) -> RobotLease | None:
         """The lease that restricts commands: none for a robot of one user, until somebody asks to drive alone."""

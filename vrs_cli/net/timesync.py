@@ -1,4 +1,5 @@
-"""Estimate a remote clock, and how long a message takes there and back, from exchanges of four times. Pure.
+"""Estimate a remote clock, and how long a message takes there and back, from exchanges of four times; or, from messages
+in one direction alone, as well as that can be known. Pure.
 
 As NTP does it (RFC 5905, sections 8 and 10): the exchange with the shortest round trip is the nearest to the truth. Its
 offset is wrong by half of the difference between both ways, so by half of its round trip at most.
@@ -95,10 +96,45 @@ class TimeSync:
         return trips[min(int(share * len(trips)), len(trips) - 1)]
 
 
+class OneWay:
+    """A remote clock, from messages in one direction that tell when they were sent. Of each part of the `window` [s]
+    the message with the shortest way is kept (a minimum filter). How long that way was is known only as half of the
+    shortest round trip, which the sender measures; the offset is wrong by the other half at most.
+    """
+
+    def __init__(self, window: float = 60.0) -> None:
+        self.window = window
+        self._best: dict[int, Exchange] = {}  # by part of the window
+
+    def heard(self, sent: float, came: float, round_trip: float = 0.0) -> None:
+        """Take a message that was sent at `sent` by the clock there, and came at `came` by the clock here [s]."""
+        part, new = int(came // (self.window / PARTS)), Exchange(came, sent - came + round_trip / 2.0, round_trip)
+        before = self._best.get(part)
+        if before is None:
+            self._best = {old: one for old, one in self._best.items() if part - PARTS < old <= part}
+        if before is None or new.offset > before.offset:
+            self._best[part] = new
+
+    @property
+    def estimate(self) -> Estimate | None:
+        """Return what all messages say together; None before the first."""
+        if not self._best:
+            return None
+        best = list(self._best.values())
+        at, drift = best[-1].at, _slope(best)
+        offset = max(one.offset + drift * (at - one.at) for one in best)
+        return Estimate(at, offset, drift, best[-1].round_trip)
+
+
 _round_trip = attrgetter("round_trip")
 
 
 def _drift(exchanges: Sequence[Exchange]) -> float:
+    """The slope of offsets over time, no greater than that of a sound clock."""
+    return max(-MOST_DRIFT, min(_slope(exchanges), MOST_DRIFT))
+
+
+def _slope(exchanges: Sequence[Exchange]) -> float:
     """The slope of offsets over time, by least squares; 0 where it may as well be chance."""
     count = len(exchanges)
     if count < FEWEST:
@@ -109,6 +145,4 @@ def _drift(exchanges: Sequence[Exchange]) -> float:
     slope = sum((one.at - middle) * (one.offset - mean) for one in exchanges) / spread
     left = sum((one.offset - mean - slope * (one.at - middle)) ** 2 for one in exchanges)
     deviation = sqrt(left / (count - 2) / spread)
-    if abs(slope) < SURE * deviation:
-        return 0.0
-    return max(-MOST_DRIFT, min(slope, MOST_DRIFT))
+    return 0.0 if abs(slope) < SURE * deviation else slope

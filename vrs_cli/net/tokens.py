@@ -4,11 +4,12 @@ again when it has changed:
     [[token]]
     name = "ada"                                # what others see, and what her own robots are called
     sha256 = "9f86d081884c7d65..."              # of the token; or token = "the token itself"
-    role = "supervisor"                         # observer, designer, supervisor (default) or teacher
+    role = "supervisor"                         # observer, designer, supervisor (default), teacher or body
     robots = ["cell1", "cell2"]                 # default: all that the server was started with
     expires = 2027-07-31                        # default: never
 
-A teacher is a supervisor of every robot, also of those of other tokens.
+A teacher is a supervisor of every robot, also of those of other tokens. A body is an observer that may be the robot's
+body: follow its timeline and report what it measures.
 """
 
 from __future__ import annotations
@@ -32,12 +33,13 @@ from vrs_cli.language.words.word import Role
 
 BYTES = 24  # random bytes of a token that is made here
 SHORTEST = 16  # characters of a token that somebody chose, at least
-TEACHER = "teacher"
+TEACHER, BODY = "teacher", "body"
 ROLES: Mapping[str, Role] = {
     "observer": Role.OBSERVER,
     "designer": Role.DESIGNER | Role.OBSERVER,
     "supervisor": Role.SUPERVISOR,
     TEACHER: Role.SUPERVISOR,
+    BODY: Role.OBSERVER,
 }
 KEYS = ("name", "token", "sha256", "role", "robots", "expires")
 _TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # the beginning of a table
@@ -53,6 +55,7 @@ def good_name(name: str) -> bool:
 
 class Grant(Struct, frozen=True):
     """The rights of a token. `robots`: the shared robots that it may hold, None for all. `until`: seconds since 1970.
+    `body`: it may be the body of its robots.
     Two grants are equal if nothing of them has changed, the token included.
     """
 
@@ -62,6 +65,7 @@ class Grant(Struct, frozen=True):
     robots: frozenset[str] | None = None
     until: float | None = None
     digest: bytes = b""
+    body: bool = False
 
     def expired(self, now: float) -> bool:
         return self.until is not None and now >= self.until
@@ -71,7 +75,7 @@ class Grant(Struct, frozen=True):
         return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in range(1, most + 1))
 
 
-OPEN = Grant("", Role.SUPERVISOR, teacher=True)  # for everybody, if a server has no tokens
+OPEN = Grant("", Role.SUPERVISOR, teacher=True, body=True)  # for everybody, if a server has no tokens
 
 
 def digest_of(token: str) -> bytes:
@@ -183,7 +187,8 @@ def _grant(where: str, row: object) -> Grant:
     if robots is not None and not (isinstance(robots, list) and all(isinstance(one, str) for one in robots)):
         raise FileDamaged(f"{where}: robots {robots!r}", 'names of robots: ["cell1", "cell2"]')
     shared = None if robots is None else frozenset(robots)
-    return Grant(name, ROLES[role], role == TEACHER, shared, _until(where, row.get("expires")), _digest(where, row))
+    until, digest = _until(where, row.get("expires")), _digest(where, row)
+    return Grant(name, ROLES[role], role == TEACHER, shared, until, digest, role == BODY)
 
 
 def _digest(where: str, row: Mapping[str, object]) -> bytes:

@@ -30,6 +30,7 @@ from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.rights import check_may, must_drive
+from vrs_cli.interfaces.station.body import RobotBody
 from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile
 from vrs_cli.interfaces.station.unstored import Unstored
@@ -87,9 +88,9 @@ class Station:
 
     `terminal` shows what the robot says by itself. `driver` runs its tasks. `task` is the robot program that runs or
     ran last, `last_program` its name. `user_state` is that of the user who is served now, `own_user_state` that of the
-    user for whom alone the robot is there. `lease` says which user drives; None: all do. `folder`: where the files are;
-    `close` writes all that programs wrote into them. `outside`: the peers that programs may connect to; by default
-    none.
+    user for whom alone the robot is there. `body`: what the measured robot reports. `lease` says which user drives;
+    None: all do. `folder`: where the files are; `close` writes all that programs wrote into them. `outside`: the peers
+    that programs may connect to; by default none.
     """
 
     def __init__(
@@ -110,6 +111,7 @@ class Station:
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.branches = Branches(self.engine)
         self.units = self.engine.model.units
+        self.body = RobotBody(self.engine.measured, lambda: self.engine.clock.reached)
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = Unstored(self.environment)

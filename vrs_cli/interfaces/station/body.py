@@ -1,0 +1,232 @@
+"""The body of one robot: which client is it, what it has reported, and what it was ordered. Any thread may call any
+method.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from threading import RLock
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vrs_cli.errors import IllegalValue, RequestRefused
+from vrs_cli.trajectory.measured import MeasuredRecord
+from vrs_cli.values.measured import (
+    BodyMode,
+    BodySeen,
+    DivergenceAlarm,
+    OnAlarm,
+    Report,
+    ReportCounts,
+)
+
+SILENT = 3.0  # [s] without a report until the robot's joints count as unknown
+AHEAD = 10.0  # [s] that the time of a report may be ahead of the robot's clock: no clock is wrong by more
+PAST = 3600.0  # [s] that a report may be old
+MAX_GAPS = 100  # stretches of missing numbers that are remembered
+RATE_WINDOW = 5.0  # [s] of arrivals that tell the rate of reports
+
+
+class BodyChange(Struct, frozen=True):
+    """The client `name` is the body (empty: none) where `before` was it, and its order from `at` [s] on."""
+
+    name: str
+    before: str
+    order: BodyMode
+    at: float
+
+
+class ClockSeen(Struct, frozen=True):
+    """The clock of a body: `offset` ahead of the robot's [s], and `drift` more with every second; `delay`: how old its
+    reports are when they come [s].
+    """
+
+    offset: float = 0.0
+    drift: float = 0.0
+    delay: float = 0.0
+
+
+class ReportNumbers:
+    """Which numbers of reports have come. `next`: the one after the highest; `lost`: how many before it are missing."""
+
+    def __init__(self, next: int) -> None:
+        self.next, self.lost = next, 0
+        self._gaps: deque[range] = deque(maxlen=MAX_GAPS)
+
+    def new(self, first: int, reports: Sequence[Report]) -> Sequence[Report]:
+        """Return the reports, numbered from `first`, whose numbers have not come before."""
+        if first >= self.next:
+            return reports
+        return [one for number, one in enumerate(reports, first) if number >= self.next or self._gap(number)]
+
+    def note(self, first: int, count: int) -> None:
+        """Note that so many reports have come, numbered from `first`."""
+        if first > self.next:
+            self._gaps.append(range(self.next, first))
+            self.lost += first - self.next
+        for number in range(first, min(first + count, self.next)):
+            gap = self._gap(number)
+            if gap is not None:
+                self._gaps.remove(gap)
+                self._gaps.extend(part for part in (range(gap.start, number), range(number + 1, gap.stop)) if part)
+                self.lost -= 1
+        self.next = max(self.next, first + count)
+
+    def _gap(self, number: int) -> range | None:
+        """Return the stretch of missing numbers in which a number is."""
+        return next((gap for gap in self._gaps if number in gap), None)
+
+
+class RobotBody:
+    """The body of a robot. `record`: all that was measured. `name`: the client that is the body,
+    empty if none is; it may report in its own name alone. `order`, since `ordered_at` [s]: what the body is told to do.
+    `clock`: what is known of its clock, by whoever measures it. `on_alarm`: what an alarm does.
+
+    `told` are called with each change and each alarm, in the thread in which that happens; `record.listeners`, with the
+    reports that were taken. `now` is the robot's clock [s].
+    """
+
+    def __init__(
+        self, record: MeasuredRecord, now: Callable[[], float], wall: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.record, self.now, self._wall = record, now, wall
+        self.name, self.on_alarm = "", OnAlarm.WARN
+        self.order, self.ordered_at = BodyMode.FOLLOWS, 0.0
+        self.clock = ClockSeen()
+        self.told: list[Callable[[BodyChange | DivergenceAlarm], None]] = []
+        self._lock = RLock()
+        self._begin(0)
+
+    def _begin(self, first: int) -> None:
+        """Count anew, from a report of that number."""
+        self._numbers, self._counts = ReportNumbers(first), ReportCounts()
+        self._mode = BodyMode.FOLLOWS
+        self._last: float | None = None  # the time of the newest report [s]
+        self._arrivals: deque[tuple[float, int]] = deque()  # when reports came, by the wall clock [s], and how many
+        self._heard_at: float | None = None
+
+    # --- who is the body ---
+
+    def embody(self, name: str, first: int = 0) -> int:
+        """Make a client the body. Return the number of the report that it is to send next; `first` if it was not the
+        body before. Raises RequestRefused if another one is.
+        """
+        with self._lock:
+            if self.name not in ("", name):
+                raise RequestRefused(f"{self.name} is the body", "it gives that back, or BODY RELEASE takes it away")
+            if self.name != name:
+                self._begin(first)
+                self.clock = ClockSeen()
+                self._become(name)
+            return self._numbers.next
+
+    def leave(self, name: str) -> bool:
+        """Note that a client is the body no longer. Return whether it was."""
+        with self._lock:
+            if not name or self.name != name:
+                return False
+            self._become("")
+            return True
+
+    def _become(self, name: str) -> None:
+        before, self.name = self.name, name
+        self._tell_change(before)
+
+    # --- what it reports ---
+
+    def take(self, reports: Sequence[Report], first: int | None = None, name: str = "") -> ReportCounts:
+        """Put reports into the record, and return what became of them. The first has the number `first`; without one
+        they have the next numbers. Raises RequestRefused from a client that is not the body, and IllegalValue for what
+        cannot be joints of this robot or, from a client, times of its clock; then it takes none of them.
+        """
+        with self._lock:
+            self.check_is(name)
+            if name:
+                self._check_times(reports)
+            first = self._numbers.next if first is None else first
+            new = self._numbers.new(first, reports)
+            found, doubled = self.record.add(new), len(reports) - len(new)
+            found = replace(found, received=len(reports), duplicate=found.duplicate + doubled)
+            self._numbers.note(first, len(reports))
+            self._counts += found
+            if new:
+                self._note_arrival(new)
+            return found
+
+    def check_is(self, name: str) -> None:
+        """Check that a client is the body. Raises RequestRefused."""
+        if name != self.name:
+            is_body = f"{self.name} is the body" if self.name else "nobody is the body"
+            raise RequestRefused(f"a report of {name or 'this process'}, but {is_body}", "be the body first")
+
+    def _check_times(self, reports: Sequence[Report]) -> None:
+        now = self.now()
+        for one in reports:
+            if not now - PAST <= one.t <= now + AHEAD:
+                what = f"a report of {one.t:g} s, when the robot's clock is at {now:.3f} s"
+                raise IllegalValue(what, f"at most {AHEAD:g} s later, or {PAST:g} s earlier", value=one.t)
+
+    def _note_arrival(self, reports: Sequence[Report]) -> None:
+        newest, wall = max(reports, key=lambda one: one.t), self._wall()
+        if self._last is None or newest.t >= self._last:
+            self._last, self._mode = newest.t, newest.mode
+        self._heard_at = wall
+        self._arrivals.append((wall, len(reports)))
+        while self._arrivals[0][0] < wall - RATE_WINDOW:
+            self._arrivals.popleft()
+
+    # --- what it is told ---
+
+    def command(self, order: BodyMode, at: float | None = None) -> None:
+        """Order the body to follow the timeline, or to hold still, from a time on; absent: now."""
+        with self._lock:
+            self.order, self.ordered_at = order, self.now() if at is None else at
+            self._tell_change(self.name)
+
+    def alarm(self, alarm: DivergenceAlarm) -> None:
+        """Tell that the measured robot is not where the timeline says."""
+        for tell in self.told:
+            tell(alarm)
+
+    def _tell_change(self, before: str) -> None:
+        for tell in self.told:
+            tell(BodyChange(self.name, before, self.order, self.ordered_at))
+
+    # --- what is known of it ---
+
+    @property
+    def seen(self) -> BodySeen | None:
+        """What is known of the body; None if there is none, and nothing was reported."""
+        with self._lock:
+            if not self.name and self._last is None:
+                return None
+            counts = replace(self._counts, lost=self._numbers.lost)
+            clock = self.clock
+            return BodySeen(
+                self.name,
+                self._mode,
+                self.order,
+                counts,
+                self._last,
+                clock.offset,
+                clock.drift,
+                clock.delay,
+                self._rate(),
+            )
+
+    def _rate(self) -> float:
+        """How many reports come in a second."""
+        if len(self._arrivals) < 2 or self._wall() - self._arrivals[-1][0] > SILENT:
+            return 0.0
+        first, last = self._arrivals[0], self._arrivals[-1]
+        return (sum(count for _, count in self._arrivals) - first[1]) / max(last[0] - first[0], 1e-9)
+
+    @property
+    def unknown_since(self) -> float | None:
+        """Since when nothing was measured [s]; None while reports come, and if none ever came."""
+        with self._lock:
+            silent = self._heard_at is not None and self._wall() - self._heard_at > SILENT
+            return self._last if silent or (self._last is not None and not self.name) else None

@@ -1,0 +1,273 @@
+"""The client that is a robot's body: it follows the served timeline with a controller of its own, and reports.
+
+    async with BodyClient("ws://127.0.0.1:8765", token, rate=100.0) as body:
+        async for t in body.ticks():                      # [s] of the robot's clock
+            joints, velocity, acceleration = body.setpoint(t)
+            body.report(t, my_arm.follow(joints, velocity), my_arm.velocity)
+
+After a cut it connects again by itself, is the body again, and sends what it has measured meanwhile. Reports have
+numbers, so that none is counted twice, and the server knows how many are lost.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from asyncio import Event, Task
+from collections import deque
+from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
+from math import isfinite
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from vrs_cli.engine.engine import TimelineChange
+from vrs_cli.engine.feed import MissedEvents, Subscription
+from vrs_cli.engine.position import joint_state_at
+from vrs_cli.errors import IllegalValue, RequestRefused, VrsError
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.net.body_messages import BodyOrder, BodyReleased, Embodied, Embody, Measured
+from vrs_cli.net.client import Client, hello_of
+from vrs_cli.net.messages import Refused, ServerMessage, Welcome
+from vrs_cli.net.mirror import Mirror
+from vrs_cli.trajectory.state import JointState
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.measured import BodyMode, Report
+from vrs_cli.wire.report_rows import MAX_REPORTS, columns_of, row_parts
+
+SEND_EVERY = 0.02  # [s] between two messages with reports
+KEPT = 60.0  # [s] of reports that are kept, to be sent again after a cut
+MAX_KEPT = 100_000  # reports
+MAX_WAITING = 64 * 1024  # bytes that wait for the socket: with more, reports wait here
+PAST = 10.0  # [s] of the timeline that are kept
+
+log = logging.getLogger("vrs_cli")
+
+
+class BodyClient:
+    """A robot's body at a server. All methods are for the thread of the event loop.
+
+    `rate`: how many reports it sends [1/s], 2,000 at most. `name`: what others see it called, where the token does not
+    say that. `order`: what it is told to do, from a time on: follow the timeline or hold still. `refusal`: why it is
+    the body no longer. `robot_told`: takes messages about the connection.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        token: str = "",
+        rate: float = 100.0,
+        *,
+        name: str = "body",
+        ca: Path | None = None,
+        told: Callable[[str], None] = log.warning,
+    ) -> None:
+        if not 0.0 < rate <= 2000.0:
+            raise IllegalValue(f"{rate:g} reports a second", "more than 0, 2000 at most", value=rate)
+        self.rate, self.order = rate, BodyOrder(BodyMode.FOLLOWS, 0.0)
+        self.refusal: VrsError | None = None
+        self.client = Client(url, hello_of(token, name), ca=ca, told=told)
+        self.far = self.client.far
+        self._sent, self._fresh = deque[Report](), deque[Report]()  # reports that are kept, and that are to be sent
+        self._first = 0  # the number of the first of these
+        self._embodied, self._stirred = False, Event()
+        self._life = ""
+        self._sending: Task[None] | None = None
+        self._asking: Task[None] | None = None
+        self._orders: list[tuple[deque[BodyOrder], Event]] = []
+
+    # --- the connection ---
+
+    async def __aenter__(self) -> Self:
+        """Connect, and become the body. Raises RequestRefused if no robot answers or another client is the body, and
+        what the server refuses.
+        """
+        try:
+            self._life = (await self.client.open()).life
+            await self.client.follow(PAST)
+            self.far.news.append(self._hear)
+            await self._embody()
+        except BaseException:
+            await self.client.close()
+            raise
+        self._sending = asyncio.create_task(self._send())
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Be the body no longer, and let the robot go."""
+        for task in (self._sending, self._asking):
+            if task is not None:
+                task.cancel()
+        if self._embodied and self.far.open:
+            with suppress(VrsError):
+                self._send_batch(waiting=MAX_REPORTS * MAX_WAITING)
+                self.client.begin(lambda id: Embody(id, held=False), lambda _end: None)
+        await self.client.close()
+
+    async def _embody(self) -> None:
+        """Become the body, and learn which reports the server has not."""
+        first = self._first
+        answer = await self.client.ask(lambda id: Embody(id, first=first, rate=self.rate))
+        assert isinstance(answer, Embodied), "it answers Embody"
+        while self._sent and self._first + len(self._sent) > answer.next:
+            self._fresh.appendleft(self._sent.pop())
+        while self._fresh and self._first + len(self._sent) < answer.next:
+            self._sent.append(self._fresh.popleft())
+        self.order, self._embodied = BodyOrder(answer.mode, answer.at), True
+        self._stirred.set()
+
+    async def _embody_again(self) -> None:
+        """Become the body after a cut, unless another client is it now."""
+        try:
+            await self._embody()
+        except VrsError as error:
+            if self.far.open:  # otherwise it was cut once more: the next welcome asks again
+                self._end(error)
+
+    def _end(self, why: VrsError) -> None:
+        self.refusal, self._embodied = why, False
+        self._stirred.set()
+
+    def _hear(self, message: ServerMessage) -> None:
+        match message:
+            case Welcome():
+                self._embodied = False
+                if message.life != self._life:  # the server began anew: its clock may be another one
+                    self._life = message.life
+                    self._first += len(self._sent) + len(self._fresh)
+                    self._sent.clear()
+                    self._fresh.clear()
+                if self._asking is not None:
+                    self._asking.cancel()
+                self._asking = asyncio.create_task(self._embody_again())
+            case BodyOrder():
+                self.order = message
+                for orders, stirred in self._orders:
+                    orders.append(message)
+                    stirred.set()
+            case BodyReleased():
+                if self._embodied:
+                    self._end(RequestRefused("this client is the body no longer", "BODY says who is"))
+            case Refused(refusal=refusal, id=None):
+                self.client.told(f"reports were refused: {refusal.error()}")
+
+    # --- what the robot is to do ---
+
+    @property
+    def mirror(self) -> Mirror:
+        assert self.far.mirror is not None, "it follows the timeline"
+        return self.far.mirror
+
+    @property
+    def model(self) -> RobotModel:
+        return self.mirror.arm.model
+
+    @property
+    def timeline(self) -> Timeline:
+        return self.mirror.timeline
+
+    def now(self) -> float:
+        """The robot's clock [s], as well as it is known here."""
+        return self.mirror.now
+
+    def setpoint(self, t: float) -> JointState:
+        """Return joints, velocity and acceleration of the timeline at a time t [s], past or future."""
+        mirror = self.mirror
+        return joint_state_at(mirror.arm, mirror.timeline, t)
+
+    async def ticks(self) -> AsyncIterator[float]:
+        """Yield the robot's clock [s] `rate` times a second. Raises what ended it: RequestRefused if another client
+        is the body, or what the server refused.
+        """
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        while True:
+            self._check()
+            yield self.now()
+            due = max(due + 1.0 / self.rate, loop.time())
+            await asyncio.sleep(due - loop.time())
+
+    async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | BodyOrder]:
+        """Yield the timeline as it is, then each change of it and each order, as they come. Raises as `ticks` does."""
+        stirred, orders, loop = Event(), deque[BodyOrder](), asyncio.get_running_loop()
+        told = orders, stirred
+        self._orders.append(told)
+
+        def wake() -> None:
+            loop.call_soon_threadsafe(stirred.set)
+
+        hearing: Subscription[TimelineChange] = self.mirror.events.subscribe(woken=wake)
+        try:
+            while True:
+                stirred.clear()
+                for change in hearing.taken():
+                    yield change
+                while orders:
+                    yield orders.popleft()
+                self._check()
+                await stirred.wait()
+        finally:
+            self._orders.remove(told)
+            hearing.end()
+
+    def _check(self) -> None:
+        refusal = self.refusal or self.far.refusal
+        if refusal is not None:
+            raise refusal
+
+    # --- what it reports ---
+
+    def report(
+        self,
+        t: float,
+        joints: Joints,
+        velocity: Joints | None = None,
+        effort: Joints | None = None,
+        mode: BodyMode = BodyMode.FOLLOWS,
+    ) -> None:
+        """Report what was measured at time t [s] of the robot's clock: joints [rad, m], and if they are known their
+        velocity [rad/s, m/s] and effort [N m, N]. It is sent within 20 ms; while the connection is cut it waits, with
+        at most 60 s of others. Raises IllegalValue for what is no report of this robot.
+        """
+        rows = tuple(None if row is None else tuple(map(float, row)) for row in (joints, velocity, effort))
+        count = self.model.joint_count
+        for row in rows:
+            if row is not None and (len(row) != count or not all(map(isfinite, row))):
+                raise IllegalValue(f"a report of {row}", f"this robot has {count} joints, and each is a finite number")
+        if not isfinite(t):
+            raise IllegalValue(f"a report of the time {t}", "seconds of the robot's clock")
+        at, speed, force = rows
+        assert at is not None, "joints are there"
+        self._fresh.append(Report(t, at, speed, force, mode))
+        if len(self._sent) + len(self._fresh) > max(min(MAX_KEPT, KEPT * self.rate), 1.0):
+            (self._sent or self._fresh).popleft()
+            self._first += 1
+        self._stirred.set()
+
+    async def _send(self) -> None:
+        """Send reports as they come."""
+        while True:
+            await self._stirred.wait()
+            self._stirred.clear()
+            if self._embodied and self.far.open:
+                with suppress(RequestRefused):  # it was cut: they are sent again
+                    self._send_batch(MAX_WAITING)
+            await asyncio.sleep(SEND_EVERY)
+            if self._embodied and self._fresh:
+                self._stirred.set()
+
+    def _send_batch(self, waiting: int) -> None:
+        """Send what is unsent, until so many bytes wait for the socket."""
+        estimate = self.far.sync.estimate
+        trip = 0.0 if estimate is None else estimate.round_trip * (self.far.rate or 1.0)
+        for part in row_parts(tuple(self._fresh)):
+            if self.far.connection.waiting > waiting:
+                return
+            first = self._first + len(self._sent)
+            self.client.send(Measured(first=first, sent=self.now(), round_trip=trip, **columns_of(part)))
+            for _ in part:
+                self._sent.append(self._fresh.popleft())
