@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.live import PATIENCE
+from tests.live import PATIENCE, until
 from tests.net.cable import cable
 from tests.net.serving import serving
 from vrs_cli.engine.position import joints_at
@@ -17,10 +17,12 @@ from vrs_cli.errors import RequestRefused, RoleWanted
 from vrs_cli.net.body_client import BodyClient
 from vrs_cli.net.body_messages import Embodied, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
 from vrs_cli.net.client import hello_of
-from vrs_cli.net.messages import BodyOrder, BodyStatus, Hello, Line, Refused, Subscribe
+from vrs_cli.net.messages import BodyOrder, BodyReleased, BodyStatus, Hello, Line, Refused, Subscribe
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import add_tokens
+from vrs_cli.net.told_measured import MAX_REMEMBERED, MeasuredTeller
 from vrs_cli.trajectory.timeline import TimelineDelta
-from vrs_cli.values.measured import BodyMode, ReportCounts
+from vrs_cli.values.measured import BodyMode, Report, ReportCounts
 from vrs_cli.wire.codec import Encoding, encode
 
 HELD = Hello((1,), name="arm")
@@ -61,10 +63,11 @@ def test_a_body_follows_and_reports_and_others_see_it(tmp_path: Path) -> None:
         assert isinstance(first, Measurements)
         assert first.first == 0
         assert first.velocity is not None
-        status = eve.until(lambda message: isinstance(message, BodyStatus) and message.unknown is not None)
+        status = eve.until(lambda it: isinstance(it, BodyStatus) and it.body and not it.body.name)
         assert isinstance(status, BodyStatus)
         assert status.body is not None
         assert status.body.counts == ReportCounts(received=60)
+        assert status.unknown == status.body.last
         shown = eve.ask(lambda id: MeasuredWindow(id, -1.0))
         assert isinstance(shown, ShownMeasured)
         assert sum(len(part.times) for part in shown.parts) == shown.told == 60
@@ -208,3 +211,70 @@ def test_wrong_reports_are_refused_and_the_body_goes_on(tmp_path: Path) -> None:
         answer = arm.ask(lambda id: MeasuredWindow(id, -1.0))
         assert isinstance(answer, ShownMeasured)
         assert answer.parts[0].times == (0.0,)
+
+
+def test_a_mirror_has_what_was_measured_also_during_a_cut(tmp_path: Path) -> None:
+    with serving(tmp_path, realtime=1.0) as it, cable(it.address) as line, it.call(hello=HELD) as arm:
+        record = it.hub.rooms["cell1"].session.engine.measured
+        arm.ask(Embody)
+
+        def report(*times: float) -> None:
+            rows = tuple((t, 0.0, 0.0, 0.0, 0.0, 0.0) for t in times)
+            arm.protocol.send(Measured(first=arm.sent, times=times, joints=rows, sent=times[-1]))  # type: ignore[attr-defined]
+            arm.sent += len(times)  # type: ignore[attr-defined]
+            arm.flush()
+            until(lambda: len(record) == arm.sent)  # type: ignore[attr-defined]
+
+        arm.sent = 0  # type: ignore[attr-defined]
+        report(0.1, 0.2)
+        port = SocketPort.connect(line.url, hello_of())
+        try:
+            mirror = port.follow()
+            assert [one.t for one in mirror.measured] == [0.1, 0.2]
+            report(0.3, 0.4)
+            until(lambda: mirror.measured == record.seen)
+            line.shut()
+            until(lambda: not port.open)
+            report(*(0.5 + 0.001 * n for n in range(1500)))
+            report(*(2.5 + 0.001 * n for n in range(1500)))
+            line.open()
+            until(lambda: mirror.measured == record.seen)
+            report(4.5)
+            until(lambda: mirror.measured == record.seen)
+            assert len(mirror.measured) == 3005
+        finally:
+            port.close()
+
+
+def test_a_server_that_begins_anew_has_what_was_measured(tmp_path: Path) -> None:
+    with serving(tmp_path, realtime=1.0) as it, it.call(hello=HELD) as arm:
+        arm.ask(Embody)
+        arm.protocol.send(Measured(first=0, times=(7.5, 8.5), joints=((0.5,) * 6,) * 2, sent=8.5))
+        arm.flush()
+        until(lambda: len(it.hub.rooms["cell1"].session.engine.measured) == 2)
+    with serving(tmp_path, realtime=1.0) as it:
+        engine = it.hub.rooms["cell1"].session.engine
+        assert [one.t for one in engine.measured.seen] == [7.5, 8.5]
+        assert engine.clock.reached >= 8.5
+
+
+def test_body_tells_who_is_the_body_and_a_supervisor_releases_it(tmp_path: Path) -> None:
+    with serving(tmp_path, realtime=1.0) as it, it.call(hello=HELD) as arm, it.call() as eve:
+        arm.ask(Embody)
+        eve.lines("BODY", "BODY RELEASE")
+        arm.until(lambda message: isinstance(message, BodyReleased))
+        assert "arm is the body no longer" in eve.said[-1]
+        assert not eve.line("BODY RELEASE").ok
+        assert isinstance(eve.ask(Embody), Embodied)
+
+
+def test_a_slow_viewer_is_told_no_old_reports_and_holds_nobody() -> None:
+    teller = MeasuredTeller()
+    for number in range(100_000):
+        teller.take([Report(number * 0.01, (0.0,))], heard=True)
+        if number % 50 == 49:
+            teller.gather()
+    batches = teller.after(0)
+    assert sum(len(batch.message.times) for batch in batches) <= MAX_REMEMBERED + 50
+    assert batches[-1].end == teller.count == 100_000
+    assert batches[-1].message.first == 99_950

@@ -18,11 +18,13 @@ import time
 from asyncio import Event, Future, Task
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
+from functools import partial
 from math import inf
 from pathlib import Path
 from random import Random
 from urllib.parse import urlsplit
 
+from msgspec import structs
 from websockets.asyncio.client import ClientConnection as Socket
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
@@ -134,7 +136,8 @@ class Even:
 
 class Client:
     """A connection to a robot; all methods are for the thread of the loop. `told` takes messages about the connection.
-    `ca`: a file with the certificate of the server, or of its authority.
+    `measures`: it follows what the robot's body measures. `ca`: a file with the certificate of the server, or of its
+    authority.
     """
 
     def __init__(
@@ -155,6 +158,8 @@ class Client:
         self._leaves = False
         self._shown = Event()
         self._recalling: Task[None] | None = None
+        self.measures = False
+        self._remeasuring: Task[None] | None = None
 
     # --- asking ---
 
@@ -232,10 +237,52 @@ class Client:
             with suppress(RequestRefused):
                 self.begin(messages.Subscribe, lambda _end: None)
 
+    async def measure(self) -> None:
+        """Follow also what the robot's body measures, once the timeline is followed: from the window of the past on.
+        Raises RequestRefused.
+        """
+        followed, mirror = self.far.connection.followed, self.far.mirror
+        if self.measures or followed is None or mirror is None:
+            return
+        self.measures, self.far.unmeasured = True, max(mirror.now - mirror.window, -1.0)
+        try:
+            await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
+            await self._recall_measured()
+        except RequestRefused:
+            self.measures = False
+            raise
+
+    async def _recall_measured(self) -> None:
+        """Ask for the reports that are missing."""
+        begin, self.far.unmeasured = self.far.unmeasured, inf
+        while begin < inf:
+            part = await self.ask(partial(messages.MeasuredWindow, begin=begin))
+            assert isinstance(part, messages.ShownMeasured), "it answers MeasuredWindow"
+            self.far.recall_reports(part)
+            begin = part.parts[-1].times[-1] if part.goes_on else inf
+
+    def _see_reports(self, message: ServerMessage) -> None:
+        """Ask for the reports that were left out, or that came during a cut."""
+        mirror = self.far.mirror
+        if not self.measures or mirror is None:
+            return
+        if isinstance(message, messages.Welcome):
+            end = mirror.record.seen.end
+            self.far.unmeasured = -1.0 if end is None else end
+        asks = self._remeasuring is not None and not self._remeasuring.done()
+        if self.far.unmeasured < inf and not asks:
+            self._remeasuring = asyncio.create_task(self._recall_again())
+
+    async def _recall_again(self) -> None:
+        with suppress(RequestRefused):  # it was cut: the next welcome asks again
+            while self.far.unmeasured < inf:
+                await self._recall_measured()
+
     def _see(self, message: ServerMessage) -> None:
         """Ask for older parts when they are missing: a snapshot has only the last part of a long timeline, and UNDO may
         set the clock back to before it.
         """
+        self._see_reports(message)
         mirror, recalling = self.far.mirror, self._recalling
         if mirror is None:
             return
@@ -264,8 +311,9 @@ class Client:
         if self._task is not None:
             await asyncio.wait([self._task], timeout=CLOSING)
             self._task.cancel()
-        if self._recalling is not None:
-            self._recalling.cancel()
+        for recalling in (self._recalling, self._remeasuring):
+            if recalling is not None:
+                recalling.cancel()
         self.far.give_up()
 
     # --- sockets ---

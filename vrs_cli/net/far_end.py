@@ -6,7 +6,7 @@ was done, or it did not come to the robot. Only its user may ask again. The time
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from enum import Enum
 from math import inf
@@ -28,6 +28,7 @@ from vrs_cli.net.mirror import WINDOW, ClockReading, LastStatus, Mirror, parting
 from vrs_cli.net.preview import Flags, Preview, Wishes, changing
 from vrs_cli.net.protocol import ClientConnection, ConnectionState
 from vrs_cli.net.timesync import Estimate, TimeSync
+from vrs_cli.trajectory.reports import ReportColumns
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Define, Go
 from vrs_cli.values.hand import DragState as PulledState
@@ -35,6 +36,7 @@ from vrs_cli.wire.cells import cell_of
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
 from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.report_rows import ReportRows, reports_of
 from vrs_cli.wire.snapshots import snapshot_of
 
 if TYPE_CHECKING:
@@ -82,6 +84,8 @@ class FarEnd:
         self.news: list[Outlet] = []
         self.window = WINDOW
         self.sync, self.status = TimeSync(), LastStatus(wall)
+        self.unmeasured = inf  # [s] reports of the body are missing from here on
+        self._told_reports = 0  # the number of the next of them
         self.cuts = self.stalls = 0  # how often the connection was cut, or so quiet that it may have been
         self._estimate: Estimate | None = None  # of the server's clock
         self._round_trip = 0.0
@@ -255,6 +259,8 @@ class FarEnd:
                 self._estimate = self.sync.estimate
                 self._set_clock(self._clock)
                 self._round_trip = self.sync.round_trip(0.5)
+            case messages.Measurements():
+                self._measured(message)
             case messages.Pulled(state):
                 self._pulled = state
                 if state.issued is not None:
@@ -341,6 +347,36 @@ class FarEnd:
             self.flags.forget(self.now - REMEMBERED)
             self.flags.ahead = self.shown - self.now
             self.flags.arrived(cut, cut, self.now)
+
+    def _measured(self, message: messages.Measurements) -> None:
+        """Take reports of the body, and note if some before them are missing."""
+        mirror = self.mirror
+        if mirror is None:
+            return
+        if message.first > self._told_reports:
+            end = mirror.record.seen.end
+            self.unmeasured = min(self.unmeasured, -1.0 if end is None else end)
+        self._told_reports = message.first + len(message.times)
+        self._add_reports([message])
+
+    def recall_reports(self, part: messages.ShownMeasured) -> None:
+        """Take reports of the body that were asked for. They go up to the end of what is known."""
+        self._told_reports = max(self._told_reports, part.told)
+        self._add_reports(part.parts)
+
+    def _add_reports(self, parts: Iterable[ReportRows]) -> None:
+        assert self.mirror is not None, "it is followed"
+        record = self.mirror.record
+        try:
+            for rows in parts:
+                reports = reports_of(rows, record.joint_count)
+                columns = ReportColumns(record.joint_count, len(reports))
+                for report in reports:
+                    columns.put(report)
+                record.add_columns(columns)
+        except RecordError as wrong:
+            self.refusal = FileDamaged(f"the robot tells reports that cannot be: {wrong}", SAME_VRS)
+        record.forget_before(self.now - self.mirror.window)
 
     def _find_again(self, *, full: bool) -> None:
         """Ask for a snapshot, once, if the mirror is lost."""

@@ -120,6 +120,7 @@ class Mirror:
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
         self.record = MeasuredRecord(arm.model.joint_count)
+        self.before_measured: Callable[[], None] = lambda: None  # is called before what was measured is read
         self._held = _Held.of(snapshot, seq)
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
 
@@ -132,6 +133,7 @@ class Mirror:
     @property
     def measured(self) -> MeasuredTimeline:
         """What the body of the robot has reported, as far as it was told here."""
+        self.before_measured()
         return self.record.seen
 
     @property

@@ -280,6 +280,11 @@ class ClientConnection:
         """Bytes that wait for the socket."""
         return self._outbox.size
 
+    @property
+    def followed(self) -> Subscribe | None:
+        """The last subscription."""
+        return self._followed
+
     def cut(self) -> None:
         """Note that the socket is gone."""
         self.state = ConnectionState.CUT

@@ -187,9 +187,15 @@ class SocketPort:
         RequestRefused.
         """
         if self.far.mirror is None:
-            self._loop.wait(self.client.follow(self._window))
+            self._loop.wait(self.client.follow(self._window)).before_measured = self._measure
         assert self.far.mirror is not None, "the timeline is followed"
         return self.far.mirror
+
+    def _measure(self) -> None:
+        """Follow what the body measures from now on. While there is no connection, what is known stays as it is."""
+        if not self.client.measures:
+            with suppress(RequestRefused):
+                self._loop.wait(self.client.measure())
 
     def previewed(self) -> Previewed:
         """What the robot will do, with the commands that are on their way to it. Raises RequestRefused if closed."""

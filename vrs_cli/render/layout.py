@@ -34,6 +34,7 @@ from vrs_cli.render.reach import reach_report
 from vrs_cli.render.scan import scan
 from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Severity, show
+from vrs_cli.values.measured import BodyMode
 from vrs_cli.values.numbers import count, fixed, seconds
 from vrs_cli.values.replies import Reply, Tone
 from vrs_cli.values.results import CommandRecord, Comparison, Extent
@@ -261,6 +262,34 @@ def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
 def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
     pace = "" if reply.rate is None else f", rate {reply.rate:g}"
     yield line(f"Robot clock {seconds(reply.clock)}{pace}{', paused' if reply.paused else ''}")
+
+
+BODY_MODES: Mapping[BodyMode, str] = {
+    BodyMode.FOLLOWS: "follows",
+    BodyMode.HOLDS: "holds still",
+    BodyMode.STOPPED: "has stopped by itself",
+}
+
+
+def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
+    body = reply.body
+    if body is None:
+        yield line("No client is the body of this robot, and nothing was measured")
+        return
+    order = "to follow" if body.order is BodyMode.FOLLOWS else "to hold still"
+    ordered = "" if body.order is body.mode else f"; it is told {order}"
+    told, counts = BODY_MODES[body.mode], body.counts
+    last = "none so far" if body.last is None else f"{body.rate:.0f} a second, the last of {seconds(body.last)}"
+    unknown = "" if reply.unknown is None else f"; unknown since {seconds(reply.unknown)}"
+    early = "ahead" if body.offset >= 0.0 else "behind"
+    drift = f"drift {fixed(1e6 * body.drift, 1)} us in a second"
+    yield from _facts(
+        ("Body", f"{body.name} {told}{ordered}" if body.name else "none any more"),
+        ("Reports", f"{counts.received}: {last}{unknown}"),
+        ("", f"{counts.lost} lost, {counts.late} late, {counts.duplicate} duplicate, {counts.reordered} reordered"),
+        ("Its clock", f"{fixed(1000.0 * abs(body.offset))} ms {early}, {drift}"),
+        ("Delay", f"{fixed(1000.0 * body.delay)} ms"),
+    )
 
 
 def _identification(reply: replies.Identification, _page: Page) -> Iterator[Block]:
@@ -509,6 +538,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.SignalTable: _signals,
     replies.SettingTable: _settings,
     replies.ClockReport: _clock,
+    replies.BodyReport: _body,
     replies.Identification: _identification,
     replies.FreeReport: _free,
     replies.HelpOverview: _help_overview,

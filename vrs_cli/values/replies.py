@@ -15,6 +15,7 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
+from vrs_cli.values.measured import BodySeen
 from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
@@ -330,6 +331,15 @@ class ClockReport(Spoken, frozen=True):
     paused: bool = False
 
 
+class BodyReport(Spoken, frozen=True):
+    """BODY: what is known of the robot's body (None: there is none, and nothing was reported), and since when nothing
+    was measured [s].
+    """
+
+    body: BodySeen | None = None
+    unknown: float | None = None
+
+
 class Identification(Spoken, frozen=True):
     """ID. `robot` is the title of the model, `name` what it is called on a command line."""
 
@@ -509,6 +519,7 @@ Reply = (
     | SignalTable
     | SettingTable
     | ClockReport
+    | BodyReport
     | Identification
     | FreeReport
     | HelpOverview

@@ -1,5 +1,5 @@
 """Commands that tell STATUS, signals, the time, the memory and help, and that set SPEED, signals, switches,
-parameters, and CLOCK: pause a clock of real time, let it go on, change its rate.
+parameters, CLOCK (pause a clock of real time, let it go on, change its rate), and what the robot's BODY is to do.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ from vrs_cli.engine.parameters import (
     row_of,
 )
 from vrs_cli.engine.settings import Settings
-from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import help_on
+from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.station.operands import Handler, moment, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
@@ -37,8 +38,10 @@ from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task
 from vrs_cli.language.text.ast import BareWord, Instruction
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
+from vrs_cli.language.words.word import Role
 from vrs_cli.values.commands import SetMonitorSpeed
 from vrs_cli.values.replies import (
+    BodyReport,
     ClockReport,
     FileText,
     FreeReport,
@@ -238,6 +241,25 @@ def _change_clock(time: WallClock, word: str, value: object) -> None:
         raise UsageError(f"CLOCK {word}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
 
 
+BODY_WORDS: Mapping[str, str] = {"RELEASE": "the client that is the body is it no longer"}
+
+
+def _body(station: Station, it: Instruction) -> Dialogue[None]:
+    """BODY, BODY RELEASE. Raises UsageError, RoleWanted, RequestRefused."""
+    body = station.body
+    if operand(it, 0) is None:
+        yield BodyReport(body.seen, body.unknown_since)
+        return
+    said = word(it.arguments[0]).upper()
+    if said not in BODY_WORDS:
+        raise UsageError(f"BODY {said}", "BODY, BODY RELEASE")
+    check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
+    name = body.name
+    if not body.leave(name):
+        raise RequestRefused("no client is the body", "BODY tells what was reported")
+    yield Message(f"{name} is the body no longer")
+
+
 _Tables = tuple[Mapping[str, Any], Mapping[str, Idle]]  # what there is, and what has no effect
 
 
@@ -283,6 +305,7 @@ STATE: Mapping[str, Handler] = {
     "PCSTATUS": lambda station, _it: (_status_now(station, PROCESS_CONTROL),),
     "IO": _io,
     "CLOCK": _clock,
+    "BODY": _body,
     "TIME": lambda station, _it: (clock_report(station),),
     "ID": _id,
     "FREE": _free,

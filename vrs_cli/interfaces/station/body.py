@@ -18,7 +18,6 @@ from vrs_cli.values.measured import (
     BodyMode,
     BodySeen,
     DivergenceAlarm,
-    OnAlarm,
     Report,
     ReportCounts,
 )
@@ -83,7 +82,7 @@ class ReportNumbers:
 class RobotBody:
     """The body of a robot. `record`: all that was measured. `name`: the client that is the body,
     empty if none is; it may report in its own name alone. `order`, since `ordered_at` [s]: what the body is told to do.
-    `clock`: what is known of its clock, by whoever measures it. `on_alarm`: what an alarm does.
+    `clock`: what is known of its clock, by whoever measures it.
 
     `told` are called with each change and each alarm, in the thread in which that happens; `record.listeners`, with the
     reports that were taken. `now` is the robot's clock [s].
@@ -93,7 +92,7 @@ class RobotBody:
         self, record: MeasuredRecord, now: Callable[[], float], wall: Callable[[], float] = time.monotonic
     ) -> None:
         self.record, self.now, self._wall = record, now, wall
-        self.name, self.on_alarm = "", OnAlarm.WARN
+        self.name = ""
         self.order, self.ordered_at = BodyMode.FOLLOWS, 0.0
         self.clock = ClockSeen()
         self.told: list[Callable[[BodyChange | DivergenceAlarm], None]] = []

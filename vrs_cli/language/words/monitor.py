@@ -143,6 +143,8 @@ _OURS = (
         "SHOW AT 2.5"),
     Word("CLOCK [PAUSE | GO | RATE] [= rate]", "",
         "show the clock; in real time stop it, let it go on, or make it faster or slower", "CLOCK RATE = 0.5"),
+    _observer("BODY [RELEASE]", "",
+        "show which client is the robot's body and what became of its reports; a supervisor may release it", "BODY"),
     _designer("JOG [axis][, amount]", "",
         "move by hand: a joint [deg], X Y Z RX RY RZ, or TX ... TRZ of the tool [mm, deg]; bare: with the keys",
         "JOG Z, -20", "V+ has a JOG of its own"),
