@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.net.delay_line import DelayLine, Gamma
-from vrs_cli.net.timesync import Estimate, TimeSync
+from vrs_cli.net.timesync import PARTS, Estimate, OneWay, TimeSync
 
 
 class Clocks:
@@ -110,3 +110,28 @@ def test_shares_of_the_round_trip_tell_what_lead_is_enough() -> None:
 
 def test_nothing_is_known_before_the_first() -> None:
     assert TimeSync().estimate is None
+
+
+@pytest.mark.parametrize("drift", [0.0, -20e-6, 1e-3])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_clock_is_known_from_one_way_within_half_a_round_trip(drift: float, seed: int) -> None:
+    random, one_way, ahead = Random(seed), OneWay(), 3.0
+    for number in range(6000):
+        came = 100.0 + 0.01 * number
+        delay = 0.1 + random.gammavariate(4.0, 0.02)
+        one_way.heard((came - delay) * (1.0 + drift) + ahead, came, 0.25)
+    estimate = one_way.estimate
+    assert estimate is not None
+    there = came * (1.0 + drift) + ahead
+    assert abs(estimate.there(came) - there) < 0.125
+    assert estimate.drift == pytest.approx(drift, abs=2e-4)
+
+
+def test_a_clock_from_one_way_takes_no_more_memory_with_time() -> None:
+    one_way = OneWay()
+    for number in range(20_000):
+        one_way.heard(number * 1.0, number * 1.0)
+    assert len(one_way._best) <= PARTS
+    one_way.heard(-1e15, 1e9)
+    one_way.heard(1e15, 1e9)
+    assert one_way.estimate is not None

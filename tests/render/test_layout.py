@@ -19,6 +19,7 @@ from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text
 from vrs_cli.values import replies
+from vrs_cli.values.measured import BodyMode, BodySeen, ReportCounts
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position, Untrue
 
@@ -53,6 +54,7 @@ PARAMETER
 TIME
 ID
 FREE
+BODY
 HELP
 HELP SPEED
 TIMELINE
@@ -109,7 +111,8 @@ def _answers() -> list[Reply]:
     )
     reading = Untrue(7, 1001, True, True, 3.2, "pick step 4: WAIT SIG(1001)", "MOVE b", "part.there")
     more = replies.PartTable(parts, True), replies.NoLongerTrue((reading,)), replies.ReplayTable(rows)
-    return [*terminal.replies, *more]
+    seen = BodySeen("arm", BodyMode.STOPPED, BodyMode.HOLDS, ReportCounts(5, 1), 2.5, -0.0000001, -1e-9, 0.2, 100.0)
+    return [*terminal.replies, *more, replies.BodyReport(seen, 2.5), replies.BodyReport(BodySeen(""))]
 
 
 def drawn(reply: Reply, width: int) -> str:

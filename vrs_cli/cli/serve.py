@@ -433,7 +433,7 @@ def token(options: Namespace) -> None:
 
 
 def token_parser(prog: str) -> Parser:
-    roles = ("observer", "designer", "supervisor", "teacher")
+    roles = ("observer", "designer", "supervisor", "teacher", "body")
     return Parser(
         prog,
         "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).",

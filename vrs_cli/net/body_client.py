@@ -30,6 +30,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.body_messages import BodyOrder, BodyReleased, Embodied, Embody, Measured
 from vrs_cli.net.client import Client, hello_of
+from vrs_cli.net.far_end import FIRST_PINGS
 from vrs_cli.net.messages import Refused, ServerMessage, Welcome
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.state import JointState
@@ -41,6 +42,7 @@ SEND_EVERY = 0.02  # [s] between two messages with reports
 KEPT = 60.0  # [s] of reports that are kept, to be sent again after a cut
 MAX_KEPT = 100_000  # reports
 MAX_WAITING = 64 * 1024  # bytes that wait for the socket: with more, reports wait here
+SETTLING = 3.0  # [s] that the first measurements of the robot's clock may take
 PAST = 10.0  # [s] of the timeline that are kept
 
 log = logging.getLogger("vrs_cli")
@@ -109,7 +111,10 @@ class BodyClient:
         await self.client.close()
 
     async def _embody(self) -> None:
-        """Become the body, and learn which reports the server has not."""
+        """Become the body once the robot's clock is known well, and learn which reports the server has not."""
+        due = asyncio.get_running_loop().time() + SETTLING
+        while len(self.far.sync) < FIRST_PINGS and asyncio.get_running_loop().time() < due:
+            await asyncio.sleep(SEND_EVERY)
         first = self._first
         answer = await self.client.ask(lambda id: Embody(id, first=first, rate=self.rate))
         assert isinstance(answer, Embodied), "it answers Embody"

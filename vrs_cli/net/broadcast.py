@@ -360,10 +360,12 @@ class Broadcast:
         """Send what listeners have not heard of the course of the world."""
         self._begin_round()
 
-    def measure(self, reports: Sequence[Report]) -> None:
-        """Take reports of the body, for those who hear them."""
-        if self.measured.take(reports, heard=bool(self._measuring)):
-            self._measured_due = min(self._measured_due, self._gathered + TOLD_EVERY)
+    def measure(self, reports: Sequence[Report]) -> bool:
+        """Take reports of the body, for those who hear them. Return whether something is to be sent."""
+        if not self.measured.take(reports, heard=bool(self._measuring)):
+            return False
+        self._measured_due = min(self._measured_due, self._gathered + TOLD_EVERY)
+        return True
 
     def announce(self, news: ServerMessage) -> None:
         """Send news to all, and to those who come later; a slow listener gets the last news of each type."""

@@ -208,7 +208,7 @@ class ServedRobot:
         state = None if world is None else lambda timeline, t: world.course(timeline).state_at(t)
         self.broadcast = Broadcast(self._self, first, wall, state, self._course_teller())
         self.served_body = ServedBody(self.session.body, self.broadcast, wall)
-        engine.measured.listeners.append(lambda reports: self.put(lambda: self.broadcast.measure(reports)))
+        engine.measured.listeners.append(self._tell_measured)
         self._measured = wall() - 2 * MEASURED
         self._grown: LimitReached | None = None  # why the robot may not grow any more
 
@@ -287,6 +287,10 @@ class ServedRobot:
                 self._memory.close()
             if self._journal is not None:
                 self._journal.close()
+
+    def _tell_measured(self, reports: Sequence[Report]) -> None:
+        if self.broadcast.measure(reports):
+            self.stirred()
 
     def _leave_unwritten(self, reports: Sequence[Report]) -> None:
         self._unwritten += reports

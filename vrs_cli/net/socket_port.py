@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
+from functools import partial
 from math import inf
 from pathlib import Path
 from threading import Lock, Thread, current_thread
@@ -187,15 +188,11 @@ class SocketPort:
         RequestRefused.
         """
         if self.far.mirror is None:
-            self._loop.wait(self.client.follow(self._window)).before_measured = self._measure
+            self._loop.wait(self.client.follow(self._window)).before_measured = partial(
+                _measure, self._loop, self.client
+            )
         assert self.far.mirror is not None, "the timeline is followed"
         return self.far.mirror
-
-    def _measure(self) -> None:
-        """Follow what the body measures from now on. While there is no connection, what is known stays as it is."""
-        if not self.client.measures:
-            with suppress(RequestRefused):
-                self._loop.wait(self.client.measure())
 
     def previewed(self) -> Previewed:
         """What the robot will do, with the commands that are on their way to it. Raises RequestRefused if closed."""
@@ -272,6 +269,13 @@ class SocketPort:
     def listen(self, outlet: Outlet) -> None:
         """Give all messages that belong to no request to the outlet, in the thread of the connection."""
         self._loop.do(lambda: self.far.news.append(outlet))
+
+
+def _measure(loop: Loop, client: Client) -> None:
+    """Follow what the body measures from now on. While there is no connection, what is known stays as it is."""
+    if not client.measures:
+        with suppress(RequestRefused):
+            loop.wait(client.measure())
 
 
 def _leave(loop: Loop, client: Client) -> None:

@@ -74,6 +74,9 @@ class TimeSync:
         while self._exchanges[0].at < new.at - self.window:
             self._exchanges.popleft()
 
+    def __len__(self) -> int:
+        return len(self._exchanges)
+
     @property
     def estimate(self) -> Estimate | None:
         """Return what all exchanges say together; None before the first."""

@@ -9,7 +9,9 @@ from tests.net.kit.recorder import Recorder
 from tests.net.kit.timelines import EXACT, PUMA, SUBSCRIBE, moved
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RequestRefused
+from vrs_cli.net.body_messages import Alarm, BodyOrder, BodyReleased, BodyStatus, Embodied
 from vrs_cli.net.messages import Clock
+from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm, DivergenceCause
 from vrs_cli.values.questions import Confirmation
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.messages import Asked, Done, Numbered, Refused, Told, Withdrawn
@@ -158,6 +160,28 @@ def clock() -> Conversation:
     return it.conversation()
 
 
+def body() -> Conversation:
+    it = recorder_of(
+        "body", "a client that is the body: orders and alarms count as all that has a `seq`, also over a cut"
+    )
+    it.open()
+    it.do({"type": "embody", "first": 7, "rate": 100.0}, "body")
+    it.tell(Embodied(it.id_of("body"), 7))
+    it.tell(BodyOrder(BodyMode.FOLLOWS, 0.0))
+    it.lose(BodyOrder(BodyMode.HOLDS, 2.0))
+    it.cut()
+    it.open()
+    it.do({"type": "embody", "first": 9, "rate": 100.0}, "again")
+    it.tell(Embodied(it.id_of("again"), 9, BodyMode.HOLDS, 2.0))
+    it.tell(BodyStatus(BodySeen("ada", order=BodyMode.HOLDS)))
+    it.tell(Alarm(DivergenceAlarm(2.5, 1, 0.1, 0.02, DivergenceCause.BLOCKED, "joint 1 does not move", 2.4)))
+    it.tell(BodyReleased())
+    a = line(it, "a")
+    it.tell(Done(a))
+    it.ends({"a": "done"})
+    return it.conversation()
+
+
 def connections() -> Iterator[Conversation]:
-    for script in (commands, later_server, resumed, lost, forgotten, after, questions, clock):
+    for script in (commands, later_server, resumed, lost, forgotten, after, questions, clock, body):
         yield script()

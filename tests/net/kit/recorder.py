@@ -17,6 +17,7 @@ from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model_data import to_dict
+from vrs_cli.net.body_messages import Embody
 from vrs_cli.net.broadcast import Broadcast, Listener
 from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.messages import (
@@ -167,7 +168,7 @@ class Recorder:
                 assert listener is not None
                 part = broadcast.stream.part(begin, end, listener.form.joints)
                 self.tell(Shown(id, part, broadcast.stream.number, part.segments[0].start))
-            case Hello() | Line() | At() | Answer() | Play() | Command():
+            case Hello() | Line() | At() | Answer() | Play() | Command() | Embody():
                 pass  # the script says how it ends
             case _:
                 raise AssertionError(message)
