@@ -30,6 +30,7 @@ _HOMES = {  # where each public name is
     "Limits": "vrs_cli.interfaces.tasks.limits",
     "ProgramFailed": "vrs_cli.api.answers",
     "Change": "vrs_cli.api.changes",
+    "Measured": "vrs_cli.api.measured",
     "Preview": "vrs_cli.api.posture",
     "VrsError": "vrs_cli.errors",
     "MotionError": "vrs_cli.errors",

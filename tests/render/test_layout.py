@@ -19,7 +19,7 @@ from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text
 from vrs_cli.values import replies
-from vrs_cli.values.measured import BodyMode, BodySeen, ReportCounts
+from vrs_cli.values.measured import BodyMode, BodySeen, Report, ReportCounts
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position, Untrue
 
@@ -71,6 +71,8 @@ BRANCH trial
 DRIVE 6, 20
 BRANCH
 COMPARE
+WHERE MEASURED
+COMPARE MEASURED
 MERGE
 HELP MOTION
 EDIT q, 2
@@ -100,6 +102,7 @@ def _answers() -> list[Reply]:
     session = Session(terminal)
     for reply in session.load_text(".PROGRAM p ;first\nMOVF x\n.END\n.PROGRAM q\nDRIVE 1,60\nPAUSE\n.END\n"):
         terminal.show(replies.DiagnosticsReport((replies.Diagnosed(reply, "MOVF x", "p.v2"),)))
+    session.engine.measured.add([Report(0.0, (0.1,) * 6)])
     for line in ["EXECUTE q", *(line for line in LINES if line != "EXECUTE p")]:
         session.perform(line)
     rows = tuple(replies.ReplayRow(k, "READY" * k, float(k), IDENTITY) for k in (0, 1))

@@ -17,6 +17,7 @@ from vrs_cli.api.answers import Explanation, Picture, ProgramFailed, Replies, Ru
 from vrs_cli.api.changes import Change, hear
 from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, local_port
 from vrs_cli.api.location import Floats, Location, Units, number, numbers
+from vrs_cli.api.measured import Measured
 from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
@@ -56,6 +57,7 @@ from vrs_cli.values.acts import (
     Undo,
     Valued,
 )
+from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
@@ -266,6 +268,48 @@ class Robot:
             time.sleep(max(audience.peek() - time.monotonic(), 0.0))
             for look in audience.step():
                 yield Posture.of(look.position, self._model, self.units)
+
+    # --- what was measured ---
+
+    @property
+    def measured(self) -> Measured:
+        """What a body, which is the robot or stands for it, has reported up to now: `measured.at(2.5)`, `.joints`,
+        `.unknown_since`.
+        """
+        return Measured(self._robot.followed.measured, self._model, self.units)
+
+    def report(
+        self,
+        t: float,
+        joints: ArrayLike,
+        velocity: ArrayLike | None = None,
+        effort: ArrayLike | None = None,
+        *,
+        mode: str = "follows",
+    ) -> Robot:
+        """Put a report of a body into the record of this robot: joints (n,), velocity (n,) and effort (n,) [N m, N] at
+        a time [s]. `mode`: "follows", "holds" or "stopped". UNDO and branches leave the record as it is.
+
+        Raises UsageError for a robot that is served: its body is a client (`vrs body`). IllegalValue, ValueError,
+        TypeError for what is no report.
+        """
+        port = self._robot.port
+        if not isinstance(port, LocalPort):
+            raise UsageError("a robot that is served has a body that reports", "vrs body URL")
+        if mode not in [one.value for one in BodyMode]:
+            raise ValueError(f"mode: {', '.join(one.value for one in BodyMode)} are known, not {mode!r}")
+
+        def row(given: ArrayLike | None, what: str, scales: Floats) -> Joints | None:
+            if given is None:
+                return None
+            found = numbers(given, what, self._model.joint_count) / scales
+            if found.ndim != 1:
+                raise ValueError(f"{what}: one row (n,) is wanted, not {found.shape}")
+            return tuple(found.tolist())
+
+        rates = row(velocity, "velocity", self._scales), row(effort, "effort", np.ones(self._model.joint_count))
+        port.report([Report(number(t, "t"), self._joints(joints, "joints"), *rates, BodyMode(mode))])
+        return self
 
     # --- the cell ---
 

@@ -251,7 +251,14 @@ def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
     found.T_world_tool[at] = np.reshape([row.T_world_tool for row in rows], (-1, 3, 4))
 
 
-def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled]) -> Sampled:
+def poses_along(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats) -> PlaceArrays:
+    """Return the places of given joints (N, n) at sorted times (N,) [s], with BASE and TOOL of the timeline."""
+    return _sampled(arm, timeline, times, PlaceArrays, joints)
+
+
+def _sampled(
+    arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled], joints: Floats | None = None
+) -> Sampled:
     import numpy as np
 
     from vrs_cli.kinematics import transform_batch as batch
@@ -272,6 +279,8 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
             _fill_rates(arm, table, places, s, moving, q, (rates[0][rows], rates[1][rows]))
         numbers = [frames.setdefault(one, len(frames)) for one in table.frames]
         which[rows] = numbers[0] if len(numbers) == 1 else np.take(numbers, table.frame_number[places])
+    if joints is not None:
+        found.joints[:] = joints
     _fill_hand(timeline, times, found.hand)
     for one, number in frames.items():  # many poses at once
         T_world_robot, T_flange_tool = batch.stack([inverse(one.base), one.tool])

@@ -46,6 +46,11 @@ NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
 ROWS_ALWAYS = 2  # of a bank of signals; further rows only where a signal is on
 LINEAGE: Mapping[str, str] = {"1": "VAL", "2": "VAL-II", "+": "V+"}
+BODY_MODES: Mapping[BodyMode, str] = {
+    BodyMode.FOLLOWS: "follows",
+    BodyMode.HOLDS: "holds still",
+    BodyMode.STOPPED: "has stopped by itself",
+}
 NAMES = Column("", Ink.NAME, width=NAME_COLUMN)
 NOTHING: Mapping[type, str] = {  # what is said of tables without rows
     replies.LocationTable: "No locations defined",
@@ -110,6 +115,19 @@ def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator
         for one in reply.positions
     )
     yield Grid(number_columns(*headings), tuple(tuple(map(fixed, row)) for row in rows), tight=True, keys=1)
+
+
+def _measured_whereabouts(reply: replies.MeasuredWhereabouts, _page: Page) -> Iterator[Block]:
+    at, units = reply.at, reply.units
+    title = f"At {seconds(at.measured.time)}, measured: the body {BODY_MODES[at.mode]}"
+    yield line(f"{title}; the last report" if reply.is_last else title, Ink.NOTE)
+    joints = numbers_of(at.measured.joints, units)
+    for headings, values in ((POSE, numbers_of(at.measured.T_world_tool)), (joint_names(len(joints)), joints)):
+        yield Grid(number_columns(*headings), (tuple(map(fixed, values)),), tight=True)
+    worst = max(range(len(joints)), key=lambda place: abs(at.errors[place]))
+    error = f"joint {worst + 1} by {fixed(units.one_shown(worst + 1, at.errors[worst]))} {units.unit(worst + 1)}"
+    apart = f"{fixed(1000.0 * at.distance)} mm and {fixed(degrees(at.angle))} deg"
+    yield line(f"From the timeline: {apart}; {error}", Ink.NOTE)
 
 
 def _parts(reply: replies.PartTable, _page: Page) -> Iterator[Block]:
@@ -262,13 +280,6 @@ def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
 def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
     pace = "" if reply.rate is None else f", rate {reply.rate:g}"
     yield line(f"Robot clock {seconds(reply.clock)}{pace}{', paused' if reply.paused else ''}")
-
-
-BODY_MODES: Mapping[BodyMode, str] = {
-    BodyMode.FOLLOWS: "follows",
-    BodyMode.HOLDS: "holds still",
-    BodyMode.STOPPED: "has stopped by itself",
-}
 
 
 def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
@@ -444,6 +455,24 @@ def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
     yield line(_apart(told, reply.units), Ink.NOTE)
 
 
+def _measured_comparison(reply: replies.MeasuredComparisonTable, _page: Page) -> Iterator[Block]:
+    told, units = reply.comparison, reply.units
+    shown = [("Tool", told.tool, 1000.0, "mm"), ("Tool, turned", told.turned, degrees(1.0), "deg")]
+    shown += [
+        (name, one, units.one_shown(joint, 1.0), units.unit(joint))
+        for joint, (name, one) in enumerate(zip(joint_names(len(told.joints)), told.joints, strict=True), 1)
+    ]
+    columns = (NAMES, *number_columns("rms", "Greatest", "at"), Column("", Ink.NOTE))
+    rows = (
+        (name, *(fixed(scale * x) for x in (one.rms, one.greatest.distance)), fixed(one.greatest.time), unit)
+        for name, one, scale, unit in shown
+    )
+    yield Grid(columns, tuple(rows), boxed=True)
+    unknown = f"; unknown for {seconds(told.unknown)} of it" if told.unknown else ""
+    span = f"{seconds(told.begin)} to {seconds(told.end)}"
+    yield line(f"{count(told.reports, 'report')} from {span} beside {reply.branch}{unknown}", Ink.NOTE)
+
+
 def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
     measures = [
         ("Cycle time", a.duration, b.duration, "s"),
@@ -522,6 +551,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.ProgramStopped: _program_stopped,
     replies.Whereabouts: _whereabouts,
     replies.WhereaboutsTable: _whereabouts_table,
+    replies.MeasuredWhereabouts: _measured_whereabouts,
     replies.PartTable: _parts,
     replies.ArmPicture: arm_picture,
     replies.ReachReport: reach_report,
@@ -549,6 +579,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.TimelineTable: _timeline,
     replies.BranchTable: _branches,
     replies.ComparisonTable: _comparison,
+    replies.MeasuredComparisonTable: _measured_comparison,
     replies.Plot: chart,
     replies.ReplayTable: _replay,
     **EXPLANATIONS,

@@ -26,6 +26,7 @@ LONG = (
     replies.SettingTable,
     replies.WhereaboutsTable,
     replies.ComparisonTable,
+    replies.MeasuredComparisonTable,
     replies.TimelineTable,
     replies.Plot,
 )

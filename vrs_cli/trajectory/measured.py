@@ -189,15 +189,14 @@ class MeasuredTimeline(Sequence[Report]):
 
     def _around(self, t: float) -> _Between | None:
         """Find the reports before and after a time [s]. None where the joints are unknown."""
-        chunks = self._chunks
-        index = bisect_right(chunks, t, key=_begin) - 1
+        index = bisect_right(self._chunks, t, key=_begin) - 1
         if index < 0 or t != t:
             return None
-        chunk, is_last = chunks[index], index == len(chunks) - 1
+        chunk, is_last = self._chunks[index], index == len(self._chunks) - 1
         count = self._last if is_last else chunk.count
         place = bisect_right(chunk.times, t, 0, count) - 1
         begin = chunk.times[place]
-        after = (chunk, place + 1) if place + 1 < count else None if is_last else (chunks[index + 1], 0)
+        after = (chunk, place + 1) if place + 1 < count else None if is_last else (self._chunks[index + 1], 0)
         h = after[0].times[after[1]] - begin if after is not None else inf
         if h <= GAP:
             return _Between(chunk, place, after, t - begin, h)

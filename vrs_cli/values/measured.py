@@ -11,6 +11,8 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import angle_between, distance
+from vrs_cli.values.results import Apart, Position
 from vrs_cli.values.tagged import Spoken
 
 LATE = 2.0  # [s] a report that is so much older than the newest one is dropped
@@ -79,6 +81,52 @@ class BodySeen(Struct, frozen=True, omit_defaults=True):
     drift: float = 0.0
     delay: float = 0.0
     rate: float = 0.0
+
+
+class MeasuredPosition(Struct, frozen=True):
+    """Where the robot was measured at one time, and where it should be by its timeline. The hand of `measured` is that
+    of the timeline; its acceleration is unknown, and zero.
+    """
+
+    measured: Position
+    expected: Position
+    mode: BodyMode
+
+    @property
+    def errors(self) -> Joints:
+        """Measured minus expected joints [rad, m]."""
+        return tuple([a - b for a, b in zip(self.measured.joints, self.expected.joints, strict=True)])
+
+    @property
+    def distance(self) -> float:
+        """Return how far the tool is from where it should be [m]."""
+        return distance(self.measured.T_world_tool, self.expected.T_world_tool)
+
+    @property
+    def angle(self) -> float:
+        """Return how far the tool is turned from how it should be [rad]."""
+        return angle_between(self.measured.T_world_tool, self.expected.T_world_tool)
+
+
+class Deviation(Struct, frozen=True):
+    """The root of the mean square of many distances, and the greatest of them [rad, m]."""
+
+    rms: float
+    greatest: Apart
+
+
+class MeasuredComparison(Struct, frozen=True):
+    """All reports from `begin` to `end` [s] beside the timeline at their own times: of the place of the tool [m], of
+    how it is turned [rad], and of each joint [rad, m]. `unknown` [s]: how much of the time lies in gaps.
+    """
+
+    begin: float
+    end: float
+    reports: int
+    unknown: float
+    tool: Deviation
+    turned: Deviation
+    joints: tuple[Deviation, ...]
 
 
 class DivergenceCause(Enum):

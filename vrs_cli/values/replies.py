@@ -15,7 +15,7 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
-from vrs_cli.values.measured import BodySeen
+from vrs_cli.values.measured import BodySeen, MeasuredComparison, MeasuredPosition
 from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
@@ -92,6 +92,14 @@ class WhereaboutsTable(Spoken, frozen=True):
     """WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[Position, ...]
+    units: JointUnits = TURNING
+
+
+class MeasuredWhereabouts(Spoken, frozen=True):
+    """WHERE MEASURED. `is_last`: it is the last report, from which on all is unknown."""
+
+    at: MeasuredPosition
+    is_last: bool = False
     units: JointUnits = TURNING
 
 
@@ -461,6 +469,14 @@ class ComparisonTable(Spoken, frozen=True):
     units: JointUnits = TURNING
 
 
+class MeasuredComparisonTable(Spoken, frozen=True):
+    """COMPARE MEASURED: the reports of the body beside the timeline of a branch."""
+
+    branch: str
+    comparison: MeasuredComparison
+    units: JointUnits = TURNING
+
+
 class Curve(Struct, frozen=True):
     """One line of a plot: `mark` is the character that draws it where there are no colours."""
 
@@ -503,6 +519,7 @@ Reply = (
     | ProgramStopped
     | Whereabouts
     | WhereaboutsTable
+    | MeasuredWhereabouts
     | PartTable
     | ArmPicture
     | ReachReport
@@ -530,6 +547,7 @@ Reply = (
     | TimelineTable
     | BranchTable
     | ComparisonTable
+    | MeasuredComparisonTable
     | Plot
     | ReplayTable
     | ExplainOverview

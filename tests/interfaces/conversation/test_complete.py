@@ -57,7 +57,7 @@ EXACT = [
     ("HELP HAND", ["HAND.TIME"]),
     ("PLOT V", ["VELOCITY"]),
     ("PLOT X, T", ["TOOL"]),
-    ("WHERE ", ["FROM", "TO", "STEP", "AT", "IN", "box", "part.1", '"old box"']),
+    ("WHERE ", ["FROM", "TO", "STEP", "AT", "IN", "box", "part.1", '"old box"', "MEASURED"]),
     ("WHERE p", ["part.1"]),
     ("WHERE box ", ["FROM", "TO", "STEP", "AT", "IN"]),
     ("WHERE FROM 0 ", ["TO", "STEP", "AT", "IN"]),

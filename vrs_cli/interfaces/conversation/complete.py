@@ -23,6 +23,7 @@ from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
 from vrs_cli.interfaces.monitor.state import BODY_WORDS, CLOCK_WORDS
+from vrs_cli.interfaces.station.operands import MEASURED
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Program
@@ -34,6 +35,7 @@ from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control
 from vrs_cli.values.numbers import Value, count, fixed
 from vrs_cli.values.prompt import Suggestion
 
+MEASURED_ROBOT = (MEASURED, "where a body measured the robot")
 MOST = 500  # names of a kind that are offered: a menu is for reading
 
 
@@ -168,7 +170,7 @@ SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
     Shape.SWITCH: lambda names: names.switches.items(),
     Shape.PARAMETER_NAME: lambda names: names.parameters.items(),
     Shape.BRANCH: lambda names: names.branches.items(),
-    Shape.PART: lambda names: names.parts.items(),
+    Shape.PART: lambda names: (*names.parts.items(), MEASURED_ROBOT),
     Shape.INSTRUCTION: lambda _names: _rows(INSTRUCTIONS),
 }
 

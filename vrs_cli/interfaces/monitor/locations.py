@@ -12,9 +12,10 @@ from msgspec.structs import replace
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
-from vrs_cli.interfaces.monitor.parts import times, where_part
+from vrs_cli.interfaces.monitor.measured import where_measured
+from vrs_cli.interfaces.monitor.parts import where_part
 from vrs_cli.interfaces.monitor.showing import Sight
-from vrs_cli.interfaces.station.operands import Handler, moment, operand, real, sight
+from vrs_cli.interfaces.station.operands import Handler, is_measured, moment, operand, real, sight, times
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
@@ -48,6 +49,9 @@ from vrs_cli.values.replies import (
 
 def _where(station: Station, it: Instruction) -> Dialogue[None]:
     asked = operand(it, 0)
+    if is_measured(asked):
+        yield from where_measured(station, it)
+        return
     if isinstance(asked, BareWord | StringConstant):
         yield from where_part(station, it, asked)
         return

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from vrs_cli.errors import IllegalValue, UndefinedName, UsageError
-from vrs_cli.interfaces.station.operands import Handler, moment, operand, real_or
+from vrs_cli.errors import UndefinedName, UsageError
+from vrs_cli.interfaces.station.operands import Handler, moment, operand, times
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.variables import closest
 from vrs_cli.language.text.ast import BareWord, Instruction, StringConstant
-from vrs_cli.language.words.values import plain
 from vrs_cli.values.replies import Message, PartRow, PartTable, Reply
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
 
-MOST_ROWS = 100_000
-DEFAULT_ROWS = 10
 BRINGS_PARTS = "a cell with [[part]] brings some: vrs --cell FILE"
 
 
@@ -53,21 +50,6 @@ def where_part(station: Station, it: Instruction, asked: BareWord | StringConsta
         raise UsageError("AT and FROM do not go together", f"WHERE {name} AT t, or WHERE {name} FROM t1 TO t2 STEP dt")
     rows = tuple(_row(course, name, t) for t in (times(station, it) if over else (moment(station, it),)))
     yield PartTable(rows, it.modifiers.timed or over)
-
-
-def times(station: Station, it: Instruction) -> Iterator[float]:
-    """FROM t1 TO t2 STEP dt, and the exact end [s]. Raises IllegalValue."""
-    first = real_or(station, it, 1, 0.0)
-    last = real_or(station, it, 2, station.engine.end)
-    if last < first:
-        raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
-    step = real_or(station, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
-    if not step > 0.0 or (last - first) / step > MOST_ROWS:
-        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
-    for k in range(int((last - first) / step - 1e-9) + 1):
-        yield first + k * step
-    if last > first:
-        yield last
 
 
 PARTS: Mapping[str, Handler] = {"PARTS": _parts}

@@ -8,11 +8,12 @@ from vrs_cli.engine.book import Parts
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.measured import compare_measured
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
 from vrs_cli.interfaces.monitor.consent import agreed, may_write
 from vrs_cli.interfaces.monitor.plotting import in_file, plotted, selected
-from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.station.operands import NO_REPORT, Handler, is_measured, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
@@ -20,7 +21,16 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.replies import BranchRow, BranchTable, ComparisonTable, Message, Plot, SegmentRow, TimelineTable
+from vrs_cli.values.replies import (
+    BranchRow,
+    BranchTable,
+    ComparisonTable,
+    MeasuredComparisonTable,
+    Message,
+    Plot,
+    SegmentRow,
+    TimelineTable,
+)
 from vrs_cli.values.results import CommandRecord, Untrue
 
 
@@ -47,6 +57,8 @@ def _branch(station: Station, it: Instruction) -> Dialogue[None]:
     name = word(asked)
     if not name[:1].isalpha():
         raise InvalidName(name, "a branch is named as a program is: BRANCH trial")
+    if is_measured(asked):
+        raise InvalidName(name, "COMPARE means what was measured by it: take another name")
     check_tasks_stand(station)
     if name in branches:
         branches.change_over(name)
@@ -76,6 +88,9 @@ def check_tasks_stand(station: Station) -> None:
 
 def _compare(station: Station, it: Instruction) -> Dialogue[None]:
     a, b = operand(it, 0), operand(it, 1)
+    if is_measured(a):
+        yield (yield from measured_comparison(station, station.branches.present if b is None else word(b)))
+        return
     first, second = MAIN if a is None else word(a), station.branches.present if b is None else word(b)
     if first.lower() == second.lower():
         raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
@@ -88,6 +103,16 @@ def comparison(station: Station, first: str, second: str) -> Dialogue[Comparison
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
     found = yield from beside(lambda: compare(arm, one, other))
     return ComparisonTable(branches.spelled(first), branches.spelled(second), found, station.units)
+
+
+def measured_comparison(station: Station, branch: str) -> Dialogue[MeasuredComparisonTable]:
+    """Compare what was measured with a branch. Raises UsageError where there is no such branch, or no report."""
+    branches, measured = station.branches, station.engine.measured.seen
+    arm, timeline = station.engine.arm, branches.book(branch).timeline
+    found = yield from beside(lambda: compare_measured(arm, timeline, measured))
+    if found is None:
+        raise UsageError(*NO_REPORT)
+    return MeasuredComparisonTable(branches.spelled(branch), found, station.units)
 
 
 def _merge(station: Station, it: Instruction) -> Dialogue[None]:

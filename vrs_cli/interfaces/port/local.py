@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from itertools import count
 from math import inf
@@ -25,6 +25,7 @@ from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
+from vrs_cli.values.measured import Report
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage
 from vrs_cli.wire.refusal import Refusal
@@ -176,6 +177,11 @@ class LocalPort:
     def subscribe(self) -> Subscription[TimelineChange]:
         with self._driving:
             return self.session.engine.events.subscribe()
+
+    def report(self, reports: Sequence[Report]) -> None:
+        """Put reports of a body into the record of the robot. Raises IllegalValue."""
+        with self._driving:
+            self.session.engine.measured.add(reports)
 
     def previewed(self) -> Previewed:
         return Previewed.of(self.user.timeline, self.user.now)

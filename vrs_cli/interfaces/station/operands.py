@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.errors import NoProgramSpecified, TypeMismatch
+from vrs_cli.errors import IllegalValue, NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.language.run.runtime import WatchedExpression, evaluate
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
-from vrs_cli.language.words.values import kind_of_value
+from vrs_cli.language.words.values import kind_of_value, plain
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import Reply
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
+MEASURED = "MEASURED"
+NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
+MOST_ROWS = 100_000
+DEFAULT_ROWS = 10
 Handler = Callable[["Station", Instruction], Dialogue[None] | Iterable[Reply] | None]  # None: no answer
 
 
@@ -74,3 +78,23 @@ def word(expression: Expression | None) -> str:
 def path_of(station: Station, it: Instruction) -> Path:
     """Raises FileError, FileOutside."""
     return station.folder.path(word(operand(it, 0)))
+
+
+def times(station: Station, it: Instruction) -> Iterator[float]:
+    """FROM t1 TO t2 STEP dt, and the exact end [s]. Raises IllegalValue."""
+    first = real_or(station, it, 1, 0.0)
+    last = real_or(station, it, 2, station.engine.end)
+    if last < first:
+        raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
+    step = real_or(station, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
+    if not step > 0.0 or (last - first) / step > MOST_ROWS:
+        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
+    for k in range(int((last - first) / step - 1e-9) + 1):
+        yield first + k * step
+    if last > first:
+        yield last
+
+
+def is_measured(asked: Expression | None) -> bool:
+    """Return whether an operand is MEASURED: the measured robot, and no part or branch."""
+    return isinstance(asked, BareWord) and asked.text.upper() == MEASURED

@@ -14,7 +14,7 @@ _designer = partial(Word, role=Role.DESIGNER)
 
 _POSITIONS = (
     _observer("WHERE [part] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]", "1 2 +",
-        "where the robot (or a part) is now, at a time, or over a stretch of time",
+        "where the robot (a part, or MEASURED: what a body reported) is now, at a time, or over a stretch of time",
         "WHERE FROM 0 TO 5 STEP 0.5"),
     Word("HERE location", "1 2 +",
         "define a location as the present position, then correct it", "HERE part", shapes=(DEFINED,)),
@@ -154,7 +154,8 @@ _OURS = (
         "try another timeline: go to a branch, made of what is there if there is none; bare: list them, main first",
         "BRANCH trial"),
     _observer("COMPARE [a][, b]", "",
-        "two branches side by side: a, or main, and b, or the present one", "COMPARE main, trial",
+        "two branches side by side: a, or main, and b, or the present one; a is MEASURED: what a body reported",
+        "COMPARE main, trial",
         shapes=(Shape.BRANCH, Shape.BRANCH)),
     Word("MERGE [name]", "",
         "make what a branch (the present one) has become the main timeline", "MERGE trial", drastic=True),
