@@ -343,7 +343,7 @@ class Welcome(ServerMessage, frozen=True):
 
     `life` names this run of the robot; in another run `number` begins anew. `model`: the robot, with the keys of its
     TOML file in m and rad (`docs/robots.md`). `role`: of this client. `one_user`: all clients are one user, who has the
-    lease without asking for it. `cell`: what is around the robot, as its cell file says (`docs/language.md`), in m and
+    lease without asking for it. `cell`: what is around the robot, as its cell file says (`docs/cell.md`), in m and
     rad; none if there is no cell, or it has more than 1 MB. `first_line`: a line that this client carries out once, as
     if its user had typed it.
     """
