@@ -34,7 +34,7 @@ ROOMS = (
     Room("teaching", ("teach",), 640, 150),
     Room("robot", ("interfaces", "devices"), 440, 230),
     Room("files and wire", ("files", "wire"), 150, 300),
-    Room("cell", ("world", "contacts", "twin"), 640, 265),
+    Room("cell and body", ("world", "contacts", "twin"), 640, 265),
     Room("language", ("language",), 610, 335),
     Room("motion: f and g", ("engine", "trajectory"), 380, 410),
     Room("values", ("values",), 380, 480),

@@ -21,6 +21,7 @@ from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import destination_at, finish_after, joints_at, position_at, positions_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Standpoint, reach_of
+from vrs_cli.engine.resync import RESYNC, plan_resync
 from vrs_cli.engine.settings import Altered, Settings
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.engine.targets import (
@@ -65,6 +66,7 @@ from vrs_cli.values.commands import (
     Stamp,
 )
 from vrs_cli.values.events import HAND, Event, EventEdit
+from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.motion import (
     Frames,
     JointTarget,
@@ -468,6 +470,39 @@ class Engine:
         braking = self._after(now).motion(Start.AT, text="BRAKE")
         stopped = self.timeline.apply(self._planned(braking, now, now, insert=False))
         return destination_at(self.arm, stopped, stopped.end).joints
+
+    def resync(
+        self, measured: Joints, *, stops: bool = False, leaves: float = 0.0, issued: float | None = None
+    ) -> ResyncReport:
+        """RESYNC: go from now on to measured joints [rad, m], and from there on to where the robot was going, or, if it
+        `stops`, drop that. It is one command, which the journal has as any other. In virtual time the clock goes on
+        to its end. `leaves`: the robot stands at the measured joints until then at least [s].
+
+        Raises PowerOff, MotionError, and what the `checks` raise, unless it stops: then no body moves.
+        """
+        if not stops:
+            self._check_power()
+        now = on_grid(self.now)
+        sent = now if issued is None else on_grid(issued)
+        resting = self._after(now).motion(
+            Start.AT, measured, program_speed(self.settings.speed.always, self.settings, self.model), text=RESYNC
+        )
+        delta, report = plan_resync(
+            self.arm,
+            self.timeline,
+            measured,
+            resting,
+            (sent, now),
+            leaves,
+            stops=stops,
+            slowest=self.settings.slowest,
+        )
+        if not stops:
+            self.check(self.timeline, delta)
+        self.book.commit([HistoryStep.of(self.timeline, delta, sent, not stops, self.settings.alter)])
+        if not self.realtime:
+            self.clock.advance(self.end)
+        return report
 
     # --- targets that come one after the other ---
 

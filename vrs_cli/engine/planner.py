@@ -29,10 +29,10 @@ from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import largest_change
-from vrs_cli.trajectory.instant import TICKS_PER_SECOND
+from vrs_cli.trajectory.instant import TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws.law import LAWS, Row
 from vrs_cli.trajectory.polynomial import Polynomial, shifted
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.events import Event
@@ -61,11 +61,54 @@ def plan(
     """
     place = place_at(arm, timeline, executed)
     cut, segments = _plan_new(timeline, place, Problem(arm, place.here, motion, executed, slowest))
+    begun = segments[0].start if motion.start is Start.BLEND else executed
+    return _delta(arm, timeline, cut, segments, motion, (issued, begun), insert=insert, slowest=slowest, event=event)
+
+
+def plan_by_way_of(
+    arm: RobotArm,
+    timeline: Timeline,
+    way: Motion,
+    motion: Motion,
+    issued: float,
+    executed: float,
+    leaves: float,
+    *,
+    slowest: float = SLOWEST,
+) -> tuple[TimelineDelta, float]:
+    """f for a motion by way of the end of another one, `way`, where the robot stands until `leaves` [s] at least.
+    Return the change, which is of `motion` alone, and when the robot comes to that place [s]. Raises MotionError.
+    """
+    place = place_at(arm, timeline, executed)
+    cut, first = _plan_new(timeline, place, Problem(arm, place.here, way, executed, slowest))
+    comes, here = first[-1].finish, rest_after(arm, first[-1])
+    segments = tuple([structs.replace(segment, motion=motion) for segment in first])
+    if leaves > comes:
+        segments += (rest(here.joints.joints, up_to_grid(leaves) - comes, comes, motion),)
+    segments += plan_motion(Problem(arm, here, motion, segments[-1].finish, slowest))
+    return _delta(arm, timeline, cut, segments, motion, (issued, executed), slowest=slowest), comes
+
+
+def _delta(
+    arm: RobotArm,
+    timeline: Timeline,
+    cut: CutPlace,
+    segments: tuple[Segment, ...],
+    motion: Motion,
+    times: tuple[float, float],
+    *,
+    insert: bool = True,
+    slowest: float,
+    event: Event | None = None,
+) -> TimelineDelta:
+    """Return the change that puts segments in the place of the motion that a cut interrupts; motions after it are
+    planned again and shifted. `times`: issued and executed [s].
+    """
     tail = _Tail.of(timeline, cut.keep).after(cut.interrupted) if insert else _Tail.of(timeline, len(timeline))
     edit = _Edit(arm, slowest, cut, segments, tail, insert, event)
     while edit.changes_the_next:
         edit = edit.with_the_next_planned_again()
-    return edit.delta(motion, issued, segments[0].start if motion.start is Start.BLEND else executed)
+    return edit.delta(motion, *times)
 
 
 def plan_steering(

@@ -1,0 +1,207 @@
+"""Divergence: does the measured robot differ from its timeline by more than healthy noise explains?
+
+Each report is compared with g at the report's own time. Residuals are averaged over 50 ms and divided by what a healthy
+body would show (`twin/healthy.py`). The squares of these are summed up for each joint, and for the place of the tool,
+less an allowance: Page's cumulative sum (Continuous inspection schemes, Biometrika 41, 1954), which starts again at
+zero whenever it would be negative, and raises an alarm at a threshold h. For normal noise the chance that an excursion
+that begins at a given block gets to h is at most exp(-lambda h), where lambda > 0 solves E exp(lambda x) = 1 for an
+increment x (Wald's bound). `threshold` solves that for a stated rate of false alarms.
+
+The seconds about an alarm are never learned from. What is learned from waits until three seconds later nothing was
+found.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from math import dist, floor, inf, log, log1p
+
+import numpy as np
+
+from vrs_cli.engine.position import joints_at, position_at, positions_at, world_pose
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.transform import position
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.twin.causes import Evidence, Sample, likely_cause
+from vrs_cli.twin.healthy import Blocks, HealthyResidual
+from vrs_cli.values.measured import BodyMode, DivergenceAlarm, Report
+
+BLOCK = 0.05  # [s] residuals are averaged over
+APART = 0.009  # [s] reports that follow each other more closely are passed over: 100 a second suffice
+GAP = 0.5  # [s] without reports after which all sums start again
+FALSE_ALARMS = 1e-6  # an hour, for normal noise
+JOINT_ALLOWANCE = 9.0  # of a squared residual with one degree of freedom: 3 standard deviations
+TOOL_ALLOWANCE = 14.0  # the same for the three of a place
+DECIDE = 0.2  # [s] from detection to the alarm, in which its cause shows more clearly
+SECOND = round(1.0 / BLOCK)  # blocks
+WAITS = 3  # seconds before one is learned from
+CALM = 25.0  # squared residuals below which a robot has recovered, once they are for a second
+BEFORE = 0.1  # [s] before the onset that are evidence too
+SAMPLE_NOISE = 2.0  # times that of a block: five reports on average
+MEMORY = 3.0  # [s] of reports that a cause is sought in
+EDITS = 10.0  # [s] timelines before a change are kept so long
+
+
+def exponent(allowance: float, freedoms: int) -> float:
+    """Return lambda > 0 with E exp(lambda (x - allowance)) = 1 for x chi-square distributed: the root of
+    -freedoms / 2 log(1 - 2 lambda) = lambda allowance below 1/2.
+    """
+    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # left of `low` the two sides come closer again
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        if middle >= 0.5 or -0.5 * freedoms * log1p(-2.0 * middle) > middle * allowance:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+def threshold(allowance: float, freedoms: int, an_hour: float) -> float:
+    """Return the h at which one cumulative sum raises so many false alarms an hour at most."""
+    return -log(an_hour * BLOCK / 3600.0) / exponent(allowance, freedoms)
+
+
+class DivergenceWatch:
+    """Watches one body. `diverged`: an alarm was raised, and the robot has not recovered since."""
+
+    def __init__(self, arm: RobotArm) -> None:
+        n = arm.model.joint_count
+        self.arm, self.healthy = arm, HealthyResidual(arm)
+        share = FALSE_ALARMS / (n + 1)
+        self._allowances: Floats = np.array([JOINT_ALLOWANCE] * n + [TOOL_ALLOWANCE])
+        self._limits: Floats = np.array(
+            [threshold(JOINT_ALLOWANCE, 1, share)] * n + [threshold(TOOL_ALLOWANCE, 3, share)]
+        )
+        self._samples: deque[Sample] = deque()
+        self._befores: deque[tuple[float, Timeline]] = deque()  # when they were replaced, and timelines until then
+        self._timeline: Timeline | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Start again, as after a re-synchronisation; what was learned stays."""
+        self._sums: Floats = np.zeros(len(self._limits))
+        self._onsets: Floats = np.full(len(self._limits), inf)
+        self._cell: list[tuple[float, Floats]] = []  # times and residuals of the present block
+        self._waiting: deque[list[Blocks]] = deque()  # seconds that are not learned from yet, the last one is not over
+        self._found: tuple[float, float] | None = None  # since when, and when the alarm is due
+        self._calm = 0
+        self._samples.clear()
+        self._bounds: dict[int, tuple[Floats, Floats]] = {}
+        self.diverged = False
+
+    def take(self, timeline: Timeline, report: Report) -> DivergenceAlarm | None:
+        """Compare a report with the timeline of the robot as it is now; return an alarm if one is due. Reports that are
+        older than the last one are passed over, and so are those of a body that holds by an order.
+        """
+        last = self._samples[-1].t if self._samples else -inf
+        if timeline is not self._timeline:
+            if self._timeline is not None:
+                self._befores.append((report.t, self._timeline))
+            self._timeline = timeline
+        if report.t < last + APART:
+            return None
+        if report.mode is BodyMode.HOLDS or report.t > last + GAP > -inf:
+            self.reset()
+            if report.mode is BodyMode.HOLDS:
+                return None
+        alarm = None
+        if self._cell and floor(report.t / BLOCK) != floor(self._cell[0][0] / BLOCK):
+            alarm = self._close_block(timeline)
+        joints = np.array(joints_at(self.arm, timeline, report.t))
+        self._samples.append(Sample(report.t, report.joints, report.mode))
+        self._cell.append((report.t, np.array(report.joints) - joints))
+        while self._samples[0].t < report.t - MEMORY:
+            self._samples.popleft()
+        while self._befores and self._befores[0][0] < report.t - EDITS:
+            self._befores.popleft()
+        return alarm
+
+    def _close_block(self, timeline: Timeline) -> DivergenceAlarm | None:
+        """Judge the block that has ended."""
+        times, residuals = zip(*self._cell, strict=True)
+        self._cell, cell = [], floor(times[0] / BLOCK)
+        joints, rates = zip(*(self._bound(timeline, cell + number) for number in (-1, 0, 1)), strict=True)
+        velocity = np.array([joints[2] - joints[1], joints[1] - joints[0]]) / BLOCK
+        acceleration = np.array([rates[2] - rates[1], rates[1] - rates[0]]) / BLOCK
+        load = self.healthy.load(0.5 * (joints[1] + joints[2]), velocity[0], acceleration[0])
+        t, residual = sum(times) / len(times), np.mean(residuals, axis=0)
+        self._add(Blocks(np.array([t]), residual[None], velocity[None], acceleration[None], load[None]), joints[2])
+        return self._alarm(timeline, t)
+
+    def _bound(self, timeline: Timeline, cell: int) -> tuple[Floats, Floats]:
+        """Return joints and velocity of g where a block begins, remembered for the next two blocks."""
+        known = self._bounds.get(cell)
+        if known is None:
+            here = position_at(self.arm, timeline, cell * BLOCK)
+            self._bounds = {k: bound for k, bound in self._bounds.items() if cell - 3 < k < cell + 3}
+            known = self._bounds[cell] = np.array(here.joints), np.array(here.velocity)
+        return known
+
+    def _add(self, block: Blocks, joints: Floats) -> None:
+        """Add a block to all sums; learn from the second that has become old enough."""
+        predicted = self.healthy.predict(block)
+        error, deviation = (block.residual - predicted.mean)[0], predicted.deviation[0]
+        squares = np.append((error / deviation) ** 2, self._tool_square(joints, error, deviation))
+        t = float(block.times[0])
+        if self.diverged:
+            self._calm = self._calm + 1 if squares.max() < CALM else 0
+            if self._calm >= SECOND:
+                self.diverged, self._calm = False, 0
+                self._sums[:] = 0.0
+            return
+        rising = self._sums <= 0.0
+        self._onsets[rising] = t - 0.5 * BLOCK
+        self._sums = np.maximum(self._sums + squares - self._allowances, 0.0)
+        if self._found is None and (self._sums > self._limits).any():
+            first = int(np.argmax(self._sums / self._limits))
+            self._found = float(self._onsets[first]), t + DECIDE
+        if not self._waiting or len(self._waiting[-1]) == SECOND:
+            self._waiting.append([])
+        self._waiting[-1].append(block)
+        if len(self._waiting) > WAITS + 1 and self._found is None and (self._sums < 0.25 * self._limits).all():
+            self.healthy.learn(_joined(self._waiting.popleft()))
+
+    def _tool_square(self, joints: Floats, error: Floats, deviation: Floats) -> float:
+        """Return the squared displacement of the tool for its covariance: chi-square with three degrees of freedom."""
+        jacobian = np.array(self.arm.jacobian(tuple(joints.tolist())))[:3]
+        moved, spread = jacobian @ error, jacobian * deviation
+        covariance = spread @ spread.T + np.diag([1e-12] * 3)
+        return float(moved @ np.linalg.solve(covariance, moved))
+
+    def _alarm(self, timeline: Timeline, t: float) -> DivergenceAlarm | None:
+        """Return the alarm that is due, with its cause."""
+        if self._found is None:
+            return None
+        since, due = self._found
+        if t < due and self._samples[-1].mode is not BodyMode.STOPPED:
+            return None
+        self._found, self.diverged = None, True
+        self._waiting.clear()
+        evidence = self._evidence(timeline, since)
+        cause, detail = likely_cause(evidence)
+        last, joint = self._samples[-1], evidence.worst + 1
+        expected = joints_at(self.arm, timeline, last.t)
+        frames = timeline.locate(last.t)[0].motion.frames
+        places = (position(world_pose(self.arm, frames, q)) for q in (last.joints, expected))
+        size = last.joints[joint - 1] - expected[joint - 1]
+        return DivergenceAlarm(t, joint, size, dist(*places), cause, detail, since)
+
+    def _evidence(self, timeline: Timeline, since: float) -> Evidence:
+        """Collect what a cause is sought in."""
+        samples = [sample for sample in self._samples if sample.t >= since - BEFORE]
+        times, measured = np.array([one.t for one in samples]), np.array([one.joints for one in samples])
+        g, ago = (positions_at(self.arm, timeline, times - back) for back in (0.0, BLOCK))
+        velocity, acceleration = (
+            np.stack(both, axis=1) for both in ((g.velocity, ago.velocity), (g.acceleration, ago.acceleration))
+        )
+        load = np.array([*map(self.healthy.load, g.joints, g.velocity, g.acceleration)])
+        healthy = self.healthy.predict(Blocks(times, measured, velocity, acceleration, load))
+        befores = tuple(before for _, before in reversed(self._befores))
+        noise: Floats = SAMPLE_NOISE * healthy.deviation.mean(axis=0)
+        stopped = samples[-1].mode is BodyMode.STOPPED
+        return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, stopped)
+
+
+def _joined(blocks: list[Blocks]) -> Blocks:
+    return Blocks(*map(np.concatenate, zip(*blocks, strict=True)))

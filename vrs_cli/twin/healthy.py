@@ -1,0 +1,155 @@
+"""The healthy residual of a robot: how far a body that does what it is told is from its timeline, learned as it moves.
+
+A controller lags, sags and sticks. So the healthy residual of a joint (measured minus g) is a sum of known functions of
+the commanded motion with unknown coefficients, and noise: an offset, parts in proportion to velocity (lag) and
+acceleration, dry friction, and the torque that a mass at the flange asks of the joint. Coefficients are learned by
+Bayesian linear regression with exponential forgetting (Bishop, Pattern Recognition and Machine Learning, 2006, 3.3):
+what has not been seen yet has a wide prediction interval, so that a body may be watched from its first report on. The
+noise is learned for each joint in classes of activity, as errors at high speed are larger than at rest.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Floats, Rows
+from vrs_cli.kinematics.joints import Joints
+
+# standard deviations of the coefficients of `features`: an offset; lag, acceleration and dry friction in this block,
+# and in the one before; load [rad or m, s, s2]
+PRIOR = (0.01, 0.05, 0.005, 0.003, 0.05, 0.005, 0.003, 0.02)
+BEGUN = 1e-3  # [rad/s, m/s] of a joint whose dry friction has its full size
+ACTIVITY = (0.01, 0.1, 0.4)  # of the limits of velocity and acceleration: bounds between classes of activity
+START = 2e-3  # [rad, m] noise before it is known
+LEAST_NOISE = 2e-5  # [rad, m] that is never undercut: rounding in formats, play
+FEW = 20  # blocks after which a class has noise of its own
+GRAVITY = 9.81  # [m/s2]
+MEMORY = 12_000.0  # blocks (10 minutes of motion) after which what was learned counts a third
+OUTLIER = 4.0  # standard deviations: what lies beyond counts as this
+TAIL = 3.0  # the largest healthy error is at most so many standard deviations
+RELATIVE = 0.1  # share of the predicted residual that may be wrong
+CORRELATED = 4.0  # successive blocks count as one: their errors are alike
+
+
+class Blocks(NamedTuple):
+    """Averages over short stretches of reports, at times (B,) [s]: residual (B, n); of g velocity and acceleration in
+    each and in the one before it (B, 2, n), and the torque of a load divided by its usual size (B, n).
+    """
+
+    times: Floats
+    residual: Floats
+    velocity: Floats
+    acceleration: Floats
+    torque: Floats
+
+
+class HealthyError(NamedTuple):
+    """The healthy residual of blocks (B, n), its standard deviation, and that of the noise alone [rad, m]."""
+
+    mean: Floats
+    deviation: Floats
+    noise: Floats
+
+
+class HealthyResidual:
+    """What is known of the healthy residual of one body. `noise`: its standard deviation [rad, m], by class of activity
+    and joint; `learned`: from so many blocks.
+    """
+
+    def __init__(self, arm: RobotArm) -> None:
+        self._arm, model = arm, arm.model
+        self._most_velocity = np.array(model.max_velocity)
+        self._most_acceleration = np.array(model.max_acceleration)
+        n, prior = model.joint_count, np.array(PRIOR)
+        k, classes = len(prior), len(ACTIVITY) + 1
+        self._prior: Floats = np.diag(prior**-2)
+        self._precision: Floats = np.zeros((n, k, k))
+        self._product: Floats = np.zeros((n, k))
+        self._coefficients: Floats = np.zeros((n, k))
+        self._covariance: Floats = np.tile(np.diag(prior**2), (n, 1, 1))
+        self._weight, self._squares = np.zeros((classes, n)), np.zeros((classes, n))
+        self._peak = np.zeros((classes, n))
+        self.noise: Floats = np.full((classes, n), START)
+        self.learned = 0
+
+        low, high = np.maximum(model.lower, -np.pi), np.minimum(model.upper, np.pi)
+        poses = np.random.default_rng(0).uniform(low, high, (64, n))
+        loads = np.array([load_torque(arm, tuple(q)) for q in poses.tolist()])
+        usual: Floats = np.sqrt((loads**2).mean(axis=0))
+        self._usual_load: Floats = np.maximum(usual, 1e-2 * usual.max())
+
+    def load(self, joints: Floats, velocity: Floats, acceleration: Floats) -> Floats:
+        """Return the torques (n,) of a load at joints, velocity and acceleration (n,), divided by their usual size."""
+        q, qd, qdd = (tuple(row.tolist()) for row in (joints, velocity, acceleration))
+        return load_torque(self._arm, q, qd, qdd) / self._usual_load
+
+    def features(self, blocks: Blocks) -> Floats:
+        """Return what a healthy residual is made of (B, n, k), in the order of PRIOR."""
+        rows = [np.ones_like(blocks.residual)]
+        for place in (0, 1):
+            v, a = blocks.velocity[:, place], blocks.acceleration[:, place]
+            rows += [v, a, np.tanh(v / BEGUN)]
+        return np.stack([*rows, blocks.torque], axis=-1)
+
+    def _classes(self, blocks: Blocks) -> Rows:
+        """Return the class of activity of each block (B,): the most active joint counts, as it moves the others too."""
+        speed = np.abs(blocks.velocity) / self._most_velocity
+        change = np.abs(blocks.acceleration) / self._most_acceleration
+        found: Rows = np.searchsorted(ACTIVITY, np.maximum(speed, change).max(axis=(1, 2)))
+        return found
+
+    def predict(self, blocks: Blocks) -> HealthyError:
+        """Predict the residual of blocks."""
+        features = self.features(blocks)
+        mean = np.einsum("bnk,nk->bn", features, self._coefficients)
+        unknown = np.einsum("bnk,nkl,bnl->bn", features, self._covariance, features)
+        noise = self.noise[self._classes(blocks)]
+        moving = mean - self._coefficients[:, 0]  # an offset is as sure as it is
+        return HealthyError(mean, np.sqrt(noise**2 + unknown + (RELATIVE * moving) ** 2), noise)
+
+    def learn(self, blocks: Blocks) -> None:
+        """Learn from blocks in which the body was healthy."""
+        predicted, features, classes = self.predict(blocks), self.features(blocks), self._classes(blocks)
+        # each error as the noise alone would have made it: errors of what is not learned yet are no noise
+        errors = np.abs(blocks.residual - predicted.mean) * predicted.noise / predicted.deviation
+        decay = 1.0 - len(blocks.times) / MEMORY
+        weights = 1.0 / (CORRELATED * predicted.noise**2)
+        self._precision = self._precision * decay + np.einsum("bnk,bn,bnl->nkl", features, weights, features)
+        residual = np.clip(
+            blocks.residual,
+            predicted.mean - OUTLIER * predicted.deviation,
+            predicted.mean + OUTLIER * predicted.deviation,
+        )
+        self._product = self._product * decay + np.einsum("bnk,bn,bn->nk", features, weights, residual)
+        self._covariance = np.asarray(np.linalg.inv(self._precision + self._prior), dtype=np.float64)
+        self._coefficients = np.einsum("nkl,nl->nk", self._covariance, self._product)
+        for number in np.unique(classes):
+            rows = classes == number
+            known = self._weight[number] >= FEW
+            these = np.where(known, np.minimum(errors[rows], OUTLIER * self.noise[number]), errors[rows])
+            self._weight[number] = self._weight[number] * decay + len(these)
+            self._squares[number] = self._squares[number] * decay + (these**2).sum(axis=0)
+            self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
+        self._set_noise()
+        self.learned += len(blocks.times)
+
+    def _set_noise(self) -> None:
+        """Set the noise of all classes: at least what the largest error asks for, and more while little is known."""
+        weight = np.maximum(self._weight, 1.0)
+        own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)
+        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)
+        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # less activity, no more noise
+
+
+def load_torque(arm: RobotArm, q: Joints, qd: Joints | None = None, qdd: Joints | None = None) -> Floats:
+    """Return the torques (n,) [N m, N] that a mass of 1 kg at the flange asks of the joints: J^T (a - g), with the
+    acceleration a of the flange (Siciliano et al., Robotics, 2009, 7.1). Z of the robot's base is up.
+    """
+    jacobian, force = np.array(arm.jacobian(q))[:3], np.array([0.0, 0.0, GRAVITY])
+    if qd is not None and qdd is not None:
+        force += jacobian @ np.array(qdd) + arm.acceleration_bias(q, qd)[:3]
+    torque: Floats = jacobian.T @ force
+    return torque
