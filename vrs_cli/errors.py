@@ -219,6 +219,10 @@ class AngleUnit(ProgramError, code=63, text="Angle in degrees"):
     """A warning: an angle that looks like one in radians."""
 
 
+class AboveFullSpeed(ProgramError, code=64, text="More than full speed"):
+    """A warning: a speed or an acceleration above 100 %, of which no more than 100 % is used."""
+
+
 class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
     """A warning: nothing leads to a step."""
 

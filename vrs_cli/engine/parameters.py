@@ -43,7 +43,7 @@ PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
 }
 ROTATION_SPEED = Range("SPEED ...,", "a rotation speed is", SLOWEST_PERCENT, 1e5)
 JOINT_SPEED = Range("DRIVE ...,", "a speed is", SLOWEST_PERCENT, FULL_SPEED)
-ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, FULL_SPEED)
+ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, 1e5)  # 100 at most is used
 DECELERATION = Range("ACCEL ...,", "a deceleration is", SLOWEST_PERCENT, 1e5)
 DELAY = Range("DELAY", "it is a time", 0.0, LATEST, "s")
 DURATION = Range("DURATION", "it is a time", 0.0, LATEST, "s")

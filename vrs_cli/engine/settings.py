@@ -182,7 +182,7 @@ class Settings(Struct, frozen=True):
             case SetSwivel():
                 return replace(self, swivel=self.swivel.put(change, change.always))
             case SetAcceleration():
-                percent = ACCELERATION.checked(change.acceleration)
+                percent = min(ACCELERATION.checked(change.acceleration), FULL_SPEED)
                 if change.deceleration is not None:  # the smaller one serves both
                     percent = min(percent, DECELERATION.checked(change.deceleration))
                 return replace(self, acceleration=percent / FULL_SPEED)

@@ -49,7 +49,7 @@ _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _MEANT = re.compile(r"did you mean ([#$]?[A-Za-z][\w.]*)\?")
 _GOTO = re.compile(r"\bGOTO\s+\d*$", re.IGNORECASE)
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]*")
-_SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".STRINGS": Kind.STRING}
+_SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".DOUBLES": Kind.REAL, ".STRINGS": Kind.STRING}
 
 
 class Symbol(Struct, frozen=True):

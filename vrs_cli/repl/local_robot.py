@@ -250,7 +250,7 @@ def _held(text: str) -> str:
     parts = parse_file(text)[0].parts
     programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))
     said = [listed("program", programs)] if programs else []
-    nouns = {".LOCATIONS": "location", ".REALS": "real", ".STRINGS": "string"}
+    nouns = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRINGS": "string"}
     said += [count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, Section)]
     return ", ".join(said) or "nothing"
 

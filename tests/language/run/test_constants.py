@@ -6,6 +6,7 @@ import pytest
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
+    AboveFullSpeed,
     ArithmeticOverflow,
     IllegalJoint,
     IllegalSignal,
@@ -46,7 +47,9 @@ def found(*lines: str) -> list[Diagnostic]:
         ("SPEED 0", IllegalValue, "0"),
         ("SPEED 50, -1 ALWAYS", IllegalValue, "-1"),
         ("SPEED 400 MONITOR", IllegalValue, "400"),
-        ("ACCEL 200", IllegalValue, "200"),
+        ("ACCEL 200", AboveFullSpeed, "200"),
+        ("SPEED 500", AboveFullSpeed, "500"),
+        ("SPEED 101, 50 ALWAYS", AboveFullSpeed, "101"),
         ("DELAY -1", IllegalValue, "-1"),
         ("DELAY 2-3", IllegalValue, "2-3"),
         ("DURATION -0.5", IllegalValue, "-0.5"),

@@ -64,7 +64,8 @@ def test_one_with_programs_hides_no_other_finding() -> None:
 def test_the_whole_file_tells_its_language(their: list[str], ours: list[str], *, is_theirs: bool) -> None:
     text = "\n".join((".PROGRAM a()", *ours, *their, ".END", ""))
     assert (foreign_file(text) is not None) is is_theirs
-    assert sum(one.span.line > 1 for one in parse_file(text)[1]) == len(their) + is_theirs
+    unread = [line for line in their if "," not in line]
+    assert sum(one.span.line > 1 for one in parse_file(text)[1]) == len(unread) + is_theirs
 
 
 def test_a_line_that_no_other_language_has_is_enough() -> None:

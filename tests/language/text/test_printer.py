@@ -80,6 +80,12 @@ def test_a_printed_program_is_read_as_the_same(program: ast.Program) -> None:
         ("cali", "CALIBRATE"),
         ("react 1001, Foo", "REACT 1001, foo"),
         ("if SIG( 1 ) goto 10", "IF SIG(1) GOTO 10"),
+        ("attach( )", "ATTACH ()"),
+        ("attach", "ATTACH"),
+        ('calls "Pick" (A,5)', 'CALLS "Pick"(a, 5)'),
+        ("jmove 0,,B", "JMOVE 0,, b"),
+        ("jhere A,b[1]", "JHERE a, b[1]"),
+        ('fopen (lun,0) $ip," /REMOTE_PORT",Port', 'FOPEN (lun, 0) $ip, " /REMOTE_PORT", port'),
         ("$s = $mid( $t ,1 , 2)", "$s = $MID($t, 1, 2)"),
     ],
 )

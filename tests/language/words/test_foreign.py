@@ -19,7 +19,6 @@ from vrs_cli.values.diagnostics import LineRefused
         ("MOVEJ part", "MOVE"),
         ("MOVEL part", "MOVES"),
         ("LMOVE part", "MOVES"),
-        ("JMOVE part", "MOVE"),
         ("DATE", "TIME"),
         ("GRIP", "CLOSEI"),
         ("CLEAR", "Ctrl-L"),

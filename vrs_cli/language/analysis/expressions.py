@@ -161,6 +161,8 @@ class Expressions(NameFindings):
         detail, hint = "a value with arguments", "CALLS $name(a, b) has them"
         if isinstance(expression, ast.Format):
             detail, hint = f"/{expression.code} is no value", "format codes are items of TYPE and $ENCODE"
+        elif isinstance(expression.text, ast.StringConstant):
+            detail, hint = "( behind a text", "an operator or a comma is missing before ("
         self.fault(IllegalExpression, expression.span, detail, hint)
 
     def _unary(self, expression: ast.Unary) -> Kind:

@@ -1,4 +1,5 @@
-"""What constants show by themselves: steps that can never be done, found without running the program.
+"""What constants show by themselves: steps that can never be done, or that do less than they say, found without running
+the program.
 
 Operands are evaluated and instructions carried out as in a running program, in an environment of their own. So the
 texts are those of the runtime, and no rule is written twice.
@@ -13,7 +14,9 @@ from functools import partial
 
 from msgspec import Struct
 
+from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.errors import (
+    AboveFullSpeed,
     ArithmeticOverflow,
     IllegalJoint,
     IllegalSignal,
@@ -33,7 +36,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, Statement
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.values import Kind
+from vrs_cli.language.words.values import Kind, plain
 from vrs_cli.language.words.word import Argument, Shape, State, argument_at
 from vrs_cli.values.commands import (
     Request,
@@ -43,6 +46,7 @@ from vrs_cli.values.commands import (
     SetMonitorSpeed,
     SetParameter,
     SetSpeed,
+    SpeedUnit,
     Stamp,
 )
 from vrs_cli.values.diagnostics import Diagnostic, Span, warning
@@ -152,7 +156,9 @@ class Constants(Struct, frozen=True):
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
         filled = [[x if isinstance(one, Gap) else one for one in given] for x in stand_ins]
         carry_out = partial(self._carry_out, statement)
-        return [_error(partial(carry_out, *operands), (*NEVER_RIGHT, NotAvailable)) for operands in filled]
+        return [
+            _error(partial(carry_out, *operands), (*NEVER_RIGHT, NotAvailable, AboveFullSpeed)) for operands in filled
+        ]
 
     def _carry_out(self, statement: ast.Instruction, *operands: object) -> None:
         *arguments, value = operands
@@ -161,6 +167,7 @@ class Constants(Struct, frozen=True):
         for request in HANDLERS[statement.word](self.context, it, *arguments) or ():
             if isinstance(request, CHECKED_BY_THE_ROBOT):
                 self.perform(request)
+                _check_limited(request)
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: VrsError) -> Span:
         """Return the place of the operand that causes the error: any other number there gives another answer."""
@@ -171,6 +178,18 @@ class Constants(Struct, frozen=True):
                 if all(str(other) != str(error) for other in self._outcomes(statement, without)):
                     return expression.span
         return statement.span
+
+
+def _check_limited(request: Request) -> None:
+    """Raises AboveFullSpeed for more than the robot does."""
+    if isinstance(request, SetAcceleration):
+        what, percent = "ACCEL", request.acceleration
+    elif isinstance(request, SetSpeed) and request.unit is SpeedUnit.PERCENT:
+        what, percent = "SPEED", request.value
+    else:
+        return
+    if percent > FULL_SPEED:
+        raise AboveFullSpeed(f"{what} {plain(percent)}", f"the robot does {FULL_SPEED:g} % at most")
 
 
 def _error(act: Callable[[], object], wrong: tuple[type[VrsError], ...] = NEVER_RIGHT) -> VrsError | None:

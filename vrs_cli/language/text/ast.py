@@ -124,9 +124,11 @@ class ProgramCall(Node, frozen=True):
 
 
 class Applied(Node, frozen=True):
-    """The argument of CALLS: a string that names a program, with that program's arguments: `$name[i](a, 5)`."""
+    """The argument of CALLS: a string that names a program, with that program's arguments: `$name[i](a, 5)`,
+    `"name"(a, 5)`.
+    """
 
-    text: Variable
+    text: Variable | StringConstant
     arguments: tuple[Expression | None, ...]
 
 
@@ -182,12 +184,14 @@ class Instruction(Node, frozen=True):
 
     `word` is the full upper-case keyword, also when the source abbreviated it. An omitted argument is None, trailing
     ones are absent. `value` is what follows `=` (`TIMER 1 = 0`, `SET a = b`, `POINT a = b`, `BITS 1,3 = v`).
+    `empty_group`: empty parentheses stand behind the word (`ATTACH ()`).
     """
 
     word: str
     arguments: tuple[Expression | None, ...]
     value: Expression | None = None
     modifiers: Modifiers = NO_MODIFIERS
+    empty_group: bool = False
 
 
 class DoInstruction(Node, frozen=True):

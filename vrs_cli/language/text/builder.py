@@ -258,7 +258,12 @@ class _Given(Struct):
             given = _fit(self.values, (row.value,))
             arguments, value = (arguments + given, None) if row.value.repeated else (arguments, given[0])
         modifiers = ast.Modifiers(**dict(self.modifiers.values())) if self.modifiers else ast.NO_MODIFIERS
-        return ast.Instruction(row.name, arguments, value, modifiers, span=span)
+        if (
+            row.name == "JMOVE" and len(arguments) == 1 and not isinstance(arguments[0], ast.Number)
+        ):  # that of Kawasaki goes to a location
+            raise refusal(CannotInterpret, span, "JMOVE takes the values of all joints", "MOVE goes to a location")
+        empty = self.grouped and self.task is None and not any(self.arguments[: row.grouped])
+        return ast.Instruction(row.name, arguments, value, modifiers, empty, span=span)
 
     def _in_order(self) -> Items:
         """The arguments in the order of the table: those between commas, those with a leading word, the task."""
@@ -456,8 +461,9 @@ class Builder:
         return replace(_variable(name, indexes, span), rest=rest)
 
     @_by_name
-    def applied(self, span: Span, text: ast.Variable, _open: Token, *inner: Any) -> ast.Applied:
-        return ast.Applied(text, tuple(_items(inner[:-1])), span=span)
+    def applied(self, span: Span, text: ast.Variable | Token, _open: Token, *inner: Any) -> ast.Applied:
+        named = self.string([text]) if isinstance(text, Token) else text
+        return ast.Applied(named, tuple(_items(inner[:-1])), span=span)
 
     @_by_name
     def call(self, span: Span, name: Token, _open: Token, *inner: Any) -> ast.Call:

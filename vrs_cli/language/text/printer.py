@@ -168,7 +168,8 @@ def _instruction(statement: ast.Instruction) -> str:
     raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.BareWord)
     read_by = command if raw or row is None else row  # FDELETE file of the prompt, or FDELETE (lun) $file
     assert read_by is not None
-    parts = [statement.word, it.sort, *_argument_parts(statement, read_by), it.unit, "ALWAYS" * it.always]
+    group = "()" * statement.empty_group
+    parts = [statement.word, group, it.sort, *_argument_parts(statement, read_by), it.unit, "ALWAYS" * it.always]
     parts += (
         f"{word} {expression_text(time)}" for word, time in (("AT", it.at), ("IN", it.within)) if time is not None
     )

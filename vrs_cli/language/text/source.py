@@ -43,7 +43,7 @@ V = TypeVar("V")
 PROGRAM, END = ".PROGRAM", ".END"
 MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
 JOINTS_HIGH = 12  # joints of a precision point in a file
-SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
+SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
 
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -269,7 +269,7 @@ class FileReader(DiagnosticCollector):
             wrong = "an index in a file is a number"
         elif section == ".STRINGS" and (entry.variable.sigil != "$" or entry.text is None):
             wrong = 'a string is written $name "text"'
-        elif section == ".REALS" and (entry.variable.sigil or len(entry.numbers) != 1):
+        elif section in (".REALS", ".DOUBLES") and (entry.variable.sigil or len(entry.numbers) != 1):
             wrong = "a real is written name 12.5"
         elif section == ".LOCATIONS" and not (
             1 <= len(entry.numbers) <= JOINTS_HIGH

@@ -78,6 +78,15 @@ def _here(context: Context, _it: Wording, target: Definable) -> None:
     target.define(here.joints if joints else here.T_world_tool)
 
 
+def _joints_here(context: Context, _it: Wording, *targets: Reference | None) -> None:
+    numbers = numbers_of(context.engine.position().joints, context.environment.units)
+    if len(targets) > len(numbers):
+        raise IllegalValue(f"JHERE with {len(targets)} variables", f"the robot has {len(numbers)} joints")
+    for target, number in zip(targets, numbers, strict=False):
+        if target is not None:
+            target.assign(number)
+
+
 def _decompose(context: Context, it: Wording, first: Reference) -> None:
     """Assign elements from the one named on: X, Y, Z, O, A, T of a transformation, or the joints."""
     if isinstance(first.key, str | tuple):
@@ -233,9 +242,10 @@ def _command(_context: Context, _it: Wording, unit: float, command: float, data:
     return (CommandDevice(checked_open(unit, "FCMND"), whole(command), data or ""),)
 
 
-def _fopen(_context: Context, _it: Wording, unit: float, mode: float | None, how: str) -> Iterable[Event]:
+def _fopen(context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None) -> Iterable[Event]:
     """The mode of a V+ program (16 for TCP) says what the device shows already."""
     whole(mode or 0.0)
+    how, _ = encode(items, context.environment.units)
     return (OpenDevice(checked_open(unit, "FOPEN"), how),)
 
 
@@ -262,6 +272,7 @@ INPUT_OUTPUT: Mapping[str, Handler] = {
     "SET": _set,
     "POINT": _set,
     "HERE": _here,
+    "JHERE": _joints_here,
     "SHIFT": _shift,
     "INVERSE": lambda context, it, target: _set(context, replace(it, value=inverse(it.value)), target),
     "FRAME": _set_frame,

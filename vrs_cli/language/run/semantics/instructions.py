@@ -260,6 +260,16 @@ def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[E
     return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
 
 
+def _move_joints(context: Context, it: Wording, *values: float | None) -> Iterable[Event]:
+    joints, units = list(context.engine.destination(context.engine.end).joints), context.environment.units
+    if len(values) > len(joints):
+        raise IllegalValue(f"JMOVE with {len(values)} values", f"the robot has {len(joints)} joints")
+    for number, value in enumerate(values):
+        if value is not None:
+            joints[number] = units.one_read(number + 1, value)
+    return (Move(JointTarget(tuple(joints)), False, stamp=it.stamp, text=it.text),)
+
+
 ADDS, WORLD = 1, 2  # bits of the mode of ALTON
 
 
@@ -390,6 +400,7 @@ MOTIONS: Mapping[str, Handler] = {
     "DEPARTS": partial(_depart, True),
     "DRAW": _draw,
     "DRIVE": _drive,
+    "JMOVE": _move_joints,
     "READY": lambda _context, it: (Move(NamedTarget("ready"), False, stamp=it.stamp, text=it.text),),
     "NEST": lambda _context, it: (Move(NamedTarget("nest"), False, stamp=it.stamp, text=it.text),),
     "ALIGN": lambda _context, it: (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),),
