@@ -23,4 +23,4 @@ def test_an_example_prints_what_it_says(
     assert err == ""
     assert out.splitlines() == expected
     assert expected
-    assert len(code.splitlines()) <= 40
+    assert len(code.splitlines()) <= 45

@@ -16,7 +16,7 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import RequestRefused, RoleWanted
 from vrs_cli.net.body_client import BodyClient
 from vrs_cli.net.body_messages import Embodied, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
-from vrs_cli.net.client import hello_of
+from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.messages import BodyOrder, BodyReleased, BodyStatus, Hello, Line, Refused, Subscribe
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import add_tokens
@@ -244,6 +244,30 @@ def test_a_mirror_has_what_was_measured_also_during_a_cut(tmp_path: Path) -> Non
             assert len(mirror.measured) == 3005
         finally:
             port.close()
+
+
+def test_the_first_look_has_all_that_was_measured_before(tmp_path: Path) -> None:
+    """News of the body that come while the client asks for it make it ask once more by itself."""
+    with serving(tmp_path, realtime=1.0) as it:
+        record, address = it.hub.rooms["cell1"].session.engine.measured, it.address
+
+        async def story() -> None:
+            async with BodyClient(address, rate=500.0) as body:
+                for n in range(5000):
+                    body.report(0.001 * n, body.setpoint(0.0).joints)
+                await so(lambda: len(record) == 5000)
+            client = Client(address, hello_of())
+            await client.open()
+            mirror = await client.follow()
+            looking = asyncio.create_task(client.measure())
+            await asyncio.sleep(0.0)
+            for hear in client.far.news:
+                hear(BodyStatus())
+            await looking
+            assert mirror.record.seen == record.seen
+            await client.close()
+
+        run(story)
 
 
 def test_a_server_that_begins_anew_has_what_was_measured(tmp_path: Path) -> None:

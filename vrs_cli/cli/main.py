@@ -50,6 +50,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "delay": Subcommand("remote", "LISTEN TARGET", "a line with delays between a client and a server"),
     "experiment": Subcommand("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Subcommand("serve", "", "serve robots to others over the network"),
+    "body": Subcommand("body", "URL", "be the body of a served robot: a simulated arm, or another program"),
     "token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),
     "class": Subcommand("classroom", "COMMAND FOLDER", "a class in browsers: new, links, collect, forget"),
     "put": Subcommand("remote", "FILE URL", "put a file into the folder of a robot that is served"),

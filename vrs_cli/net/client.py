@@ -244,9 +244,10 @@ class Client:
         followed, mirror = self.far.connection.followed, self.far.mirror
         if self.measures or followed is None or mirror is None:
             return
-        self.measures, self.far.unmeasured = True, max(mirror.now - mirror.window, -1.0)
+        self.measures, begin = True, max(mirror.now - mirror.window, -1.0)
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
+            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now: this call waits for these reports itself
             await self._recall_measured()
         except RequestRefused:
             self.measures = False

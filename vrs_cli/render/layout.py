@@ -285,7 +285,7 @@ def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
 def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
     body = reply.body
     if body is None:
-        yield line("No client is the body of this robot, and nothing was measured")
+        yield line("No client is the body of this robot")
         return
     order = "to follow" if body.order is BodyMode.FOLLOWS else "to hold still"
     ordered = "" if body.order is body.mode else f"; it is told {order}"

@@ -29,6 +29,13 @@ MAX_GAPS = 100  # stretches of missing numbers that are remembered
 RATE_WINDOW = 5.0  # [s] of arrivals that tell the rate of reports
 
 
+def check_time(t: float, now: float) -> None:
+    """Check the time of a report [s] at this time of the robot's clock. Raises IllegalValue."""
+    if not now - PAST <= t <= now + AHEAD:
+        what = f"a report of {t:g} s, when the robot's clock is at {now:.3f} s"
+        raise IllegalValue(what, f"at most {AHEAD:g} s later, or {PAST:g} s earlier", value=t)
+
+
 class BodyChange(Struct, frozen=True):
     """The client `name` is the body (empty: none) where `before` was it, and its order from `at` [s] on."""
 
@@ -144,7 +151,9 @@ class RobotBody:
         with self._lock:
             self.check_is(name)
             if name:
-                self._check_times(reports)
+                now = self.now()
+                for one in reports:
+                    check_time(one.t, now)
             first = self._numbers.next if first is None else first
             new = self._numbers.new(first, reports)
             found, doubled = self.record.add(new), len(reports) - len(new)
@@ -160,13 +169,6 @@ class RobotBody:
         if name != self.name:
             is_body = f"{self.name} is the body" if self.name else "nobody is the body"
             raise RequestRefused(f"a report of {name or 'this process'}, but {is_body}", "be the body first")
-
-    def _check_times(self, reports: Sequence[Report]) -> None:
-        now = self.now()
-        for one in reports:
-            if not now - PAST <= one.t <= now + AHEAD:
-                what = f"a report of {one.t:g} s, when the robot's clock is at {now:.3f} s"
-                raise IllegalValue(what, f"at most {AHEAD:g} s later, or {PAST:g} s earlier", value=one.t)
 
     def _note_arrival(self, reports: Sequence[Report]) -> None:
         newest, wall = max(reports, key=lambda one: one.t), self._wall()

@@ -1,0 +1,249 @@
+"""`vrs body`: this process is the body of a robot that is served, or stands for it."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Coroutine, Mapping
+from contextlib import suppress
+from math import radians
+from pathlib import Path
+from threading import Thread
+from typing import TYPE_CHECKING, Any
+
+from vrs_cli.cli.command_line import CommandLineError, command, group, number, one_of, option, positive, teller, whole
+from vrs_cli.cli.main import FAILED, OK
+from vrs_cli.cli.remote import EPILOG, URL, signal_comes, token_of
+from vrs_cli.errors import IllegalValue, UsageError, VrsError
+from vrs_cli.repl.interrupt import ENDINGS, Ended
+
+if TYPE_CHECKING:
+    from vrs_cli.bodies.mujoco_arm import MujocoArm
+    from vrs_cli.bodies.scenario import Disturbance, Release
+    from vrs_cli.kinematics.joints import JointKind, Joints
+    from vrs_cli.net.body_client import BodyClient
+    from vrs_cli.trajectory.state import JointState
+
+MAX_TOLD = 5  # wrong lines that are named
+MAX_LINE_CHARS = 1 << 16
+MAX_JUMP = 5.0  # [s] of the robot's clock that a simulated arm makes up for
+Tell = Callable[[str], None]
+
+
+def body(options: Namespace) -> int:
+    """Be the body until Ctrl-C, or until the robot has another one. Raises what the robot refuses."""
+    kind = next((kind for kind in KINDS if getattr(options, kind)), None)
+    if kind is None:
+        raise CommandLineError("which body?", f"give --{' or --'.join(KINDS)}")
+    status, number = asyncio.run(_until_signal(KINDS[kind](options)))
+    if number in ENDINGS:
+        raise Ended(number)
+    return status
+
+
+async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
+    """Do the work until it ends, or a signal comes. Return the exit status and the number of the signal, or 0."""
+    working, heard = asyncio.create_task(work), asyncio.create_task(signal_comes())
+    done, _ = await asyncio.wait({working, heard}, return_when=asyncio.FIRST_COMPLETED)
+    if working in done:
+        heard.cancel()
+        return working.result(), 0
+    working.cancel()
+    with suppress(asyncio.CancelledError):
+        await working
+    return OK, heard.result()
+
+
+def _client(options: Namespace) -> BodyClient:
+    """Return the client that is to be the body. Raises CommandLineError for what is no address, and FileError."""
+    from vrs_cli.net.body_client import BodyClient
+
+    token, tell = token_of(options.token_file), teller(options.prog)
+    try:
+        return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
+    except (UsageError, IllegalValue) as error:
+        raise CommandLineError(error.detail, error.hint) from None
+
+
+def _tell_begun(tell: Tell, body: BodyClient, what: str) -> None:
+    tell(
+        f"{what} is the body of {body.model.title} at {body.client.url}, {body.rate:g} reports a second; Ctrl-C ends it"
+    )
+
+
+def _read_input(take: Callable[[str], None], end: Callable[[], object]) -> None:
+    """Let a thread read standard input; call `take` with each line in the event loop, and `end` after the last."""
+    loop = asyncio.get_running_loop()
+
+    def read() -> None:
+        with suppress(OSError, ValueError, RuntimeError):  # the stream or the loop is closed
+            while line := sys.stdin.readline(MAX_LINE_CHARS):
+                loop.call_soon_threadsafe(take, line)
+        with suppress(RuntimeError):
+            loop.call_soon_threadsafe(end)
+
+    Thread(target=read, name="vrs body reads", daemon=True).start()
+
+
+# --- --mujoco: a simulated arm ---------------------------------------------------------------------------------------
+
+
+async def _simulate(options: Namespace) -> int:
+    """Be the body by an arm of MuJoCo. Raises CommandLineError without MuJoCo, NotAvailable for a robot whose masses
+    nobody says, and what is wrong with the scenario.
+    """
+    try:
+        from vrs_cli.bodies.mujoco_arm import ArmSettings, MujocoArm
+    except ImportError:
+        raise CommandLineError("--mujoco needs MuJoCo", "pip install 'vrs-cli[physics]'") from None
+    from vrs_cli.bodies.scenario import Scenario, load_scenario
+
+    tell, usual = teller(options.prog), ArmSettings()
+    settings = ArmSettings(
+        bandwidth=options.bandwidth,
+        report_rate=options.rate,
+        resolution=usual.resolution if options.resolution is None else radians(options.resolution),
+        noise=usual.noise if options.noise is None else radians(options.noise),
+    )
+    async with _client(options) as body:
+        kinds = tuple(link.kind for link in body.model.links)
+        scenario = Scenario() if options.scenario is None else load_scenario(options.scenario, kinds)
+        seed = scenario.seed if options.seed is None else options.seed
+
+        def make_arm(joints: Joints, t: float) -> MujocoArm:
+            disturbances = [one for one in scenario.disturbances if one.at is not None and one.at >= t]
+            return MujocoArm(
+                body.model,
+                seed=seed,
+                controller=options.controller,
+                settings=settings,
+                joints=joints,
+                start=t,
+                disturbances=disturbances,
+            )
+
+        arm = make_arm(body.setpoint(body.now()).joints, body.now())
+        _tell_begun(tell, body, "a simulated arm")
+        await _move(body, arm, make_arm, _commands(kinds, tell))
+    return OK
+
+
+async def _move(
+    body: BodyClient,
+    arm: MujocoArm,
+    make_arm: Callable[[Joints, float], MujocoArm],
+    commands: asyncio.Queue[Disturbance | Release],
+) -> None:
+    """Let an arm follow the timeline, and report what it measures. Where the robot's clock jumps, as that of another
+    server does, the arm goes on from where it is.
+    """
+
+    def setpoint(t: float) -> JointState:
+        return body.setpoint(t)
+
+    order = body.order
+    async for t in body.ticks():
+        if not -MAX_JUMP < t - arm.time < MAX_JUMP:
+            mode, arm = arm.mode, make_arm(arm.joints, t)
+            arm.order(mode)
+        if body.order is not order and body.order.at <= t:
+            order = body.order
+            arm.order(order.mode)
+        while not commands.empty():
+            arm.disturb(commands.get_nowait())
+        for one in arm.advance(t, setpoint):
+            body.report(one.t, one.joints, one.velocity, one.effort, one.mode)
+
+
+def _commands(kinds: tuple[JointKind, ...], tell: Tell) -> asyncio.Queue[Disturbance | Release]:
+    """Return a queue into which disturbances come that are typed on standard input."""
+    from vrs_cli.bodies.scenario import read_command
+
+    found: asyncio.Queue[Disturbance | Release] = asyncio.Queue()
+
+    def take(line: str) -> None:
+        if line.strip():
+            try:
+                found.put_nowait(read_command(line, kinds))
+            except VrsError as error:
+                tell(str(error))
+
+    _read_input(take, lambda: None)
+    return found
+
+
+# --- --stream: another program ---------------------------------------------------------------------------------------
+
+
+async def _stream(options: Namespace) -> int:
+    """Be the body by another program: set points on standard output, reports on standard input, until that ends. Return
+    FAILED if lines of it were no reports.
+    """
+    from vrs_cli.interfaces.station.body import check_time
+    from vrs_cli.wire.body_lines import LineFormat, heading, read_report, setpoint_line
+
+    tell, form = teller(options.prog), LineFormat(options.format)
+    async with _client(options) as body:
+        units, joint_count = body.model.units, body.model.joint_count
+        ended, wrong, number = asyncio.Event(), 0, 0
+
+        def take(line: str) -> None:
+            nonlocal wrong, number
+            number += 1
+            if not line.strip():
+                return
+            try:
+                one = read_report(line, body.now(), units, joint_count)
+                check_time(one.t, body.now())
+                body.report(one.t, one.joints, one.velocity, one.effort, one.mode)
+            except VrsError as error:
+                wrong += 1
+                if wrong <= MAX_TOLD:
+                    tell(f"standard input:{number}: {error}{' (others are not told)' if wrong == MAX_TOLD else ''}")
+
+        _tell_begun(tell, body, "another program")
+        if form is LineFormat.CSV:
+            print(heading(joint_count), flush=True)
+        _read_input(take, ended.set)
+        async for t in body.ticks():
+            if ended.is_set():
+                break
+            print(setpoint_line(form, t, body.setpoint(t), body.order.mode, units), flush=True)
+    return FAILED if wrong else OK
+
+
+KINDS: Mapping[str, Callable[[Namespace], Coroutine[Any, Any, int]]] = {"mujoco": _simulate, "stream": _stream}
+
+body_parser = command(
+    "Be the body of a robot that is served: follow its timeline, and report where the arm really is.",
+    """\
+A simulated arm takes disturbances on standard input while it runs: push, payload, block, slip, stop, drift, release.
+--scenario FILE has them with their times (docs/twin.md).
+
+  vrs body ws://127.0.0.1:8000 --mujoco
+  echo 'payload mass = 2' | vrs body ws://127.0.0.1:8000 --mujoco
+  vrs body ws://lab:8000/robots/left --stream --format json --rate 50
+
+"""
+    + EPILOG,
+    *URL,
+    one_of(
+        option("--mujoco", action="store_true", help="a simulated arm (extra physics)"),
+        option("--stream", action="store_true", help="another program: set points on stdout, reports on stdin"),
+    ),
+    option("--rate", metavar="HZ", type=positive, default=100.0, help="reports a second (default: 100, 2000 at most)"),
+    group(
+        "the simulated arm",
+        option("--scenario", metavar="FILE.toml", type=Path, help="disturbances, and when they begin"),
+        option("--controller", choices=("computed", "pd"), default="computed", help="computed torque, or PD"),
+        option("--bandwidth", metavar="RAD/S", type=positive, default=40.0, help="of the controller (default: 40)"),
+        option("--resolution", metavar="DEG", type=positive, help="of the encoders (default: 0.0055)"),
+        option("--noise", metavar="DEG", type=number, help="of the encoders, standard deviation (default: 0.0011)"),
+        option("--seed", metavar="N", type=whole, help="of the noise (default: the scenario's, or 0)"),
+    ),
+    group(
+        "the stream",
+        option("--format", choices=("csv", "json"), default="csv", help="of set points (default: csv)"),
+    ),
+)

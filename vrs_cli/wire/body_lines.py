@@ -1,0 +1,107 @@
+"""Lines of text for a body that another program moves: set points go out, and reports come in, as CSV or JSON.
+
+A set point is a time of the robot's clock [s], joints, and their velocities [deg, deg/s; mm, mm/s of a slide]:
+
+    t,jt1,...,jtn,v1,...,vn,mode
+    {"t": 2.5, "joints": [...], "velocity": [...], "mode": "follows"}
+
+The mode is what the body is told to do: `follows`, or `holds` where it stands. A report is such a line as well: in CSV
+the time, the joints and, if they are known, velocities; in JSON `joints` with any of `t` (now, without it), `velocity`,
+`effort` [N m, N] and `mode` (`follows`, `holds`, `stopped`). A line that begins with `{` is JSON.
+"""
+
+from __future__ import annotations
+
+import json
+from enum import Enum
+from math import isfinite
+
+import msgspec
+
+from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.measured import BodyMode, Report
+from vrs_cli.values.numbers import count
+
+MAX_SHOWN = 60  # characters of a wrong line
+
+
+class LineFormat(Enum):
+    """How set points are written."""
+
+    CSV = "csv"
+    JSON = "json"
+
+
+class _ReportLine(msgspec.Struct, forbid_unknown_fields=True):
+    joints: list[float]
+    t: float | None = None
+    velocity: list[float] | None = None
+    effort: list[float] | None = None
+    mode: BodyMode = BodyMode.FOLLOWS
+
+
+_DECODER = msgspec.json.Decoder(_ReportLine)
+
+
+def heading(joint_count: int) -> str:
+    """Return the names of the columns of set points in CSV."""
+    numbers = range(1, joint_count + 1)
+    return ",".join(["t", *(f"jt{i}" for i in numbers), *(f"v{i}" for i in numbers), "mode"])
+
+
+def setpoint_line(form: LineFormat, t: float, state: JointState, mode: BodyMode, units: JointUnits) -> str:
+    """Return a set point as a line of text: joints and velocities of `state` [rad, m] at `t` [s]."""
+    joints, velocity = ([round(value, 9) + 0.0 for value in units.shown(row)] for row in (state.joints, state.velocity))
+    if form is LineFormat.JSON:
+        return json.dumps({"t": round(t, 9), "joints": joints, "velocity": velocity, "mode": mode.value})
+    return ",".join([f"{t:.9g}", *(f"{value:.9g}" for value in (*joints, *velocity)), mode.value])
+
+
+def read_report(line: str, now: float, units: JointUnits, joint_count: int) -> Report:
+    """Read a report; `now` [s] is its time if it says none. Raises FileDamaged."""
+    text = line.strip()
+    if text.startswith("{"):
+        return _read_json(text, now, units, joint_count)
+    fields = [field.strip() for field in text.split(",")]
+    if len(fields) not in (1 + joint_count, 1 + 2 * joint_count):
+        right = f"a report is the time and {count(joint_count, 'joint')}, and as many velocities if they are known"
+        raise FileDamaged(f"{count(len(fields), 'field')} in {_shown(text)}", right)
+    try:
+        t, *numbers = map(float, fields)
+    except ValueError:
+        raise FileDamaged(f"{_shown(text)} holds what is no number", "a report is the time and the joints") from None
+    velocity = numbers[joint_count:]
+    return _report(t, numbers[:joint_count], velocity or None, None, BodyMode.FOLLOWS, units, joint_count)
+
+
+def _read_json(text: str, now: float, units: JointUnits, joint_count: int) -> Report:
+    try:
+        one = _DECODER.decode(text)
+    except msgspec.DecodeError as error:
+        raise FileDamaged(f"{_shown(text)}: {error}", 'a report is {"t": s, "joints": [...]}') from None
+    t = now if one.t is None else one.t
+    return _report(t, one.joints, one.velocity, one.effort, one.mode, units, joint_count)
+
+
+def _report(
+    t: float,
+    joints: list[float],
+    velocity: list[float] | None,
+    effort: list[float] | None,
+    mode: BodyMode,
+    units: JointUnits,
+    joint_count: int,
+) -> Report:
+    for name, row in (("joints", joints), ("velocity", velocity), ("effort", effort)):
+        if row is not None and len(row) != joint_count:
+            raise FileDamaged(f"{count(len(row), 'number')} of {name}", f"this robot has {count(joint_count, 'joint')}")
+    if not all(map(isfinite, (t, *joints, *(velocity or ()), *(effort or ())))):
+        raise FileDamaged("a number that is not finite", "each is a number as 12.5")
+    speed = None if velocity is None else units.read(velocity)
+    return Report(t, units.read(joints), speed, None if effort is None else tuple(effort), mode)
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "...")
