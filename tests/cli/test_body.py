@@ -50,7 +50,7 @@ def test_a_simulated_arm_follows_and_is_disturbed(served: Serving) -> None:
     with served.call() as hand, body(served.address, "--mujoco", "--rate", "200") as process:
         record = robot_body(served).record
         hand.lines("DRIVE 1, 20")
-        until(lambda: abs(record.seen.arrays().joints[-1][0] - 0.349) < 1e-3)
+        until(lambda: len(record) and abs(record.seen.arrays().joints[-1][0] - 0.349) < 1e-3)
         assert process.stdin is not None
         process.stdin.write("stop\nnonsense\n")
         process.stdin.flush()
