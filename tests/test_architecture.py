@@ -450,37 +450,37 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 60_400  # of Python, in all
+MAX_STATEMENTS = 62_225  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
-    "errors": 211,
+    "errors": 213,
     "extras": 36,
     "page": 133,
     "kinematics": 6270,
-    "values": 1640,
-    "trajectory": 3373,
-    "engine": 4899,
-    "language": 6787,
-    "wire": 970,
+    "values": 1684,
+    "trajectory": 3372,
+    "engine": 5047,
+    "language": 6822,
+    "wire": 1078,
     "files": 3236,
     "world": 1329,
     "devices": 968,
     "contacts": 1029,
-    "twin": 312,
-    "interfaces": 7878,
-    "net": 6776,
+    "twin": 744,
+    "interfaces": 8124,
+    "net": 7340,
     "bodies": 480,
-    "render": 2166,
+    "render": 2202,
     "repl": 2262,
-    "api": 1022,
+    "api": 1091,
     "highlight": 37,
     "lsp": 604,
     "teach": 4778,
-    "cli": 3160,
+    "cli": 3302,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 423  # with content
+MAX_FILES = 438  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
 MAX_TYPESCRIPT_LINES = {"src": 7_579, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 62  # modules that `import vrs_cli.net.protocol` loads
