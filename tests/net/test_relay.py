@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from math import inf
 from pathlib import Path
 from urllib.error import HTTPError
 from urllib.request import urlopen
@@ -15,8 +16,12 @@ from websockets.sync.client import connect
 
 from tests.live import PATIENCE, until
 from tests.net.serving import Caller, Serving, serving
+from tests.net.test_cells_afar import CELL, LINES
 from tests.net.test_delayed_robot import behind
 from tests.net.test_served_shapes import URDF
+from tests.net.told_courses import DrawnWorld
+from vrs_cli.files.cell_file import parse_cell
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net.hosted import HERE, LocalServer, PagePlace
@@ -28,8 +33,11 @@ from vrs_cli.net.relay import Relay
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Go, Goal
+from vrs_cli.values.world import SpanKind
+from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import to_json
 from vrs_cli.wire.records import Form, Motions, delta_of
+from vrs_cli.world.world import World
 
 SECRET = "a secret of the address"
 HELLO = Hello((1,), SECRET, attended=True)
@@ -286,3 +294,48 @@ def test_meshes_pass_and_nothing_else_does(tmp_path: Path) -> None:
         assert _got(local + mesh) == _got(far + mesh)
         assert _got(f"{local}/robots/cell1/mesh/another.glb") == (404, b"there is no such mesh\n")
         assert _got(f"{local}/robots/cell1/mesh/..%2f..%2f")[0] == 404
+
+
+# --- a cell that the server does not know -----------------------------------------------------------------------------
+
+
+def test_parts_are_told_of_a_cell_that_the_server_does_not_know(tmp_path: Path) -> None:
+    """For a page that was there and one that comes late; the parts are where the robot takes them."""
+    cell = parse_cell(CELL)
+    with (
+        serving(tmp_path, journal=False) as it,
+        relayed(it.address, cell=cell_record(cell)) as address,
+        Page(address) as page,
+    ):
+        page.lines(*LINES)
+        timeline = it.hub.rooms["cell1"].session.engine.timeline
+        with Page(address) as late:
+            for one in (page, late):
+                one.ask(lambda id: Subscribe(id, deltas=True, world=True))
+                drawn, welcome = DrawnWorld(), one.heard[0]
+                assert isinstance(welcome, Welcome)
+                assert to_json(welcome.cell) == to_json(cell_record(cell))
+                heard = 0
+                while drawn.until <= timeline.end:
+                    for message in one.heard[heard:]:
+                        drawn.hear(message)
+                    heard = len(one.heard)
+                    if drawn.until <= timeline.end:
+                        one.read()
+                arm = arm_for(load_robot("puma560"))
+                course = World(arm, cell).course(timeline)
+                while course.known_until(timeline.end) <= timeline.end:
+                    pass
+                assert [row.kind for row in drawn.tracks["part", "box"]][:2] == [SpanKind.RESTS, SpanKind.HELD]
+                assert tuple(drawn.tracks["part", "box"]) == course.rows(-inf, timeline.end).parts["box"]
+
+
+def test_the_cell_of_the_server_goes_before_another(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, journal=False, cell=parse_cell(CELL)) as it,
+        relayed(it.address, cell={}) as address,
+        Page(address) as page,
+    ):
+        welcome = page.heard[0]
+        assert isinstance(welcome, Welcome)
+        assert to_json(welcome.cell) == to_json(cell_record(parse_cell(CELL)))

@@ -128,21 +128,26 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: C
     tell_page(options, server.page(name, DATA))
 
 
-def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace) -> None:
-    """Serve the page of a robot that is served elsewhere. Raises what it refuses."""
+def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
+    """Serve the page of a robot that is served elsewhere; in `cell` where its server tells none. Raises what it
+    refuses.
+    """
     from vrs_cli.net.client import hello_of
     from vrs_cli.net.hosted import BROWSER, LocalServer
     from vrs_cli.net.mirror import WINDOW
     from vrs_cli.net.relay import Relay
     from vrs_cli.net.socket_port import SocketPort
+    from vrs_cli.wire.cells import cell_record
 
     token, called = token_of(options.token_file), options.name or BROWSER
     with said_of_command_line():
         found = SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
     name, world = found.welcome.robot, found.far.world
     found.close()
-    if options.cell is not None and world is not None:
-        teller(options.prog)("--cell is left out: the server tells what is around the robot")
+    told = None if cell is None or world is not None else cell_record(cell)
+    if cell is not None and told is None:
+        why = "it is too large for a page" if world is None else "the server tells what is around the robot"
+        teller(options.prog)(f"--cell is left out: {why}")
     window = None if options.window == WINDOW else options.window
     relay = Relay(
         options.url,
@@ -153,6 +158,7 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace) -> None:
         ca=options.ca,
         ahead=options.ahead,
         window=window,
+        cell=told,
     )
     with said_of_command_line():
         server = LocalServer(at, relays={name: relay}, tell=teller(options.prog))

@@ -223,15 +223,15 @@ def show(options: Namespace) -> int:
     from vrs_cli.cli.page import host_program, host_robot, page_place, relay_robot, serve_recording
 
     at_page, url = page_place(options), options.url or ""
+    cell = None if is_program(url) or options.cell is None else _read_cell(options.cell)
     with ExitStack() as stack:
         if is_program(url):
             host_program(options, stack, at_page, _read_cell)
         elif is_recording(url):
-            serve_recording(options, stack, at_page, None if options.cell is None else _read_cell(options.cell))
+            serve_recording(options, stack, at_page, cell)
         elif url:
-            relay_robot(options, stack, at_page)
+            relay_robot(options, stack, at_page, cell)
         else:
-            cell = None if options.cell is None else _read_cell(options.cell)
             return _beside(options, stack, host_robot(options, stack, at_page, chosen_robot(options), cell, None))
         asyncio.run(signal_comes())
     return 0

@@ -15,6 +15,7 @@ argument.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from msgspec import Struct, structs
 
@@ -25,7 +26,7 @@ from vrs_cli.net.far_end import Ahead, FarEnd
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import BACKLOG, ClientConnection, ConnectionState
-from vrs_cli.wire.codec import Frame, Reader
+from vrs_cli.wire.codec import Frame, Reader, encode
 from vrs_cli.wire.messages import ClientMessage, ServerMessage
 from vrs_cli.wire.records import DeltaRecord, Motions, Number, RecordError, delta_record
 
@@ -81,12 +82,14 @@ class LookAhead(ClientMessage, frozen=True, tag="ahead"):
 
 class OverheardConnection(ClientConnection):
     """The client's end of a connection whose requests somebody else sends. It reads what the robot says, and sends
-    pings and requests for a snapshot only. `answered`: the last frame is the answer to such a ping.
+    pings and requests for a snapshot only. `cell`: put around a robot whose server tells none. `passed`: the last frame
+    as the page is to have it; None: it is the answer to such a ping. `surrounded`: the robot is in that cell.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, cell: dict[str, Any] | None = None) -> None:
         super().__init__(messages.Hello((messages.VERSION,)))
-        self.answered = False
+        self.passed: Frame | None = None
+        self.cell, self.surrounded = cell, False
         self._pings = set[float]()  # when those without an answer were sent
 
     def begin_with(self, hello: messages.Hello) -> None:
@@ -104,7 +107,7 @@ class OverheardConnection(ClientConnection):
 
     def receive(self, frame: Frame) -> list[ServerMessage]:
         """Return the message of a frame; none if it cannot be read here. Pongs of others say nothing of clocks here."""
-        self.answered = False
+        self.passed = frame
         if self.state not in (ConnectionState.WELCOME, ConnectionState.OPEN):
             return []
         try:
@@ -114,24 +117,31 @@ class OverheardConnection(ClientConnection):
         match message:
             case messages.Welcome() if self.state is ConnectionState.WELCOME:
                 self.state = ConnectionState.OPEN
+                self.surrounded = self.cell is not None and message.cell is None
+                if self.surrounded:
+                    message = structs.replace(message, cell=self.cell)
+                    self.passed = encode(message, self.hello.format)
             case messages.Closing(why):
                 self.state, self.why = ConnectionState.CLOSING, why
             case messages.Pong(sent):
-                self.answered = sent in self._pings
+                if sent not in self._pings:
+                    return []
                 self._pings.discard(sent)
-                return [message] if self.answered else []
+                self.passed = None
             case _ if self.state is ConnectionState.WELCOME or isinstance(message, messages.Welcome):
                 return []
         return [message]
 
 
 class OverheardEnd(FarEnd):
-    """The client's side of a robot that a page holds. `ahead`: at first."""
+    """The client's side of a robot that a page holds. `ahead`: at first. `cell`: as in OverheardConnection."""
 
     connection: OverheardConnection
 
-    def __init__(self, wall: Callable[[], float], ahead: float | Ahead = Ahead.PRESENT) -> None:
-        connection = OverheardConnection()
+    def __init__(
+        self, wall: Callable[[], float], ahead: float | Ahead = Ahead.PRESENT, cell: dict[str, Any] | None = None
+    ) -> None:
+        connection = OverheardConnection(cell)
         super().__init__(connection.hello, wall, connection)
         self.ahead = ahead
         self._told: PreviewMessage | None = None
@@ -154,10 +164,10 @@ class OverheardEnd(FarEnd):
                 self.expect_drag(message)
         return message
 
-    def hear_robot(self, frame: Frame) -> bool:
-        """Hear a frame of the robot; return whether it is for the page too."""
+    def hear_robot(self, frame: Frame) -> Frame | None:
+        """Hear a frame of the robot; return it as the page is to have it, None if it is not for the page."""
         self.receive(frame)
-        return not self.connection.answered
+        return self.connection.passed
 
     def learn(self, message: ServerMessage) -> None:
         """Take what a message says of the robot, and of commands whose ends the page will not hear."""

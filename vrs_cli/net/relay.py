@@ -13,6 +13,7 @@ import time
 from contextlib import suppress
 from http.client import HTTPException
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote, urlsplit
 from urllib.request import BaseHandler, HTTPRedirectHandler, HTTPSHandler, ProxyHandler, build_opener
 
@@ -28,6 +29,8 @@ from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.overheard import LookAhead, OverheardEnd
 from vrs_cli.net.protocol import HELLO_BYTES, HELLO_SECONDS
 from vrs_cli.net.served_shapes import MESH
+from vrs_cli.net.told_course import CourseThread, Cut, Heard
+from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.refusal import Refusal
@@ -48,7 +51,8 @@ class _Direct(HTTPRedirectHandler):
 
 class Relay:
     """Relays connections to `robot` at `url`. `token`, `name`: as the server there is told. `secret`: what pages say
-    instead of the token. `window`: so many seconds of the past are asked for; None: as many as the page wants.
+    instead of the token. `window`: so many seconds of the past are asked for; None: as many as the page wants. `cell`:
+    what is around the robot, where its server tells nothing; its parts are followed from the begin of the timeline.
     """
 
     def __init__(
@@ -62,10 +66,12 @@ class Relay:
         ca: Path | None = None,
         ahead: float | Ahead = Ahead.PRESENT,
         window: float | None = None,
+        cell: dict[str, Any] | None = None,
     ) -> None:
         self.url, self.robot = address_of(url), robot
         self._tls = tls_for(self.url, ca)
         self._secret, self._token, self._name, self._ahead, self._window = secret, token, name, ahead, window
+        self._cell = cell
         self._ends: dict[str, OverheardEnd] = {}  # by the key of the connection, the oldest first
 
     def mesh(self, file: str) -> bytes:
@@ -132,6 +138,7 @@ class Relay:
                     for work in works:
                         work.cancel()
                     await asyncio.wait(works)
+                    link.close()
             for work in works:
                 if not work.cancelled() and (error := work.exception()) and not isinstance(error, ConnectionClosed):
                     raise error
@@ -145,7 +152,7 @@ class Relay:
     def _end(self, hello: messages.Hello) -> OverheardEnd:
         """Return what heard the connection before the cut, or a new one."""
         known = None if hello.resume is None else self._ends.pop(hello.resume.connection, None)
-        return known or OverheardEnd(time.monotonic, self._ahead)
+        return known or OverheardEnd(time.monotonic, self._ahead, self._cell)
 
     def _remember(self, end: OverheardEnd) -> None:
         if end.welcome is not None:
@@ -161,6 +168,12 @@ class _Link:
         self, page: PageSocket, robot: RobotSocket, end: OverheardEnd, encoding: Encoding, window: float | None
     ) -> None:
         self._page, self._robot, self._end, self._encoding, self._window = page, robot, end, encoding, window
+        self._wanted = False  # the course of the world
+        self._woken = asyncio.Event()
+        self._course: CourseThread | None = None  # of the parts in a cell that the server does not know
+        self._shown: Timeline | None = None  # whose course it is
+        self._heard = Heard()
+        self._failed: list[Exception] = []  # in the thread of the course
 
     async def forward(self) -> None:
         """Pass on what the page sends."""
@@ -183,25 +196,34 @@ class _Link:
 
     def _subscribed(self, wanted: messages.Subscribe) -> messages.Subscribe:
         """The timeline has to begin with a snapshot where it is not known here."""
+        self._wanted = wanted.world
         window = wanted.window if self._window is None else self._window
+        if self._end.connection.surrounded:
+            window = None  # where parts are follows from all that was done
         return replace(wanted, window=window, after=wanted.after if self._end.mirror is not None else None)
 
     async def backward(self) -> None:
         """Pass on what the robot sends."""
         async for frame in self._robot:
-            if self._end.hear_robot(frame):
-                await self._page.send(frame)
+            passed = self._end.hear_robot(frame)
+            if passed is not None:
+                await self._page.send(passed)
             await self._send()
             await self._tell()
+            self._woken.set()
 
     async def keep(self) -> None:
-        """Send pings when they are due."""
+        """Send pings when they are due, and the course of parts."""
         while True:
             self._end.look()
             await self._send()
             await self._tell()
+            await self._tell_course()
             left = self._end.due - time.monotonic()
-            await asyncio.sleep(min(max(left, SHORTEST_PAUSE), LONGEST_PAUSE))
+            with suppress(TimeoutError):  # not by wait_for, which may lose a cancellation in Python 3.11
+                async with asyncio.timeout(min(max(left, SHORTEST_PAUSE), LONGEST_PAUSE)):
+                    await self._woken.wait()
+            self._woken.clear()
 
     async def _send(self) -> None:
         for frame in self._end.connection.frames():
@@ -212,3 +234,42 @@ class _Link:
         news = self._end.news_of_preview()
         if news is not None:
             await self._page.send(encode(news, self._encoding))
+
+    async def _tell_course(self) -> None:
+        """Tell the page what it has not heard of the parts in the cell that the server does not know."""
+        end = self._end
+        if not (self._wanted and end.connection.surrounded) or end.mirror is None or end.mirror.world is None:
+            return
+        timeline = end.mirror.timeline
+        if self._course is None:
+            loop = asyncio.get_running_loop()
+
+            def wake() -> None:
+                loop.call_soon_threadsafe(self._woken.set)
+
+            self._course = CourseThread(
+                end.mirror.world,
+                now=lambda: end.now,
+                works=lambda: False,
+                woken=wake,
+                failed=self._failed.append,
+            )
+            self._course.begin(timeline)
+        elif self._shown is not None and timeline is not self._shown:
+            cut = Cut.between(self._shown, timeline)
+            self._course.change(timeline, cut)
+            self._heard = self._heard.cut(cut)
+        self._shown = timeline
+        if self._failed:
+            raise self._failed[0]
+        self._course.tick()
+        told, self._heard = self._course.after(self._heard)
+        while told:
+            for one in told:
+                await self._page.send(encode(one, self._encoding))
+            told, self._heard = self._course.after(self._heard)
+
+    def close(self) -> None:
+        """End the thread of the course."""
+        if self._course is not None:
+            self._course.close()
