@@ -30,7 +30,7 @@ class Room(NamedTuple):
 
 ROOMS = (
     Room("front ends", ("cli", "lsp", "highlight", "api", "repl", "render"), 380, 50),
-    Room("network", ("net", "bodies"), 150, 150),
+    Room("network", ("net", "bodies", "lab"), 150, 150),
     Room("teaching", ("teach",), 640, 150),
     Room("robot", ("interfaces", "devices"), 440, 230),
     Room("files and wire", ("files", "wire"), 150, 300),

@@ -38,6 +38,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "interfaces",
     "net",
     "bodies",
+    "lab",
     "render",
     "repl",
     "api",
@@ -90,8 +91,8 @@ LIVES_IN = {
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
-        *("kinematics", "trajectory", "engine", "files", "contacts", "twin", "bodies", "api"),
-        *("interfaces/monitor/plotting.py", "interfaces/roles", "net/experiment.py", "render/plots.py"),
+        *("kinematics", "trajectory", "engine", "files", "contacts", "twin", "bodies", "lab", "api"),
+        *("interfaces/monitor/plotting.py", "interfaces/roles", "render/plots.py"),
     },
 }
 

@@ -32,6 +32,8 @@ _HOMES = {  # where each public name is
     "Change": "vrs_cli.api.changes",
     "Measured": "vrs_cli.api.measured",
     "Preview": "vrs_cli.api.posture",
+    "Predictor": "vrs_cli.lab.methods",
+    "RemoteController": "vrs_cli.lab.methods",
     "VrsError": "vrs_cli.errors",
     "MotionError": "vrs_cli.errors",
     "ProgramError": "vrs_cli.errors",

@@ -22,4 +22,6 @@ from vrs_cli.errors import ProgramError as ProgramError
 from vrs_cli.errors import UsageError as UsageError
 from vrs_cli.errors import VrsError as VrsError
 from vrs_cli.interfaces.tasks.limits import Limits as Limits
+from vrs_cli.lab.methods import Predictor as Predictor
+from vrs_cli.lab.methods import RemoteController as RemoteController
 from vrs_cli.version import __version__ as __version__

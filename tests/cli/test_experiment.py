@@ -86,8 +86,8 @@ def test_curves_are_drawn_into_a_picture(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ((), "the following arguments are required: delays"),
-        (("jitter",), "delays: invalid choice: 'jitter'"),
+        ((), "which experiment? (one of delays, methods"),
+        (("jitter",), "EXPERIMENT: invalid choice: 'jitter'"),
         (("delays", "--forward", "gama 1 2"), "--forward: 'gama 1 2' is no kind of delays; did you mean gamma?"),
         (("delays", "--lead", "soon"), "--lead: 'soon' is no duration; as 200ms, 0.2s or 0.2"),
         (("delays", "--loss", "60%"), "--loss: '60%' is no share that may be lost; from 0 to 50%"),
@@ -110,3 +110,57 @@ def test_one_lead_is_no_curve(capsys: pytest.CaptureFixture[str], tmp_path: Path
     out = out_of(capsys, *SHORTEST, "--lead", "0.2", "--plot", str(picture), status=2)
     assert "a curve needs two leads" in out
     assert not picture.exists()
+
+
+# --- methods ---------------------------------------------------------------------------------------------------------
+
+METHODS = ("experiment", "methods", "--seeds", "2", "--seconds", "5", "--rate", "10")
+MINE = str(Path(__file__).parents[2] / "examples" / "10_predictor.py") + ":DoubleExponential"
+
+
+def test_methods_are_told_in_one_table(capsys: pytest.CaptureFixture[str]) -> None:
+    text = out_of(capsys, *METHODS, "--viewer", MINE, "--scenario", "waves", "moves", "--jobs", "2")
+    rows = [tuple(line.split()[:2]) for line in text.splitlines() if line.startswith(("waves ", "moves "))]
+    viewers = ("frames", "extrapolated", "DoubleExponential", "timeline")
+    assert rows == [(s, v) for s in ("waves", "moves") for v in viewers] + [
+        ("waves", c) for c in ("direct", "ahead", "wait")
+    ]
+
+
+def test_methods_as_json_have_all_figures(capsys: pytest.CaptureFixture[str]) -> None:
+    some = ("--viewer", MINE, "--scenario", "waves", "--forward", "100ms", "--json", "--jobs", "1")
+    found = json.loads(out_of(capsys, *METHODS, *some))
+    assert [row["scenario"] for row in found["rows"]] == ["waves"]
+    assert {*found["rows"][0]["viewers"]} == {"frames", "extrapolated", "timeline", MINE}
+    assert found["rows"][0]["controllers"]["direct"]["lag"] >= 0.1
+
+
+def test_a_class_alone_is_tried(capsys: pytest.CaptureFixture[str]) -> None:
+    text = out_of(capsys, "experiment", "--viewer", MINE, *METHODS[2:], "--scenario", "stops", "--jobs", "1")
+    assert "DoubleExponential" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--viewer", "nowhere.py:Mine"), "nowhere.py is not there"),
+        (("--viewer", "vrs_cli.lab.methods:Nothing"), "has no class Nothing"),
+        (("--controller", "direkt"), "'direkt' is no class"),
+        (("--scenario", "wave"), "--scenario: no scenario is wave (did you mean waves?)"),
+        (("--lead", "0.2"), "--lead is of vrs experiment delays"),
+    ],
+)
+def test_what_is_wrong_with_methods_is_told(
+    arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said in out_of(capsys, *METHODS, *arguments, status=2)
+
+
+def test_a_class_that_fails_in_another_process_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(
+        "import vrs_cli as vrs\nclass Mine(vrs.Predictor):\n"
+        "    def receive(self, t, joints): raise KeyError('x')\n    def predict(self, t): return 0\n"
+    )
+    said = out_of(capsys, *METHODS, "--viewer", f"{path}:Mine", "--jobs", "2", status=2)
+    assert said == f"vrs experiment: *Cannot be tried* {path}:Mine: receive(0.000) raised KeyError: 'x' (mine.py:3)\n"

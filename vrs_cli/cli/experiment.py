@@ -1,4 +1,7 @@
-"""`vrs experiment delays`: what delays, jitter and lead do to commands, and to what is seen of a robot far away."""
+"""`vrs experiment`: what delays do to commands and to what is seen of a robot far away.
+
+`delays` is here; `methods` tries the viewers and controllers of users.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,13 @@ import os
 import signal
 from argparse import Namespace
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from importlib import import_module
 from itertools import groupby, product
 from operator import attrgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from msgspec import Struct, structs
 
@@ -33,18 +37,71 @@ from vrs_cli.cli.remote import KINDS, LINE_OPTIONS, duration
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
+    from vrs_cli.lab.delays import Error, Trial, TrialOutcome
     from vrs_cli.net.delay_line import Delays
-    from vrs_cli.net.experiment import Error, Trial, TrialOutcome
     from vrs_cli.render.blocks import Block, Grid
     from vrs_cli.render.plots import Curves
+
+A = TypeVar("A")
+B = TypeVar("B")
 
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
 USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
+
+
+class Experiment(NamedTuple):
+    """An experiment: the module whose `run(options)` does it (None: this one), which options of its own it has, and
+    their defaults where they are not the usual ones.
+    """
+
+    module: str | None
+    options: tuple[str, ...]
+    defaults: Mapping[str, object]
+
+
+OWN_DEFAULTS: dict[str, object] = {  # of options that not every experiment has
+    "lead": LEADS,
+    "policy": POLICIES,
+    "seeds": 20,
+    "seconds": 200.0,
+    "rate": 25.0,
+    "plot": None,
+    "viewer": (),
+    "controller": (),
+    "scenario": None,
+}
+EXPERIMENTS: dict[str, Experiment] = {
+    "delays": Experiment(None, ("lead", "policy", "seeds", "seconds", "rate", "plot"), {}),
+    "methods": Experiment(
+        "experiment_methods",
+        ("viewer", "controller", "scenario", "seeds", "seconds", "rate"),
+        {"seeds": 5, "seconds": 30.0},
+    ),
+}
 CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
 
 
 def experiment(options: Namespace) -> int:
+    """Run an experiment; returns the exit status. Raises CommandLineError for options that it does not have."""
+    if options.what is None:
+        if not (options.viewer or options.controller):
+            raise CommandLineError("which experiment?", f"one of {', '.join(EXPERIMENTS)}")
+        options.what = "methods"
+    kind = EXPERIMENTS[options.what]
+    for name, default in OWN_DEFAULTS.items():
+        if name not in kind.options:
+            if getattr(options, name) is not None:
+                others = " and ".join(what for what, one in EXPERIMENTS.items() if name in one.options)
+                raise CommandLineError(f"--{name} is of vrs experiment {others}", "leave it out")
+        elif getattr(options, name) is None:
+            setattr(options, name, kind.defaults.get(name, default))
+    if kind.module is None:
+        return _delays(options)
+    return int(import_module(f"vrs_cli.cli.{kind.module}").run(options))
+
+
+def _delays(options: Namespace) -> int:
     """Try all, and print tables; returns 1 where the flags are not what the logs say, or miss an error."""
     picture = options.plot if options.plot != STANDARD_STREAM else None
     if picture is not None:
@@ -89,13 +146,20 @@ An operator commands a motion every second or so, each for LEAD seconds after it
   preview    the same, with the commands that are on their way
 A row is the mean over all seeds. All of it happens in virtual time, and is the same for the same seeds.
 
+methods tries classes of your own: viewers that show the robot from late frames, and controllers whose set points arrive
+late, in fixed scenarios, beside those of vrs. docs/experiment.md says which two methods each has.
+
 {KINDS}
   vrs experiment delays
   vrs experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
   vrs experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
   vrs experiment delays --plot delays.svg
+  vrs experiment methods --viewer smooth.py:Smooth --controller mine:Controller
 """,
-    option("what", metavar="delays", choices=("delays",), help="the experiment"),
+    option("what", metavar="EXPERIMENT", nargs="?", choices=(*EXPERIMENTS,), help="delays or methods"),
+    option("--viewer", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
+    option("--controller", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
+    option("--scenario", metavar="NAME", nargs="+", help="of methods: moves, steps, waves, stops (default: all)"),
     option("--delay", metavar="T", type=duration, nargs="+", help="mean delays, gamma distributed (default: 200ms)"),
     option("--jitter", metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"),
     *LINE_OPTIONS,
@@ -104,7 +168,6 @@ A row is the mean over all seeds. All of it happens in virtual time, and is the 
         metavar="T",
         type=duration,
         nargs="+",
-        default=LEADS,
         help="when commands begin, counted from their issue (default: 0 to 0.8 s)",
     ),
     option(
@@ -112,12 +175,11 @@ A row is the mean over all seeds. All of it happens in virtual time, and is the 
         type=str.upper,
         choices=POLICIES,
         nargs="+",
-        default=POLICIES,
         help="what becomes of late commands (default: ABORT and POSTPONE)",
     ),
-    option("--seeds", metavar="N", type=size, default=20, help="trials a row (default: 20)"),
-    option("--seconds", metavar="T", type=seconds, default=200.0, help="how long each is (default: 200)"),
-    option("--rate", metavar="HZ", type=rate, default=25.0, help="looks a second (default: 25)"),
+    option("--seeds", metavar="N", type=size, help="trials a row (default: 20; of methods 5)"),
+    option("--seconds", metavar="T", type=seconds, help="how long each is (default: 200; of methods 30)"),
+    option("--rate", metavar="HZ", type=rate, help="looks a second (default: 25)"),
     *ROBOT,
     option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
     option(
@@ -154,7 +216,7 @@ class ExperimentRow(Struct, frozen=True):
 
 def _rows(options: Namespace) -> list[ExperimentRow]:
     """Try each case with all seeds."""
-    from vrs_cli.net.experiment import together
+    from vrs_cli.lab.delays import together
 
     cases = list(_cases(options))
     trials = [
@@ -162,23 +224,22 @@ def _rows(options: Namespace) -> list[ExperimentRow]:
         for _, trial in cases
         for number in range(options.seeds)
     ]
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    found = _outcomes(trials, min(options.jobs or cores, len(trials)))
+    found = outcomes(_outcome, trials, options.jobs)
     parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
     return [ExperimentRow(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
 
 
 def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
+    from vrs_cli.lab.delays import Trial
     from vrs_cli.net.delay_line import DelayWays
-    from vrs_cli.net.experiment import Trial
 
     robot = chosen_robot(options)
-    for (name, forward, backward), policy, lead in product(_lines(options), options.policy, options.lead):
+    for (name, forward, backward), policy, lead in product(lines_of(options), options.policy, options.lead):
         ways = DelayWays(forward, backward, options.seed)
         yield name, Trial(robot, ways, lead, policy, options.seconds, options.rate)
 
 
-def _lines(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
+def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
     """The delays of both ways, with a name. Raises CommandLineError."""
     from vrs_cli.net.delay_line import Constant, Gamma, with_loss
 
@@ -197,12 +258,15 @@ def _lines(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
         yield f"Gamma {1e3 * mean:g}ms {1e3 * deviation:g}ms each way{lost}", each, each
 
 
-def _outcomes(trials: Sequence[Trial], jobs: int) -> list[TrialOutcome]:
+def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -> list[B]:
+    """Return what comes of each trial, tried in processes: `jobs`, or one for each core."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    jobs = min(jobs or cores, len(trials))
     if jobs == 1:
-        return list(map(_outcome, trials))
+        return list(map(outcome, trials))
     with ProcessPoolExecutor(jobs, initializer=_leave_signals) as pool:
         try:
-            return list(pool.map(_outcome, trials))
+            return list(pool.map(outcome, trials))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
@@ -210,7 +274,7 @@ def _outcomes(trials: Sequence[Trial], jobs: int) -> list[TrialOutcome]:
 
 def _outcome(trial: Trial) -> TrialOutcome:
     """While it is tried nothing of it is garbage: not to look for that again and again saves a tenth of the time."""
-    from vrs_cli.net.experiment import outcome_of
+    from vrs_cli.lab.delays import outcome_of
 
     gc.disable()
     try:
@@ -249,7 +313,7 @@ def _told(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
 
 
 def _tables(options: Namespace, delays: str, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
-    from vrs_cli.net.experiment import Strategy
+    from vrs_cli.lab.delays import Strategy
     from vrs_cli.render.blocks import line
 
     first = rows[0].outcome

@@ -30,11 +30,11 @@ from vrs_cli.kinematics.arrays import Flags as Flagged
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.net import messages
+from vrs_cli.net import messages, preview
 from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.playout import Playout
-from vrs_cli.net.preview import Flags, FlagWindow, Preview, merged
+from vrs_cli.net.preview import Flags, FlagWindow, merged
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Move, SetParameter, Stamp
@@ -148,7 +148,7 @@ class _Course:
         self._forward, self._backward = trial.ways.lines("commands")
         self._queue: list[tuple[float, int, Callable[[], None]]] = []
         self._order = count()
-        self.sync = _measured(trial.ways)
+        self.sync = measure_delays(trial.ways)
         self.ahead = self.sync.round_trip(0.5) / 2.0
         self._times = HolderTimes()
 
@@ -163,7 +163,7 @@ class _Course:
         self.mirror = Mirror(
             self.robot.arm, Snapshot.of(self.robot.timeline, self.robot.settings), 0, lambda: self._now
         )
-        self.preview = Preview(self.mirror, self.ahead)
+        self.preview = preview.Preview(self.mirror, self.ahead)
         self.flags = Flags()
         self.changes: list[Change] = []
         self.arrivals: list[float] = []  # the viewer's log: since when it knows each of them [s]
@@ -185,7 +185,7 @@ class _Course:
     def run(self) -> None:
         """Let the operator give commands, who does not react to what is seen, and let everything happen."""
         random, t = Random(f"{self.trial.ways.seed} operator"), FIRST
-        places = [_place(self.trial.robot, random) for _ in range(PLACES)]
+        places = [random_place(self.trial.robot, random) for _ in range(PLACES)]
         while t < self.trial.seconds:
             target = JointTarget(places[self.commands % PLACES])
             request = Move(target, False, stamp=Stamp(t + self.trial.lead), text="MOVE")
@@ -311,7 +311,7 @@ class _Course:
         return Error(float(angles.mean()), float(angles.max()), float(mm.mean()), float(mm.max()))
 
 
-def _place(robot: RobotModel, random: Random) -> Joints:
+def random_place(robot: RobotModel, random: Random) -> Joints:
     """Return random joints around READY, within their range."""
     rows = zip(robot.poses["ready"], robot.lower, robot.upper, strict=True)
     return tuple(
@@ -319,7 +319,7 @@ def _place(robot: RobotModel, random: Random) -> Joints:
     )
 
 
-def _measured(ways: DelayWays) -> TimeSync:
+def measure_delays(ways: DelayWays) -> TimeSync:
     """Measure the delays both ways, before anything is commanded."""
     sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
     for t0 in map(float, range(PINGS)):

@@ -10,8 +10,7 @@ from msgspec.structs import astuple
 
 from tests.examples import some
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.delay_line import Bursty, Constant, Delays, DelayWays, Gamma, Lossy, Normal, Trace
-from vrs_cli.net.experiment import (
+from vrs_cli.lab.delays import (
     Change,
     Error,
     Strategy,
@@ -22,6 +21,7 @@ from vrs_cli.net.experiment import (
     together,
     windows_of_logs,
 )
+from vrs_cli.net.delay_line import Bursty, Constant, Delays, DelayWays, Gamma, Lossy, Normal, Trace
 from vrs_cli.net.preview import Flags, FlagWindow
 
 NOTHING = Error(0.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,307 @@
+"""Try viewers and controllers on a robot behind a line with delays, in virtual time.
+
+An operator's goal moves; a controller sends set points, which arrive D_f later, and the robot follows them inside its
+limits. Its positions are sent as frames, which arrive D_b later, and so does each change of its timeline.
+"""
+
+from __future__ import annotations
+
+import heapq
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import count
+from math import pi, tau
+from random import Random
+from statistics import fmean
+
+import numpy as np
+from msgspec import Struct
+
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at, joints_over
+from vrs_cli.errors import TooLate
+from vrs_cli.interfaces.steering import Steering
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.lab.delays import PLACES, measure_delays, random_place
+from vrs_cli.lab.methods import Guarded, Predictor, RemoteController
+from vrs_cli.net.delay_line import DelayWays
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Move, Stamp
+from vrs_cli.values.motion import JointTarget
+
+LEAD = 0.4  # [s] from the issue of a motion of "moves" to its begin
+BETWEEN = 2.0  # [s] between two motions of "moves", and two goals of "steps"
+SWING = 0.12  # of the range of a joint to either side of its place, at most (waves)
+SPEED = 0.3  # of the greatest velocity, at most (waves)
+PERIODS = (3.0, 7.0)  # [s] of waves, at least and at most
+RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] how long "stops" move and stand, at least and at most
+LAGS = 41  # that are compared with, up to 2 s
+TIMELINE = "timeline"  # the viewer that has the timeline
+
+SCENARIOS = {
+    "moves": f"motions to random places, each commanded {LEAD:g} s before it begins",
+    "steps": f"a goal that jumps to a random place every {BETWEEN:g} s",
+    "waves": "a goal that swings, each joint with two frequencies of its own",
+    "stops": "the same goal, which stops at once now and then",
+}
+FOLLOWED = tuple(name for name in SCENARIOS if name != "moves")  # where a goal is followed
+
+
+class MethodTrial(Struct, frozen=True):
+    """One trial of `seconds`: `rate` set points, frames and looks a second. `viewers` and `controller`: names, or
+    `module:Class`.
+    """
+
+    robot: RobotModel
+    ways: DelayWays
+    scenario: str
+    controller: str
+    viewers: tuple[str, ...]
+    seconds: float
+    rate: float
+
+
+class ViewerScore(Struct, frozen=True):
+    """The distance of what is seen from the robot at the same time: of the farthest joint [deg] and of the tool [mm].
+    `p95`: not exceeded in 95 of 100 looks. `jump`: the greatest step from look to look that the robot did not make
+    [deg]. `call_time`: mean [s].
+    """
+
+    mean: float
+    p95: float
+    most: float
+    mean_mm: float
+    jump: float
+    call_time: float = 0.0
+
+
+class ControllerScore(Struct, frozen=True):
+    """The distance of the robot from the goal at the same time, of the farthest joint [deg]. `lag` [s]: by how much the
+    robot is later than the goal (the lag with the least error). `effort`: the root of the mean square of the
+    acceleration, as a part of its limit. `held`: the share of set points outside the range of a joint.
+    """
+
+    rms: float
+    most: float
+    lag: float
+    effort: float
+    held: float
+    call_time: float = 0.0
+
+
+class MethodOutcome(Struct, frozen=True):
+    """The results of a trial: of each viewer by its name, and of the controller (None in "moves")."""
+
+    viewers: dict[str, ViewerScore]
+    controller: ControllerScore | None
+
+
+def method_outcome(trial: MethodTrial) -> MethodOutcome:
+    """Run a trial. Equal trials give equal results but for the times of calls. Raises MethodError."""
+    bench = _Bench(trial)
+    bench.run()
+    return MethodOutcome(bench.viewer_scores(), bench.controller_score())
+
+
+def mean_viewer_score(scores: Sequence[ViewerScore]) -> ViewerScore:
+    """Return the mean of several trials, and the greatest `most` and `jump`."""
+    mean, p95, mm, call = (
+        fmean(getattr(it, name) for it in scores) for name in ("mean", "p95", "mean_mm", "call_time")
+    )
+    return ViewerScore(mean, p95, max(it.most for it in scores), mm, max(it.jump for it in scores), call)
+
+
+def mean_controller_score(scores: Sequence[ControllerScore]) -> ControllerScore:
+    """Return the mean of several trials, and the greatest `most`."""
+    names = ("rms", "lag", "effort", "held", "call_time")
+    rms, lag, effort, held, call = (fmean(getattr(it, name) for it in scores) for name in names)
+    return ControllerScore(rms, max(it.most for it in scores), lag, effort, held, call)
+
+
+# --- goals -----------------------------------------------------------------------------------------------------------
+
+
+def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Floats:
+    """Return the goal at each time, (N, n) [rad; m]: the same for the same seed."""
+    if scenario == "steps":
+        places = np.array([random_place(robot, random) for _ in range(PLACES)])
+        jumping: Floats = places[(times / BETWEEN).astype(int) % PLACES]
+        return jumping
+    if scenario == "stops":
+        times = _stopping(times, random)
+    lower, upper, fastest = (np.array(row) for row in (robot.lower, robot.upper, robot.max_velocity))
+    swing = SWING * (upper - lower)
+    middle = np.clip(robot.poses["ready"], lower + swing, upper - swing)
+    found: Floats = np.tile(middle, (len(times), 1))
+    for _ in range(2):
+        rates = np.array([tau / random.uniform(*PERIODS) for _ in middle])
+        phases = np.array([random.uniform(-pi, pi) for _ in middle])
+        size = 0.5 * np.minimum(swing, SPEED * fastest / rates)
+        found += size * (np.sin(np.outer(times, rates) + phases) - np.sin(phases))  # it begins in the middle
+    return np.clip(found, lower, upper)
+
+
+def _stopping(times: Floats, random: Random) -> Floats:
+    """Return how long "stops" has moved at each time [s]."""
+    borders, moved = [0.0], [0.0]
+    while borders[-1] < times[-1]:
+        run, pause = random.uniform(*RUN), random.uniform(*PAUSE)
+        borders += [borders[-1] + run, borders[-1] + run + pause]
+        moved += [moved[-1] + run, moved[-1] + run]
+    return np.interp(times, borders, moved)
+
+
+# --- the simulation --------------------------------------------------------------------------------------------------
+
+
+class _Bench:
+    """A robot, who commands it, who looks, and the line between them. `_now`: the wall clock of all [s]."""
+
+    def __init__(self, trial: MethodTrial) -> None:
+        self.trial, self._now = trial, 0.0
+        self._queue: list[tuple[float, int, Callable[[], None]]] = []
+        self._order = count()
+        self._forward, self._backward = trial.ways.lines("commands")
+        self.delay = measure_delays(trial.ways).round_trip(0.5) / 2.0
+        self.robot = Engine(trial.robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
+        self._steering = Steering(self.robot)
+        self._known: list[tuple[float, Timeline]] = [(0.0, self.robot.timeline)]  # since when who looks has it [s]
+        self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
+        frames = trial.ways.lines("frames")[1]
+        self.arrived = np.array([frames.arrival(t) for t in self.looks.tolist()])
+        self.random = Random(f"{trial.ways.seed} {trial.scenario}")
+        self.follows = trial.scenario in FOLLOWED
+        self.goals = goals(trial.scenario, trial.robot, self.looks, self.random) if self.follows else None
+        self._controller = Guarded(trial.controller, RemoteController, trial.robot, self.delay, trial.rate)
+
+    def _at(self, t: float, act: Callable[[], None]) -> None:
+        heapq.heappush(self._queue, (t, next(self._order), act))
+
+    def run(self) -> None:
+        """Let everything happen."""
+        for k, t in enumerate(self.looks.tolist()):
+            if self.follows:
+                self._at(t, partial(self._command, k))
+        if not self.follows:
+            self._plan_moves()
+        while self._queue:
+            self._now, _, act = heapq.heappop(self._queue)
+            if self._now >= self.trial.seconds:
+                break
+            act()
+        self._now = self.trial.seconds
+
+    def _plan_moves(self) -> None:
+        places = [random_place(self.trial.robot, self.random) for _ in range(PLACES)]
+        for k, t in enumerate(np.arange(0.5, self.trial.seconds, BETWEEN).tolist()):
+            move = Move(JointTarget(places[k % PLACES]), False, stamp=Stamp(t + LEAD), text="MOVE")
+            self._at(self._forward.arrival(t), partial(self._move, move))
+
+    def _move(self, move: Move) -> None:
+        clock = self.robot.clock
+        clock.advance(clock.reached)
+        try:
+            self.robot.begin(move, program=False)
+        except TooLate:
+            return
+        self._tell()
+
+    def _command(self, k: int) -> None:
+        """Send a set point, and the frame of this instant."""
+        assert self.goals is not None
+        t = float(self.looks[k])
+        joints = np.array(joints_at(self.robot.arm, self.robot.timeline, t))
+        self._at(float(self.arrived[k]), lambda: self._controller.receive(t, joints))
+        setpoint = tuple(self._controller.command(t, self.goals[k]).tolist())
+        self._at(self._forward.arrival(t), lambda: self._follow(setpoint, t))
+
+    def _follow(self, setpoint: Joints, t: float) -> None:
+        self._steering.to(setpoint, t)
+        self._tell()
+
+    def _tell(self) -> None:
+        """Let who looks know the timeline as it is now, when the change has arrived."""
+        self._known.append((self._backward.arrival(self._now), self.robot.timeline))
+
+    # --- what came of it ---
+
+    def viewer_scores(self) -> dict[str, ViewerScore]:
+        true = joints_over(self.robot.arm, self.robot.timeline, self.looks)
+        counted = int(np.searchsorted(self.looks, self.arrived[0]))  # looks after the first frame has come
+        if counted >= len(self.looks):
+            return {}
+        place = self._placed(true)
+        found = {}
+        for name in self.trial.viewers:
+            viewer = Guarded(name, Predictor, self.trial.robot, self.delay, self.trial.rate)
+            seen = self._seen(viewer, true, counted)
+            found[name] = self._viewer_score(seen, place[counted:], viewer.call_time)
+        found[TIMELINE] = self._viewer_score(self._of_timelines()[counted:], place[counted:], 0.0)
+        return found
+
+    def _seen(self, viewer: Guarded, true: Floats, first: int) -> Floats:
+        """Return what a viewer shows at each look from `first` on, (N, n)."""
+        seen, received = np.zeros((len(self.looks) - first, true.shape[1])), 0
+        for k in range(first, len(self.looks)):
+            t = float(self.looks[k])
+            while received <= k and self.arrived[received] <= t:
+                viewer.receive(float(self.looks[received]), true[received])
+                received += 1
+            seen[k - first] = viewer.predict(t)
+        return seen
+
+    def _of_timelines(self) -> Floats:
+        """Return g of the timeline that is known at each look, (N, n)."""
+        since = [t for t, _ in self._known]
+        timelines = (self._known[bisect_right(since, t) - 1][1] for t in self.looks.tolist())
+        times = self.looks.tolist()
+        return np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
+
+    def _placed(self, joints: Floats) -> Floats:
+        """Add the place of the flange in three more columns [m]."""
+        return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
+
+    def _viewer_score(self, seen: Floats, true: Floats, call_time: float) -> ViewerScore:
+        """Compare joints (N, n) with `_placed` ones."""
+        n, scale = seen.shape[1], self._degrees()
+        apart = np.abs(seen - true[:, :n]) * scale
+        worst = apart.max(axis=1)
+        mm = 1e3 * np.linalg.norm(self._placed(seen)[:, n:] - true[:, n:], axis=1)
+        steps = np.abs(np.diff(seen, axis=0) - np.diff(true[:, :n], axis=0)) * scale
+        jump = float(steps.max(initial=0.0))
+        return ViewerScore(
+            float(worst.mean()), float(np.percentile(worst, 95)), float(worst.max()), float(mm.mean()), jump, call_time
+        )
+
+    def _degrees(self) -> Floats:
+        """Return by what errors of the joints are multiplied (n,): degrees a radian, 0 for joints that slide."""
+        kinds = self.trial.robot.units.kinds
+        return np.array([180.0 / pi if kind is JointKind.REVOLUTE else 0.0 for kind in kinds])
+
+    def controller_score(self) -> ControllerScore | None:
+        if self.goals is None:
+            return None
+        arm, timeline, scale = self.robot.arm, self.robot.timeline, self._degrees()
+        lags = np.linspace(0.0, 2.0, LAGS)
+        rms = []
+        for lag in lags:
+            rows = self.looks + lag < self.trial.seconds
+            apart = np.abs(joints_over(arm, timeline, self.looks[rows] + lag) - self.goals[rows]) * scale
+            rms.append(float(np.sqrt((apart**2).sum(axis=1).mean())))
+        true = joints_over(arm, timeline, self.looks)
+        worst = (np.abs(true - self.goals) * scale).max(axis=1)
+        velocity = np.diff(true, axis=0) * self.trial.rate
+        effort = np.diff(velocity, axis=0) * self.trial.rate / np.array(self.trial.robot.max_acceleration)
+        following = self._steering.following
+        return ControllerScore(
+            float(np.sqrt((worst**2).mean())),
+            float(worst.max()),
+            float(lags[int(np.argmin(rms))]),
+            float(np.sqrt((effort**2).mean())) if effort.size else 0.0,
+            following.held / max(following.targets, 1),
+            self._controller.call_time,
+        )

@@ -1,0 +1,303 @@
+"""Viewers and controllers that users bring to `vrs experiment methods`, and those that they are compared with.
+
+A viewer shows a robot from frames that come late; a controller sends it set points that come late. Each is a class with
+two methods. A class of a user may derive from Predictor or RemoteController, or just have their methods.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from threading import current_thread, main_thread
+from time import perf_counter
+from traceback import extract_tb
+from types import FrameType, ModuleType
+from typing import Any, NoReturn
+
+import numpy as np
+
+from vrs_cli.errors import UsageError, did_you_mean
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.model import RobotModel
+
+MAX_CALL = 2.0  # [s] of one call
+MIN_CALLS = 25  # calls after which their mean time is judged
+CLOSE = 0.01  # [rad, m] from its set point: a robot has arrived (MoveAndWait)
+
+
+class Predictor:
+    """A viewer: it says where a robot is now, from positions that were sent a while ago.
+
+    `robot`: the model of the arm; its `lower`, `upper` [rad; m where a joint slides], `max_velocity` and
+    `max_acceleration` have n values each. `delay`: half of the round trip D_f + D_b, its median as measured before [s].
+    One object is made for each trial.
+    """
+
+    def __init__(self, robot: RobotModel, delay: float) -> None:
+        self.robot, self.delay = robot, delay
+
+    def receive(self, t: float, joints: Floats) -> None:
+        """Take a frame that has arrived: the robot stood at `joints` (n,) [rad; m] at time `t` [s]. Frames come in the
+        order of t; both sides have one clock.
+        """
+        raise NotImplementedError
+
+    def predict(self, t: float) -> Floats:
+        """Return where the robot is at time `t` [s], (n,) [rad; m]. It is asked after at least one frame has come, at
+        times that grow, and at a time all frames have been received that have arrived by then.
+        """
+        raise NotImplementedError
+
+
+class RemoteController:
+    """A controller: it makes a robot behind a delay follow a goal that moves. For `robot` and `delay` see Predictor."""
+
+    def __init__(self, robot: RobotModel, delay: float) -> None:
+        self.robot, self.delay = robot, delay
+
+    def receive(self, t: float, joints: Floats) -> None:
+        """Take a frame that has arrived: the robot stood at `joints` (n,) [rad; m] at time `t` [s]."""
+        raise NotImplementedError
+
+    def command(self, t: float, goal: Floats) -> Floats:
+        """Return the set point (n,) [rad; m] that is sent at time `t` [s], and arrives D_f later. `goal` (n,): where
+        the robot is to be at t. The robot follows set points inside its limits.
+        """
+        raise NotImplementedError
+
+
+# --- what they are compared with -------------------------------------------------------------------------------------
+
+
+class LastFrame(Predictor):
+    """Show the last frame that came."""
+
+    def receive(self, t: float, joints: Floats) -> None:  # noqa: ARG002
+        self._joints = joints
+
+    def predict(self, t: float) -> Floats:  # noqa: ARG002
+        return self._joints
+
+
+class Extrapolated(Predictor):
+    """Go on at the velocity between the last two frames: dead reckoning (IEEE 1278.1, 1995)."""
+
+    _last: tuple[float, Floats] | None = None
+    _velocity: Floats | float = 0.0
+
+    def receive(self, t: float, joints: Floats) -> None:
+        if self._last is not None:
+            self._velocity = (joints - self._last[1]) / (t - self._last[0])
+        self._last = t, joints
+
+    def predict(self, t: float) -> Floats:
+        assert self._last is not None  # a frame has come
+        then, joints = self._last
+        return joints + (t - then) * self._velocity
+
+
+class Direct(RemoteController):
+    """Send the goal as it is."""
+
+    def receive(self, t: float, joints: Floats) -> None:
+        pass
+
+    def command(self, t: float, goal: Floats) -> Floats:  # noqa: ARG002
+        return goal
+
+
+class GoalAhead(RemoteController):
+    """Send where the goal will be when the set point arrives, at its present velocity."""
+
+    _last: tuple[float, Floats] | None = None
+
+    def receive(self, t: float, joints: Floats) -> None:
+        pass
+
+    def command(self, t: float, goal: Floats) -> Floats:
+        last, self._last = self._last, (t, goal)
+        return goal if last is None else goal + (goal - last[1]) * (self.delay / (t - last[0]))
+
+
+class MoveAndWait(RemoteController):
+    """Send the goal, and the next one when the robot was seen there: move and wait (Ferrell, 1965)."""
+
+    _sent: Floats | None = None
+    _arrived = True
+
+    def receive(self, t: float, joints: Floats) -> None:  # noqa: ARG002
+        self._arrived = self._sent is None or bool(np.abs(joints - self._sent).max() < CLOSE)
+
+    def command(self, t: float, goal: Floats) -> Floats:  # noqa: ARG002
+        if self._arrived or self._sent is None:
+            self._sent = np.clip(goal, self.robot.lower, self.robot.upper)
+            self._arrived = False
+        return self._sent
+
+
+VIEWERS: dict[str, type[Predictor]] = {"frames": LastFrame, "extrapolated": Extrapolated}
+CONTROLLERS: dict[str, type[RemoteController]] = {"direct": Direct, "ahead": GoalAhead, "wait": MoveAndWait}
+
+
+# --- classes of users ------------------------------------------------------------------------------------------------
+
+
+class MethodError(UsageError, text="Cannot be tried"):
+    """A viewer or controller of a user cannot be loaded, or fails when it is tried. (The code is ours.)"""
+
+
+def load_method(text: str, base: type[Predictor | RemoteController]) -> type:
+    """Return the class of `module:Class` or `FILE.py:Class`; one of VIEWERS and CONTROLLERS by its name. Raises
+    MethodError for one that is not there, or lacks one of the methods of `base`.
+    """
+    known = VIEWERS if base is Predictor else CONTROLLERS
+    if text in known:
+        return known[text]
+    place, _, name = text.rpartition(":")
+    if not place or not name:
+        raise MethodError(f"{text!r} is no class", "write module:Class or FILE.py:Class")
+    module = _load_module(place)
+    found = getattr(module, name, None)
+    if not isinstance(found, type):
+        classes = [key for key, one in vars(module).items() if isinstance(one, type)]
+        raise MethodError(f"{place} has no class {name}", did_you_mean(name, classes, "write module:Class"))
+    wanted = [key for key in vars(base) if not key.startswith("_")]
+    own = [key for key in wanted if callable(getattr(found, key, None)) and getattr(found, key) is not vars(base)[key]]
+    if own != wanted:
+        lacking = next(key for key in wanted if key not in own)
+        raise MethodError(
+            f"{text} has no method {lacking}", f"{base.__name__} in docs/experiment.md has {' and '.join(wanted)}"
+        )
+    return found
+
+
+def _load_module(place: str) -> ModuleType:
+    """Import a module by its name or from a file. Raises MethodError for whatever goes wrong in it."""
+    folders = [str(Path(place).resolve().parent) if place.endswith(".py") else str(Path.cwd())]
+    before, sys.path = sys.path, [*folders, *sys.path]
+    try:
+        if not place.endswith(".py"):
+            return import_module(place)
+        if not Path(place).is_file():
+            raise MethodError(f"{place} is not there", "write module:Class or FILE.py:Class")
+        spec = spec_from_file_location(f"_method_{Path(place).stem}", place)
+        assert spec is not None  # its name ends in .py
+        assert spec.loader is not None
+        module = module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+    except MethodError:
+        raise
+    except BaseException as error:  # whatever a user's module does when it is loaded, exit too
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        raise MethodError(f"{place} cannot be loaded: {_told(error, place)}") from None
+    finally:
+        sys.path = before
+
+
+class Guarded:
+    """Call a viewer or controller of a user; whatever goes wrong in it is a MethodError of one line."""
+
+    def __init__(
+        self, text: str, base: type[Predictor | RemoteController], robot: RobotModel, delay: float, rate: float
+    ):
+        self._text, self._n, self._period = text, robot.joint_count, 1.0 / rate
+        self._calls, self.spent = 0, 0.0
+        self._own = text not in VIEWERS and text not in CONTROLLERS
+        made = load_method(text, base)
+        self._method = self._call("__init__", lambda: made(robot, delay))
+
+    @property
+    def call_time(self) -> float:
+        """The mean time of a call [s]."""
+        return self.spent / max(self._calls, 1)
+
+    def receive(self, t: float, joints: Floats) -> None:
+        self._call(f"receive({t:.3f})", lambda: self._method.receive(t, joints.copy()))
+
+    def predict(self, t: float) -> Floats:
+        """Return joints (n,). Raises MethodError."""
+        return self._joints(f"predict({t:.3f})", lambda: self._method.predict(t))
+
+    def command(self, t: float, goal: Floats) -> Floats:
+        """Return joints (n,). Raises MethodError."""
+        return self._joints(f"command({t:.3f})", lambda: self._method.command(t, goal.copy()))
+
+    def _joints(self, what: str, ask: Callable[[], object]) -> Floats:
+        answer = self._call(what, ask)
+        try:
+            joints = np.array(answer, dtype=np.float64)
+        except (TypeError, ValueError):
+            self._fail(f"{what} returned {_short(answer)}", f"return an array of {self._n} numbers")
+        if joints.shape != (self._n,):
+            self._fail(f"{what} returned an array of shape {joints.shape}", f"the shape is ({self._n},)")
+        if not np.isfinite(joints).all():
+            joint = int(np.argmin(np.isfinite(joints)))
+            self._fail(f"{what} returned {joints[joint]} for joint {joint + 1}", "return finite numbers")
+        return joints
+
+    def _call(self, what: str, do: Callable[[], object]) -> Any:
+        if not self._own:
+            return do()
+        begun = perf_counter()
+        try:
+            with time_limit(MAX_CALL):
+                answer = do()
+        except TimeoutError:
+            self._fail(f"{what} takes longer than {MAX_CALL:g} s", f"it has {1e3 * self._period:g} ms a call")
+        except Exception as error:
+            self._fail(f"{what} raised {_told(error)}")
+        except SystemExit:
+            self._fail(f"{what} ended the process", "return instead")
+        self.spent += perf_counter() - begun
+        self._calls += 1
+        if self._calls >= MIN_CALLS and self.call_time > self._period:
+            took = f"{1e3 * self.call_time:.0f} ms a call"
+            self._fail(f"it takes {took}", f"at {1.0 / self._period:g} Hz it has {1e3 * self._period:g} ms")
+        return answer
+
+    def _fail(self, detail: str, hint: str = "") -> NoReturn:
+        raise MethodError(f"{self._text}: {detail}", hint) from None
+
+
+def _told(error: BaseException, place: str = "") -> str:
+    """Return what was raised, and at which line of the user's file."""
+    rows = [
+        row for row in extract_tb(error.__traceback__) if row.filename != __file__ and "importlib" not in row.filename
+    ]
+    at = f" ({Path(rows[-1].filename).name}:{rows[-1].lineno})" if rows else ""
+    said = _short(error)
+    return f"{type(error).__name__}{f': {said}' if said else ''}{at}" if place or said or at else type(error).__name__
+
+
+def _short(value: object) -> str:
+    try:
+        text = " ".join((str(value) if isinstance(value, BaseException) else repr(value)).split())
+    except Exception:
+        text = type(value).__name__
+    return text if len(text) <= 100 else f"{text[:97]}..."
+
+
+@contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in what takes longer; where the system has no such alarm it goes on."""
+    if not hasattr(signal, "setitimer") or current_thread() is not main_thread():
+        yield
+        return
+
+    def over(_signal: int, _frame: FrameType | None) -> None:
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, over)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
