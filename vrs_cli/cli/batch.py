@@ -133,7 +133,7 @@ class Batch(Struct, frozen=True):
                 lines.robot = station.actor
             try:
                 with self._isolated(station), enough(end_by), wall(options.max_wall, end_by):
-                    diagnostics = station.load_text(self.source.text)
+                    diagnostics = station.load_text(self.source.text, self.source.name)
                     if has_errors(diagnostics):
                         return self._refused(station, diagnostics)
                     print(self.source.shown(diagnostics), end="", file=sys.stderr)

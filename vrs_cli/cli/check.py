@@ -257,7 +257,7 @@ def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
         """Return all errors, and the warnings that are wanted."""
         return tuple(
             one
-            for one in inspect(text, its, chosen_dialect(options), cell)
+            for one in inspect(text, its, chosen_dialect(options), cell, source.name)
             if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
         )
 
@@ -378,7 +378,7 @@ def _canonical(source: Source, dialect: Dialect) -> str | None:
     """Return the canonical text; None for a file with mistakes, which are told on standard error."""
     from vrs_cli.language.analysis.structure import canonical_text
 
-    text = canonical_text(source.text, dialect)
+    text = canonical_text(source.text, dialect, source.name)
     if isinstance(text, str):
         return text
     print(source.shown(text), end="", file=sys.stderr)

@@ -34,6 +34,11 @@ class Source(Struct, frozen=True):
     text: str
     is_file: bool = True
 
+    @property
+    def name(self) -> str:
+        """The name of the file without its folder and ending; empty if it is none."""
+        return os.path.splitext(os.path.basename(self.path))[0] if self.is_file else ""
+
     def shown(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
         """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
         warnings, and how many more there are.

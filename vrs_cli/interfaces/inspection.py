@@ -36,14 +36,14 @@ CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, n
 
 
 def inspect(
-    text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL
+    text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL, name: str = ""
 ) -> tuple[Diagnostic, ...]:
     """Find everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that cannot be
     reached; constants that no run could take; constant locations that this robot cannot reach. In the order of the
-    lines. The variables that `cell` fills have values.
+    lines. The variables that `cell` fills have values. `name`: of the file, for steps without a heading.
     """
     inspector = Inspector(model, dialect, cell)
-    return inspector.inspect(inspector.read(text))
+    return inspector.inspect(inspector.read(text, name))
 
 
 Parts = tuple[Placed, ...]
@@ -72,9 +72,9 @@ class Inspector:
         self._inspected: dict[Part, _Inspected] = {}
         self._ways: dict[Part, tuple[_Way, ...]] = {}
 
-    def read(self, text: str) -> Parts:
-        """The parts of the present version."""
-        parts = parts_of(text, self._known, self._dialect)
+    def read(self, text: str, name: str = "") -> Parts:
+        """The parts of the present version. `name`: of the file, for steps without a heading."""
+        parts = parts_of(text, self._known, self._dialect, name)
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import time
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
+from vrs_cli.language.text.source import program_name
 from vrs_cli.values.diagnostics import Severity
 
 SMALL = ".PROGRAM a()\nMOVE x\n.END\n"
@@ -188,3 +191,50 @@ def test_a_line_that_takes_long_to_be_read_is_refused_and_not_read(section: str,
     assert [one.span.line for one in found] == [2, 3]
     assert all(f"a line of {len(text) + 2} characters" in one.message for one in found)
     assert time.process_time() - began < 10.0, "a search that takes the square of the length takes minutes"
+
+
+# --- steps without a heading ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("end", ["", ".END\n", ".END\n.REALS\nn 3\n.END\n", ".REALS\nn 3\n.END\n"])
+def test_steps_without_a_heading_are_the_program_of_the_file(end: str) -> None:
+    file, found = parse_file(f'; what it does\n  TYPE "a"\n  SPEED 50\n\n{end}', name="pick")
+    program, *others = [part for part in file.parts if isinstance(part, Program | Section)]
+    assert isinstance(program, Program)
+    assert (program.name, [step.span.line for step in program.steps]) == ("pick", [1, 2, 3])
+    assert len(others) == (".REALS" in end)
+    assert [(one.severity.name, one.span.line) for one in found] == [("WARNING", 1)]
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (".PROGRAM a()\n TYPE 1\n.END\n", "pick"),
+        ("Dear Sir,\nthis is a letter of mine.\n", "pick"),
+        (".REALS\nn 3\n.END\n", "pick"),
+        ("; nothing\n\n", "pick"),
+        ("", "pick"),
+        (" TYPE 1\n", ""),
+    ],
+)
+def test_what_is_no_body_of_a_program(text: str, name: str) -> None:
+    assert parse_file(text, name=name) == parse_file(text)
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [("pick", "pick"), ("my pick-1", "my.pick.1"), ("7up", "p.7up"), ("a" * 40, "a" * 15), ("", "p"), ("é", "p")],
+)
+def test_a_program_name_of_a_file(file: str, name: str) -> None:
+    assert program_name(file) == name
+
+
+@given(st.lists(st.sampled_from(["TYPE 1", "MOVE a", "garbage in", "; c", "", ".END", ".REALS", "n 3", "10 GOTO 10"])))
+def test_no_line_of_a_body_is_lost(lines: list[str]) -> None:
+    file, _ = parse_file("\n".join(lines), name="a")
+    parts = file.parts
+    if parts and isinstance(parts[0], Program):
+        body = next((i for i, line in enumerate(lines) if line in (".END", ".REALS")), len(lines))
+        kept = [step.span.line for step in parts[0].steps]
+        assert kept == list(range(1, len(kept) + 1))
+        assert not any(line for line in lines[len(kept) : body])

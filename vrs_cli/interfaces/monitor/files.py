@@ -48,7 +48,7 @@ def load(station: Station, named: Path) -> Dialogue[None]:
         yield from _load_trajectory(station, path)
         return
     text = yield from beside(lambda: read_program_file(path, station.folder))
-    ready = yield from station.loaded(text)
+    ready = yield from station.loaded(text, path.stem)
     values = yield from beside(ready.variables.values)
     kept = yield from _kept(station, values)
     programs = station.programs

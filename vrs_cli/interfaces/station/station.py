@@ -158,20 +158,23 @@ class Station:
     # --- programs ---
 
     @pause_collector()
-    def load_text(self, text: str) -> tuple[Diagnostic, ...]:
-        """Put the programs and variables of a file in memory. Return all that is wrong with the file.
+    def load_text(self, text: str, name: str = "") -> tuple[Diagnostic, ...]:
+        """Put the programs and variables of a file in memory. Return all that is wrong with the file. `name`: of the
+        file, for steps without a heading.
 
         A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
         ProgramInterlocked where one of these is on the stack of a task.
         """
-        loaded = at_once(self.loaded(text))
+        loaded = at_once(self.loaded(text, name))
         self.take(loaded)
         return loaded.diagnostics
 
-    def loaded(self, text: str) -> Dialogue[LoadedFile]:
-        """Parse a file and analyse it among what is in memory, ready for `take`. Raises ProgramInterlocked."""
+    def loaded(self, text: str, name: str = "") -> Dialogue[LoadedFile]:
+        """Parse a file and analyse it among what is in memory, ready for `take`. `name`: of the file, for steps without
+        a heading. Raises ProgramInterlocked.
+        """
         long, dialect = len(text) > LONG_TEXT, self.dialect
-        file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect, remembered=False))
+        file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect, name=name, remembered=False))
         self._check_free(file)
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         found = yield from beside_if(long, lambda: LoadedFile.of(file, text, memory, vplus=vplus))

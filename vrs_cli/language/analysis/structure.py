@@ -203,11 +203,12 @@ _ACTIONS: Mapping[type, Callable[[Structure, int, Any], None]] = {
 # --- canonical text, in which no block is unpaired -----------------------------------------------------------
 
 
-def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS) -> str | tuple[Diagnostic, ...]:
+def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS, name: str = "") -> str | tuple[Diagnostic, ...]:
     """Return the canonical text of a file, or its errors if a line cannot be read or a block has no beginning or no
-    end: a layout would show such a program as something that it is not. `dialect`: where the file says none.
+    end: a layout would show such a program as something that it is not. `dialect`: where the file says none. `name`:
+    of the file, for steps without a heading.
     """
-    file, found = parse_file(text, dialect)
+    file, found = parse_file(text, dialect, name=name)
     unpaired = (
         one
         for part in file.parts

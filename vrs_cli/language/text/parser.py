@@ -41,19 +41,20 @@ from vrs_cli.values.dialect import Dialect
 
 
 def parse_file(
-    text: str, dialect: Dialect = Dialect.VPLUS, *, whole: bool = True, remembered: bool = True
+    text: str, dialect: Dialect = Dialect.VPLUS, *, name: str = "", whole: bool = True, remembered: bool = True
 ) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     """The programs and sections of a file, and everything that cannot be read in it.
 
     A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: where the file says none.
-    Where it is a `whole` file, one in another maker's language is told of as such, and not read if it has no program.
-    `remembered`: its steps stay in memory for the next time, as for a text that is being changed.
+    `name`: of the file, for steps without a heading. Where it is a `whole` file, one in another maker's language is
+    told of as such, and not read if it has no program. `remembered`: its steps stay in memory for the next time, as for
+    a text that is being changed.
     """
     foreign = foreign_file(text) if whole else None
     if foreign is not None and not has_program(text):
         return ast.File(()), (foreign,)
     own, wrong = dialect_in(text, dialect)
-    file, found = FileReader(_parser(own), own, remembered=remembered).read(text)
+    file, found = FileReader(_parser(own), own, remembered=remembered).read(text, name)
     told = () if foreign is None else (foreign,)
     return file, (*told, *wrong, *found)
 
@@ -108,16 +109,18 @@ class Part(Struct, frozen=True, eq=False, dict=True):
     """A program or a section with all lines up to the next heading; or the lines before the first heading.
 
     An editor changes one line, so few parts of a file: a part is read once. Its lines count from 1, so that a part
-    stays what it is when lines come or go above it. `last`: its `.END`, or the last line where that is missing.
+    stays what it is when lines come or go above it. `last`: its `.END`, or the last line where that is missing. `name`:
+    of the file, for the first part, which may be steps without a heading.
     """
 
     lines: tuple[str, ...]
     last: int
     dialect: Dialect
+    name: str = ""
 
     @cached_property
     def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
-        return parse_file("\n".join(self.lines), self.dialect, whole=False)
+        return parse_file("\n".join(self.lines), self.dialect, name=self.name, whole=False)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -148,17 +151,18 @@ class Placed(Struct, frozen=True):
 Known = Mapping[tuple[str, ...], Part]
 
 
-def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS) -> tuple[Placed, ...]:
+def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: str = "") -> tuple[Placed, ...]:
     """Cut a file into its parts. Parts that are `known` by their lines are taken from there. `dialect`: where the file
-    says none.
+    says none. `name`: of the file, for steps without a heading.
     """
     placed, above = list[Placed](), 0
     own, _ = dialect_in(text, dialect)
+    bare = "" if has_program(text) else name
     for lines in cut(lines_of(text)):
         texts, end = tuple(line.text for line in lines), end_of(lines)
         part = known.get(texts)
         if part is None or part.dialect is not own:
-            part = Part(texts, len(lines) if end is None else end + 1, own)
+            part = Part(texts, len(lines) if end is None else end + 1, own, "" if above else bare)
         placed.append(Placed(part, above))
         above += len(lines)
     return tuple(placed)

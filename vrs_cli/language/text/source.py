@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import cache
 from itertools import pairwise
 from typing import Any, Final, NamedTuple, TypeVar
@@ -25,6 +26,7 @@ from vrs_cli.language.text.ast import ANGLES, AXES, BadLine, Comment, Entry, Fil
 from vrs_cli.language.text.line_parser import LineParser
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
+from vrs_cli.language.words.values import NAME_LENGTH
 from vrs_cli.values.diagnostics import (
     Diagnostic,
     DiagnosticCollector,
@@ -41,6 +43,7 @@ from vrs_cli.values.numbers import count
 V = TypeVar("V")
 
 PROGRAM, END = ".PROGRAM", ".END"
+MAX_TRIED = 200  # lines that tell whether a file without a heading holds steps
 MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
 JOINTS_HIGH = 12  # joints of a precision point in a file
 SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
@@ -128,14 +131,22 @@ class FileReader(DiagnosticCollector):
         self._read_step = parser.step if remembered else parser.new_step
         self._damaged = False  # there are characters that no text has
 
-    def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
-        """Return the file and everything that is wrong with its lines."""
+    def read(self, text: str, name: str = "") -> tuple[File, tuple[Diagnostic, ...]]:
+        """Return the file and everything that is wrong with its lines. `name`: of the file; a file that has steps, and
+        no heading of a program, is the program of that name.
+        """
         self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
-        file = File(tuple(part for lines in cut(lines_of(text)) if lines for part in self._parts(lines)))
+        lines = lines_of(text)
+        bare = bool(name) and self._has_bare_steps(lines)
+        parts = self._bare_program(lines, name) if bare else self._all_parts(lines)
+        file = File(tuple(parts))
         self.diagnostics += repeated_programs((part, 0) for part in file.parts if isinstance(part, Program))
         return file, ordered(self.diagnostics)
 
     # --- parts ---
+
+    def _all_parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
+        return (part for some in cut(lines) if some for part in self._parts(some))
 
     def _parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
         """A program or a section, if the lines begin with the heading of one, and what stands outside."""
@@ -199,6 +210,35 @@ class FileReader(DiagnosticCollector):
             raise LineRefused(damage)
 
     # --- programs ---
+
+    def _has_bare_steps(self, lines: Sequence[SourceLine]) -> bool:
+        """Return whether a file is the body of a program, as an editor has it: no heading, and most lines are steps."""
+        if any(line.directive == PROGRAM for line in lines):
+            return False
+        steps = [line for line in _body(lines) if line.text.strip() and not line.text.lstrip().startswith(";")]
+        read = 0
+        for line in steps[:MAX_TRIED]:
+            with suppress(LineRefused):
+                self._check_text(line)
+                self._read_step(line.text, line.number)
+                read += 1
+        return 2 * read > min(len(steps), MAX_TRIED)
+
+    def _bare_program(self, lines: Sequence[SourceLine], name: str) -> Iterator[Program | Section | Comment | BadLine]:
+        """Read a program without a heading, and what stands after it."""
+        called = program_name(name)
+        body = _body(lines)
+        heading = SourceLine(1, f"{PROGRAM} {called}()", PROGRAM)
+        span = next(line for line in body if line.text.strip()).span
+        self.warn(
+            ControlStructure,
+            span,
+            f"no {PROGRAM} before this: it is the program {called}",
+            "a program begins with .PROGRAM name",
+        )
+        yield self._program(heading, body)
+        behind = len(body) + (len(body) < len(lines) and lines[len(body)].directive == END)
+        yield from self._all_parts(lines[behind:])
 
     def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
         """A program; where its heading cannot be read, its steps are only checked."""
@@ -281,6 +321,18 @@ class FileReader(DiagnosticCollector):
         if wrong:
             self.fault(TypeMismatch, entry.span, name, wrong)
         return not wrong
+
+
+def _body(lines: Sequence[SourceLine]) -> Sequence[SourceLine]:
+    """Return the lines before the first `.END` or section."""
+    ends = (i for i, line in enumerate(lines) if line.directive == END or line.directive in SECTIONS)
+    return lines[: next(ends, len(lines))]
+
+
+def program_name(file: str) -> str:
+    """Return the name of a program for a file of this name."""
+    name = re.sub(r"[^A-Za-z0-9._]+", ".", file).strip(".")
+    return (name if name[:1].isalpha() else f"p.{name}")[:NAME_LENGTH].rstrip(".")
 
 
 def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagnostic]:
