@@ -1,6 +1,7 @@
 import type { Connection, Message } from "./core/connection";
 import { frames, g } from "./core/kinematics";
 import { Playback } from "./core/playback";
+import type { Report } from "./core/measured";
 import type { Source } from "./core/source";
 import type { Timeline } from "./core/timeline";
 import { Transform, multiply } from "./core/transform";
@@ -19,6 +20,8 @@ export interface Shown {
   tool: Transform;
   timeline: Timeline;
   source: Source;
+  /** The measured arm at t; the newest one, with its own time, where the robot is followed; null where it is unknown. */
+  measured: Report | null;
   /** What the robot says of its places, programs, signals and branches; null where nobody can be asked. */
   surveyed: Message | null;
 }
@@ -74,7 +77,9 @@ export class App {
     const all = frames(model, q);
     const flange = all[all.length - 1];
     const tool = timeline.tool(t);
-    const shown = { t, now: source.now(), q, frames: all, tool: tool ? multiply(flange, tool) : flange, timeline, source, surveyed: this.surveyed };
+    const reported = source.measured?.at(t) ?? null;
+    const measured = reported ?? (playback.following ? (source.measured?.last ?? null) : null);
+    const shown = { t, now: source.now(), q, frames: all, tool: tool ? multiply(flange, tool) : flange, timeline, source, measured, surveyed: this.surveyed };
     for (const part of this.parts) part.show(shown);
     if (playback.moves) this.wake();
   }

@@ -8,6 +8,7 @@ import { h } from "./dom";
 import { makeLayout } from "./layout";
 import { makeLesson } from "./lessons";
 import { makeScene } from "./scene/scene";
+import { makeBody } from "./panels/body";
 import { makeDelays } from "./panels/delays";
 import { makeDriving } from "./panels/driving";
 import { makeHint } from "./panels/notice";
@@ -48,7 +49,7 @@ function openRobot(): void {
       makeViewing(app, slot, scene);
       const commands = makeDriving(app, slot, scene);
       makeHint(app, slot("hint"), (line) => commands.type(line));
-      app.add(makeDelays(app, slot("delays")));
+      app.add(makeDelays(app, slot("delays")), makeBody(commands, slot("delays")));
       Object.assign(window, { app, scene, commands }); // for tests and the curious
     }),
   ];

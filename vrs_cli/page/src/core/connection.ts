@@ -33,9 +33,9 @@ export interface Options {
 }
 
 const COMMANDS = new Set(["abort", "at", "drive", "line", "put", "askhelp", "handin", "watchclass", "announce", "freeze"]);
-const NUMBERED = new Set(["asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced", "lessontext"]);
+const NUMBERED = new Set(["alarm", "asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced", "lessontext"]);
 const OPEN = 1; // WebSocket.OPEN
-const FOLLOWED = { deltas: true, world: true, window: 600 }; // subscribed to at first: `window` is so much of the past [s]
+const FOLLOWED = { deltas: true, world: true, measured: true, window: 600 }; // subscribed to at first: `window` is so much of the past [s]
 const PING = 2; // [s] between two pings
 const FIRST_PINGS = [0, 0.1, 0.1, 0.2, 0.4]; // [s] between the first: the clock is to be right soon after the welcome
 const SILENT = 10; // [s] without any message, though pings are sent: the connection is dead
@@ -158,6 +158,11 @@ export class Connection {
   /** Whether the robot's clock goes on by itself. */
   get passes(): boolean {
     return !!this.clock.realtime && !this.clock.paused;
+  }
+  /** The robot's clock [s] when a command that is sent now has come, by the slowest way of the last minute; null where the
+   * clock does not go on by itself. */
+  get arrival(): number | null {
+    return this.passes ? this.robotAt(this.serverNow + this.serverClock.forward) : null;
   }
   private get serverNow(): number {
     return this.serverClock.there(this.wall());

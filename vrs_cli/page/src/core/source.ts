@@ -1,5 +1,6 @@
 import type { Connection } from "./connection";
 import type { Model } from "./kinematics";
+import { Measured } from "./measured";
 import { Preview } from "./preview";
 import type { Timeline } from "./timeline";
 import { World } from "./world";
@@ -10,6 +11,8 @@ export interface Source {
   readonly timeline: Timeline;
   /** What is expected of a robot that is served; `timeline` is the predicted one. */
   readonly preview?: Preview;
+  /** What the body of a robot that is served measures. */
+  readonly measured?: Measured;
   /** What is around the robot; null where there is nothing. */
   readonly cell: Cell | null;
   /** Where its parts are. */
@@ -41,11 +44,13 @@ const RECALLED = 600; // [s] that are asked for at once
 export class LiveSource implements Source {
   readonly live = true;
   readonly preview: Preview;
+  readonly measured: Measured;
   readonly world = new World();
   private recalling = false;
 
   constructor(private readonly connection: Connection) {
     this.preview = new Preview(connection);
+    this.measured = new Measured(connection);
     connection.on("welcome", () => this.world.clear());
     connection.on(["course", "contacts"], (message) => this.world.hear(message));
   }
@@ -73,7 +78,7 @@ export class LiveSource implements Source {
     void this.connection.recall(before - RECALLED).finally(() => (this.recalling = false));
   }
   onChange(changed: () => void): () => void {
-    return this.connection.on(["change", "clock", "welcome", "state", "preview", "course", "contacts"], changed);
+    return this.connection.on(["change", "clock", "welcome", "state", "preview", "course", "contacts", "measurements", "shownmeasured", "bodystatus", "alarm"], changed);
   }
 }
 

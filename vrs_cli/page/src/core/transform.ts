@@ -44,6 +44,12 @@ export function inverse(T: Transform): Transform {
   return R;
 }
 
+/** Returns by how much A and B are turned against each other [rad]. */
+export function angleBetween(A: Transform, B: Transform): number {
+  const squares = A.map((x, i) => (i % 4 === 3 ? 0 : (x - B[i]) ** 2)).reduce((sum, one) => sum + one);
+  return 2 * Math.asin(Math.min(Math.sqrt(squares / 8), 1));
+}
+
 /** Returns where T takes a point [m]. */
 export const movePoint = (T: Transform, [x, y, z]: Iterable<number>): Point => [
   T[0] * x + T[1] * y + T[2] * z + T[3], T[4] * x + T[5] * y + T[6] * z + T[7], T[8] * x + T[9] * y + T[10] * z + T[11],

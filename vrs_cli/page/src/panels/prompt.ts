@@ -7,12 +7,15 @@ import { EditorState, Prec, StateEffect } from "@codemirror/state";
 import { Decoration, EditorView, keymap, placeholder } from "@codemirror/view";
 import type { Message } from "../core/connection";
 import { button, h } from "../dom";
+import { Change } from "../core/change";
 import type { Commands } from "./commands";
+import { leadNote } from "./delays";
 import { findingIn, marksField, valEditor } from "./language";
 
 const MAX_SUGGESTIONS = 50;
 const PATIENCE = 1; // [s] that a line waits to be looked at for mistakes before it is sent
 const PAUSE = 0.15; // [s] without a key until a line is looked at while it is typed
+const LEAD_PERIOD = 200; // [ms] between two readings of the time that is left
 const STOPPING = /^\s*AB/i; // lines that wait for nothing
 
 const markMistake = StateEffect.define<{ from: number; to: number } | null>();
@@ -31,6 +34,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
   let checking = false;
   let look = 0;
   const mistake = h("div", { class: "note bad prompt-mistake", role: "status", hidden: true });
+  const lead = h("div", { class: "note prompt-lead", hidden: true });
   const sign = h("span", { class: "prompt-sign code", "aria-hidden": "true" });
 
   const text = (): string => view.state.doc.toString();
@@ -170,6 +174,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
           if (!update.docChanged) return;
           clearTimeout(look);
           mistake.hidden = true;
+          commands.app.wake();
           if (!text()) searching = false;
           look = window.setTimeout(() => void lookAt(text()), 1000 * PAUSE);
         }),
@@ -179,13 +184,25 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
   slot.append(
     h("div", { class: "prompt" }, sign, view.dom.parentElement!,
       button("Send", () => (enter(), view.focus()), { class: "primary", title: "Carry it out (Enter)" })),
-    mistake,
+    mistake, lead,
     h("div", { class: "row" },
       button("↑", () => (recall(1), view.focus()), { class: "quiet", title: "The line before (arrow up; Ctrl-R searches)" }),
       button("↓", () => (recall(-1), view.focus()), { class: "quiet", title: "The next line (arrow down)" }),
       button("Undo", () => commands.command("UNDO"), { class: "quiet", title: "Take back the last motion" }),
       button("Redo", () => commands.command("REDO"), { class: "quiet", title: "Do again what was taken back" })),
   );
+  const read = new Change(LEAD_PERIOD, () => commands.app.wake());
+  commands.app.add({
+    show({ source: { preview } }) {
+      const { arrival } = connection;
+      const line = text();
+      const found = arrival === null ? "" : leadNote(line, connection.now(), arrival, !!preview?.roundTrip);
+      if (!read.to(line ? found : "")) return;
+      lead.textContent = found;
+      lead.hidden = !found;
+      lead.classList.toggle("warn", found.startsWith("too late"));
+    },
+  });
   commands.onChange(() => {
     sign.textContent = commands.status.prompt?.trim() || ".";
   });

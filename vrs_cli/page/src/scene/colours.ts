@@ -9,13 +9,13 @@ const LIGHT = {
   background: "#f1f3f5", sky: "#ffffff", ground: "#a8a49e", cell: "#dde1e5", section: "#b9c0c8", numbers: "#66707c", shadow: 0.22,
   past: "#1d58c8", planned: "#e0660a", pastBlend: "#7fa5ec", plannedBlend: "#f6ac66", dot: "#6f767f", mark: "#30363d",
   goal: "#c65a06", good: "#22864a", bad: "#d63031", stop: "#8c1414", free: "#6c9ed6", hand: "#343a42", reach: "#4682d2",
-  unconfirmed: "#e6b400", flagged: "#d62020", predicted: "#3a7cd6", branches: ["#8c60c8", "#3c9696", "#be5a82"],
+  unconfirmed: "#e6b400", flagged: "#d62020", predicted: "#3a7cd6", measured: "#a3246b", branches: ["#8c60c8", "#3c9696", "#be5a82"],
 };
 const DARK: Palette = {
   background: "#171b21", sky: "#dfe6f0", ground: "#4c4a48", cell: "#262c34", section: "#3d4651", numbers: "#93a0af", shadow: 0.5,
   past: "#5b93ff", planned: "#ff8b3d", pastBlend: "#b4ccff", plannedBlend: "#ffc79c", dot: "#98a2ae", mark: "#e8ecf1",
   goal: "#ff9d4d", good: "#4cc47c", bad: "#ff6b66", stop: "#ff4d4d", free: "#6c9ed6", hand: "#e4e8ee", reach: "#5f9cf0",
-  unconfirmed: "#f0c420", flagged: "#ff5050", predicted: "#5f9cf0", branches: ["#b08ce8", "#55bcbc", "#e080a6"],
+  unconfirmed: "#f0c420", flagged: "#ff5050", predicted: "#5f9cf0", measured: "#f58bc3", branches: ["#b08ce8", "#55bcbc", "#e080a6"],
 };
 
 /** Of a robot that is not heard any more. */

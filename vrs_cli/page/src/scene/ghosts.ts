@@ -15,17 +15,17 @@ const BESIDE = 0.004; // [m] of a link: one that stands nearer is not seen eithe
 const COINCIDE = 0.02; // [rad, m] of a joint: a ghost that stands nearer would only tint the arm
 const OUTLINE = 2.5; // [px] the width of an outline
 
-/** How an arm is drawn that is not there: the figures it consists of, and the colour that they share. */
+/** How an arm is drawn that is not there: the figures it consists of, and the colours that they have. */
 interface Drawing {
   figures: Figure[];
-  colour: THREE.Color;
+  colours: THREE.Color[];
 }
 
 /** Draws an arm that is seen through. Its nearest surface alone is drawn, so that what lies behind does not show as clutter. */
 function clear(_stage: Stage, bodies: Bodies): Drawing {
   const depth = new THREE.MeshBasicMaterial({ colorWrite: false, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   const seen = new THREE.MeshLambertMaterial({ transparent: true, opacity: OPACITY, depthWrite: false, side: THREE.DoubleSide });
-  return { figures: [depth, seen].map((material, order) => new Figure(bodies, { material, order: 1 + order })), colour: seen.color };
+  return { figures: [depth, seen].map((material, order) => new Figure(bodies, { material, order: 1 + order })), colours: [seen.color] };
 }
 
 const OUTLINE_VERTEX = /* glsl */ `
@@ -44,10 +44,11 @@ const OUTLINE_FRAGMENT = /* glsl */ `
     #include <colorspace_fragment>
   }`;
 
-/** Draws the outline of an arm, also where another one is before it: its surface marks the stencil, and a wider one is drawn beside the marks. */
-function outline(stage: Stage, bodies: Bodies): Drawing {
+/** Draws the outline of an arm, also where another one is before it: its surface marks the stencil, and a wider one is drawn beside the marks.
+ * `stencilRef`: the mark, for each outline another. */
+function outline(stage: Stage, bodies: Bodies, stencilRef = 1): Drawing {
   const uniforms = { resolution: { value: new THREE.Vector2() }, width: { value: OUTLINE }, colour: { value: new THREE.Color() } };
-  const common = { vertexShader: OUTLINE_VERTEX, fragmentShader: OUTLINE_FRAGMENT, depthTest: false, depthWrite: false, side: THREE.DoubleSide, stencilWrite: true, stencilRef: 1 };
+  const common = { vertexShader: OUTLINE_VERTEX, fragmentShader: OUTLINE_FRAGMENT, depthTest: false, depthWrite: false, side: THREE.DoubleSide, stencilWrite: true, stencilRef };
   const mark = new THREE.ShaderMaterial({ ...common, uniforms: { ...uniforms, width: { value: 0 } }, colorWrite: false, stencilZPass: THREE.ReplaceStencilOp });
   const edge = new THREE.ShaderMaterial({ ...common, uniforms, stencilFunc: THREE.NotEqualStencilFunc });
   const known = new Map<THREE.BufferGeometry, THREE.BufferGeometry>();
@@ -60,7 +61,13 @@ function outline(stage: Stage, bodies: Bodies): Drawing {
     return made;
   };
   stage.beforeDraw.add(() => uniforms.resolution.value.set(stage.width, stage.height));
-  return { figures: [mark, edge].map((material, order) => new Figure(bodies, { material, order: 10 + order, surface })), colour: uniforms.colour.value };
+  return { figures: [mark, edge].map((material, order) => new Figure(bodies, { material, order: 10 * stencilRef + order, surface })), colours: [uniforms.colour.value] };
+}
+
+/** Draws an arm that is seen through, with an outline. */
+function filled(stage: Stage, bodies: Bodies): Drawing {
+  const [inside, edge] = [clear(stage, bodies), outline(stage, bodies, 2)];
+  return { figures: [...inside.figures, ...edge.figures], colours: [...inside.colours, ...edge.colours] };
 }
 
 /** An arm that is not there yet, or would be. It is made when it is first seen. */
@@ -68,7 +75,7 @@ class Ghost {
   private readonly root = new THREE.Group();
   private drawing: Drawing | null = null;
   private readonly change = new Change();
-  private readonly paint = (colours: Palette): void => void this.drawing?.colour.set(this.colour(colours));
+  private readonly paint = (colours: Palette): void => this.drawing?.colours.forEach((one) => one.set(this.colour(colours)));
 
   constructor(
     private readonly stage: Stage, private readonly bodies: Bodies, private readonly make: typeof clear, private readonly colour: (colours: Palette) => string,
@@ -90,7 +97,7 @@ class Ghost {
       this.hide();
       return false;
     }
-    if (!this.change.to(`${q} ${shown.q} ${shown.T_world_robot} ${shown.hand}`)) return true;
+    if (!this.change.to(`${q.map((x) => x.toFixed(4))} ${shown.q} ${shown.T_world_robot} ${shown.hand}`)) return true;
     if (!this.drawing) {
       this.drawing = this.make(this.stage, this.bodies);
       this.root.add(...this.drawing.figures.map((figure) => figure.root));
@@ -136,6 +143,11 @@ export function goalView(stage: Stage, bodies: Bodies): GhostView {
 export function predictionView(stage: Stage, bodies: Bodies, follows: () => boolean): GhostView {
   return new GhostView(new Ghost(stage, bodies, clear, ({ predicted }) => predicted), ({ source: { preview }, now }) =>
     preview?.predicts && follows() ? g(bodies.model, preview.predicted, preview.shown(now)) : null);
+}
+
+/** Returns the arm as the robot's body has measured it. */
+export function measuredView(stage: Stage, bodies: Bodies): GhostView {
+  return new GhostView(new Ghost(stage, bodies, filled, ({ measured }) => measured), ({ measured }) => measured?.q ?? null);
 }
 
 interface Branch {

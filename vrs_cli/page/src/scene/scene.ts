@@ -10,7 +10,7 @@ import { axes } from "./axes";
 import { DIRECTIONS, HOME, homeBall } from "./camera";
 import { GREY } from "./colours";
 import { Bodies, Figure, matrixOf, reachOf, roomOf, setPose } from "./figure";
-import { BranchView, goalView, predictionView } from "./ghosts";
+import { BranchView, goalView, measuredView, predictionView } from "./ghosts";
 import { Gizmo } from "./gizmo";
 import { PartsView, type CellScene } from "./parts";
 import { PathView } from "./path";
@@ -67,6 +67,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
   stage.scene.add(figure.root, ...Object.values(triads), path.root, places.root, reasons.root);
   const goal = goalView(stage, bodies);
   const prediction = predictionView(stage, bodies, () => app.playback.following);
+  const measured = source.measured && measuredView(stage, bodies);
   const ranges = new RangesView(stage, bodies, figure);
   const gizmo = new Gizmo(stage);
   const branches = connection && new BranchView(stage, bodies, connection);
@@ -92,6 +93,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     layer("path", "Path", "The way of the tool: past blue, planned orange, lighter where motions blend", true, (on) => (path.visible = on)),
     layer("commands", "Commands", "The text of each command where its motion begins", false, (on) => (path.commands = on)),
     layer("goal", "Goal", "The outline of the arm as it will stand when the motion ends", true, (on) => (goal.visible = on)),
+    measured && layer("measured", "Measured arm", "The arm as the robot's body has measured it, where it differs", true, (on) => (measured.visible = on)),
     branches && layer("branches", "Branches", "The arm as other branches move it", true, (on) => (branches.visible = on)),
     layer("places", "Places", "The locations that have names", true, (on) => (places.visible = on)),
     parts && layer("parts", "Cell", "Parts, fixtures and sensors; what touches is red", true, (on) => (parts.visible = on)),
@@ -157,7 +159,7 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
       stage.change(true);
     }
     triads.tool.visible = framed && !gizmo.seen;
-    for (const part of [parts, path, places, reasons, goal, prediction, ranges, gizmo, branches, boundary]) if (part) part.show(here);
+    for (const part of [parts, path, places, reasons, goal, prediction, measured, ranges, gizmo, branches, boundary]) if (part) part.show(here);
     if (!app.playback.moves) describe(here);
     stage.draw(app.playback.moves);
   };
