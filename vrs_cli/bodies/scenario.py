@@ -100,16 +100,8 @@ class Scenario(NamedTuple):
 
 def load_scenario(path: Path, kinds: tuple[JointKind, ...]) -> Scenario:
     """Read a scenario for a robot with joints of these kinds. Raises NonexistentFile, FileError, FileDamaged."""
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise NonexistentFile(str(path)) from None
-    except OSError as error:
-        raise FileError(f"{path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise FileDamaged(f"{path}: {error}", "a scenario is a TOML file") from None
     reader = ScenarioReader(str(path), human=True)
-    table = reader.table(data, "the file", (), ("seed", *KINDS))
+    table = reader.table(load_toml(path, "a scenario"), "the file", (), ("seed", *KINDS))
     seed = table.get("seed", 0)
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**32:
         raise reader.wrong("seed", f"{seed!r} is none", "give a whole number from 0 to 4294967295")
@@ -122,6 +114,18 @@ def load_scenario(path: Path, kinds: tuple[JointKind, ...]) -> Scenario:
     if timeless := next((one for one in found if one.at is None), None):
         raise reader.wrong(timeless.word, "has no at", "give the second of the robot's clock when it begins")
     return Scenario(tuple(found), seed)
+
+
+def load_toml(path: Path, what: str) -> Mapping[str, object]:
+    """Return the tables of a TOML file. Raises NonexistentFile, FileError, FileDamaged."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise NonexistentFile(str(path)) from None
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise FileDamaged(f"{path}: {error}", f"{what} is a TOML file") from None
 
 
 def read_command(line: str, kinds: tuple[JointKind, ...]) -> Disturbance | Release:
