@@ -181,6 +181,7 @@ DEFERRED = (
         "as above",
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
+    Deferred(("interfaces/station/divergence.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
         ("contacts/watch.py", "net/told_course.py", "teach"),

@@ -1,23 +1,29 @@
-"""Alarms of bodies with faults, and none of healthy ones: random motions of a small arm in virtual time."""
+"""Alarms of bodies with faults, and none of healthy ones: random motions of an arm in virtual time. The arm is a small
+one of servos, or the simulated one of `vrs_cli.bodies`.
+"""
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from copy import copy
+from functools import partial
 from random import Random
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from tests.by_hand import command
 from tests.twin.servo_arm import STEP, Commands, ServoArm
-from vrs_cli.engine.position import joints_at
+from vrs_cli.bodies.mujoco_arm import MujocoArm
+from vrs_cli.bodies.scenario import BlockedJoint, Payload
+from vrs_cli.engine.position import joint_state_at, joints_at
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import put_inside
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.twin.divergence import DivergenceWatch
-from vrs_cli.values.measured import DivergenceAlarm, DivergenceCause
+from vrs_cli.values.measured import DivergenceAlarm, DivergenceCause, Report
 
 BACK = 0.2  # [s] D_b: how old reports are when they come
 IN_TIME = BACK + 0.5  # [s] in which an alarm is to come
@@ -33,20 +39,85 @@ CAUSES = {
 
 class Outcome(NamedTuple):
     """The alarm of a fault, and how long it took from the first residual beyond 5 standard deviations on [s]; None:
-    the fault showed nothing, or no alarm came.
+    the fault showed nothing, or no alarm came. `false`: how many came before the fault.
     """
 
     alarm: DivergenceAlarm | None
     after: float | None
+    false: int = 0
+
+
+class Body(Protocol):
+    """An arm that reports 100 times a second. `delay`: how late it follows, by the time [s]."""
+
+    delay: Callable[[float], float]
+
+    def advance(self, timeline: Timeline, t: float) -> list[Report]:
+        """Go on to t, which is STEP later, and measure."""
+
+    def block(self, joint: int) -> None:
+        """Let a joint, from 0, stand where it is from now on."""
+
+    def carry(self, mass: float) -> None:
+        """Put so much more [kg] to the flange."""
+
+    def twin(self) -> Body:
+        """Return an arm that does from now on what this one would do without a fault."""
+
+
+class Servo(ServoArm):
+    def advance(self, timeline: Timeline, t: float) -> list[Report]:
+        return [self.report(timeline, t)]
+
+    def block(self, joint: int) -> None:
+        self.blocked = {joint: self.joints[joint]}
+
+    def carry(self, mass: float) -> None:
+        self.load += mass
+
+    def twin(self) -> Body:
+        return copy(self)
+
+
+class Simulated:
+    """The arm of MuJoCo. The arm without a fault is a second one, which goes along with it from the beginning."""
+
+    def __init__(self, arm: RobotArm, seed: int, well: Simulated | None = None) -> None:
+        self._arm, self._mujoco, self._well = arm, MujocoArm(arm.model, seed=seed), well
+        self.delay: Callable[[float], float] = lambda _t: 0.0
+
+    def advance(self, timeline: Timeline, t: float) -> list[Report]:
+        if self._well is not None:
+            self._well.advance(timeline, t)
+
+        return self._mujoco.advance(t, lambda at: joint_state_at(self._arm, timeline, max(at - self.delay(at), 0.0)))
+
+    def block(self, joint: int) -> None:
+        self._mujoco.disturb(BlockedJoint(joint=joint + 1))
+
+    def carry(self, mass: float) -> None:
+        self._mujoco.disturb(Payload(mass=mass))
+
+    def twin(self) -> Body:
+        assert self._well is not None
+        well, self._well = self._well, None
+        return well
+
+
+Kind = Literal["servo", "mujoco"]
 
 
 class Course:
-    """A robot, its body and its watch in virtual time. `followed`: the timeline of the body, if it is another one."""
+    """A robot, its body and its watch in virtual time. `followed`: the timeline of the body, if it is another one.
+    `faults`: some will come.
+    """
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, kind: Kind = "servo", *, faults: bool = True) -> None:
         self.commands, self.watch = Commands(seed), DivergenceWatch(Commands(seed).engine.arm)
         self.engine = self.commands.engine
-        self.body = ServoArm(self.engine.arm, seed)
+        arm = self.engine.arm
+        well = Simulated(arm, seed) if kind == "mujoco" and faults else None
+        self.body: Body = Servo(arm, seed) if kind == "servo" else Simulated(arm, seed, well)
         self.followed: Timeline | None = None
         self.steps = 0
 
@@ -60,31 +131,32 @@ class Course:
         for _ in range(round(seconds / STEP)):
             self.steps += 1
             self.commands.until(self.t)
-            alarm = self.watch.take(self.engine.timeline, self.body.report(self.engine.timeline, self.t))
-            if alarm is not None:
-                alarms.append(alarm)
+            alarms += self.watched(self.body.advance(self.engine.timeline, self.t))
         return alarms
+
+    def watched(self, reports: list[Report]) -> list[DivergenceAlarm]:
+        """Give reports to the watch; return its alarms."""
+        return [alarm for one in reports if (alarm := self.watch.take(self.engine.timeline, one)) is not None]
 
     def fault(self, name: str, random: Random) -> Outcome:
         """Let a fault happen, and wait for its alarm."""
-        begun, exceeded, last = False, None, self.t + PATIENCE
+        begun, exceeded, last = False, None, self.t + 4.0 * PATIENCE
         well = self.body
         while self.t < last:
             self.steps += 1
             before, t = self.engine.timeline, self.t
             gave = self.commands.until(t)
             if not begun and self._begins(name, gave):
-                begun, well, self.body = True, self.body, copy(self.body)
+                begun, well, last = True, self.body.twin(), t + PATIENCE
                 FAULTS[name](self, before, random)
             timeline = self.engine.timeline
-            report, right = self.body.report(self.followed or timeline, t), None
+            reports = self.body.advance(self.followed or timeline, t)
             if begun:
-                right = well.report(timeline, t)
-                noise = self.watch.healthy.noise[-1]
-                if exceeded is None and (np.abs(np.subtract(report.joints, right.joints)) > 5.0 * noise).any():
-                    exceeded = t
-            alarm = self.watch.take(timeline, report)
-            if alarm is not None:
+                noise = 5.0 * self.watch.healthy.noise[-1]
+                for one, right in zip(reports, well.advance(timeline, t), strict=True):
+                    if exceeded is None and (np.abs(np.subtract(one.joints, right.joints)) > noise).any():
+                        exceeded = one.t
+            for alarm in self.watched(reports):
                 return Outcome(alarm, None if exceeded is None else t + BACK - exceeded)
         return Outcome(None, None)
 
@@ -95,12 +167,11 @@ class Course:
 
 
 def _blocked(course: Course, _before: Timeline, random: Random) -> None:
-    joint = random.randrange(len(course.body.joints))
-    course.body.blocked = {joint: course.body.joints[joint]}
+    course.body.block(random.randrange(course.engine.model.joint_count))
 
 
 def _payload(course: Course, _before: Timeline, _random: Random) -> None:
-    course.body.load += 2.0
+    course.body.carry(2.0)
 
 
 def _lost(course: Course, before: Timeline, _random: Random) -> None:
@@ -130,37 +201,39 @@ FAULTS: dict[str, Callable[[Course, Timeline, Random], None]] = {
 }
 
 
-def outcome(name: str, seed: int, learned: float = 40.0) -> Outcome:
+def outcome(name: str, seed: int, learned: float = 40.0, kind: Kind = "servo") -> Outcome:
     """Let a fault come after so many healthy seconds."""
-    course = Course(seed)
+    course = Course(seed, kind)
     false = course.healthy(learned)
-    assert not false, f"seed {seed}: a false alarm, {false[0]}"
-    return course.fault(name, Random(seed))
+    return course.fault(name, Random(seed))._replace(false=len(false))
 
 
-def main(what: Literal["faults", "healthy"], count: int = 60) -> int:
-    """`faults`: so many seeds of each; `healthy`: so many hours, of which each tenth is a robot of its own."""
+def _half_an_hour(kind: Kind, seed: int) -> list[DivergenceAlarm]:
+    return Course(seed, kind, faults=False).healthy(1800.0)
+
+
+def main(what: Literal["faults", "healthy"], count: int = 60, kind: Kind = "servo") -> int:
+    """`faults`: so many seeds of each; `healthy`: so many hours, of which each half is a robot of its own."""
     wrong = 0
-    begun = time.process_time()
-    if what == "healthy":
-        for seed in range(10):
-            alarms = Course(seed).healthy(360.0 * count)
-            wrong += len(alarms)
-            spent = time.process_time() - begun
+    with ProcessPoolExecutor() as pool:
+        if what == "healthy":
+            for seed, alarms in enumerate(pool.map(partial(_half_an_hour, kind), range(2 * count))):
+                wrong += len(alarms)
+                print(f"{0.5 * (seed + 1):g} h: {wrong} false alarms {alarms[:3]}", flush=True)
+            return wrong
+        for name, cause in CAUSES.items():
+            found = list(pool.map(partial(outcome, name, kind=kind), range(count)))
+            right = sum(one.alarm is not None and one.alarm.cause is cause for one in found)
+            times = [one.after for one in found if one.after is not None]
+            false = sum(one.false for one in found)
+            late = sum(one.alarm is None or (one.after or 0.0) > IN_TIME for one in found)
+            named = Counter(one.alarm.cause.value if one.alarm else "no alarm" for one in found)
+            print(f"{name}: cause right {right} of {count}, {late} too late, median {np.median(times):.2f} s,", end=" ")
             print(
-                f"robot {seed}: {0.1 * count:g} h, {len(alarms)} false alarms {alarms[:3]} ({spent:.0f} s CPU)",
+                f"at most {max(times):.2f} s after 5 sigma, D_b {BACK:g} s included; {false} false; {dict(named)}",
                 flush=True,
             )
-        return wrong
-    for name, cause in CAUSES.items():
-        found = [outcome(name, seed) for seed in range(count)]
-        right = sum(one.alarm is not None and one.alarm.cause is cause for one in found)
-        times = [one.after for one in found if one.after is not None]
-        late = sum(one.alarm is None or (one.after or 0.0) > IN_TIME for one in found)
-        named = Counter(one.alarm.cause.value if one.alarm else "no alarm" for one in found)
-        print(f"{name}: cause right {right} of {count}, {late} too late, median {np.median(times):.2f} s,", end=" ")
-        print(f"at most {max(times):.2f} s after 5 sigma, D_b {BACK:g} s included; {dict(named)}", flush=True)
-        wrong += late + (right < 0.9 * count)
+            wrong += false + late + (right < 0.9 * count)
     return wrong
 
 

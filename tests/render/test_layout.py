@@ -13,13 +13,23 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.joints import TURNING
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text
 from vrs_cli.values import replies
-from vrs_cli.values.measured import BodyMode, BodySeen, Report, ReportCounts
+from vrs_cli.values.measured import (
+    BodyMode,
+    BodySeen,
+    DivergenceAlarm,
+    DivergenceCause,
+    OnAlarm,
+    Report,
+    ReportCounts,
+    ResyncReport,
+)
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position, Untrue
 
@@ -115,7 +125,10 @@ def _answers() -> list[Reply]:
     reading = Untrue(7, 1001, True, True, 3.2, "pick step 4: WAIT SIG(1001)", "MOVE b", "part.there")
     more = replies.PartTable(parts, True), replies.NoLongerTrue((reading,)), replies.ReplayTable(rows)
     seen = BodySeen("arm", BodyMode.STOPPED, BodyMode.HOLDS, ReportCounts(5, 1), 2.5, -0.0000001, -1e-9, 0.2, 100.0)
-    return [*terminal.replies, *more, replies.BodyReport(seen, 2.5), replies.BodyReport(BodySeen(""))]
+    alarm = DivergenceAlarm(2.0, 2, 0.1, 0.05, DivergenceCause.BLOCKED, "joint 2 stands still", 1.8)
+    done = replies.Resynchronised(ResyncReport(2.0, 2.5, (0.1, 0.2), "MOVE a"), TURNING)
+    bodies = [replies.BodyReport(seen, 2.5, OnAlarm.HOLD, alarm), replies.BodyReport(BodySeen(""))]
+    return [*terminal.replies, *more, *bodies, done]
 
 
 def drawn(reply: Reply, width: int) -> str:

@@ -54,10 +54,11 @@ from vrs_cli.values.acts import (
     ListMotions,
     LookAtParts,
     Redo,
+    ResyncBody,
     Undo,
     Valued,
 )
-from vrs_cli.values.measured import BodyMode, Report
+from vrs_cli.values.measured import BodyMode, Report, ResyncReport
 from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
@@ -310,6 +311,14 @@ class Robot:
         rates = row(velocity, "velocity", self._scales), row(effort, "effort", np.ones(self._model.joint_count))
         port.report([Report(number(t, "t"), self._joints(joints, "joints"), *rates, BodyMode(mode))])
         return self
+
+    def resync(self, *, stop: bool = False) -> ResyncReport:
+        """Bring the body and the timeline together: the body holds, the robot goes to the measured joints inside its
+        limits and on to where it was going (with `stop` it stays there), and the body follows again. The distances in
+        what is returned are in the units of this robot. Raises RequestRefused where nothing is measured, MotionError.
+        """
+        found = self._robot.act(ResyncBody(stop))
+        return structs.replace(found, distances=tuple((np.array(found.distances) * self._scales).tolist()))
 
     # --- the cell ---
 

@@ -118,6 +118,13 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
         words=("ABORT", "POSTPONE"),
     ),
     ParameterRow("CLEARANCE", 0.0, "what comes nearer than that counts as a contact", "mm", 0.0, 1000.0),
+    ParameterRow(
+        "DIVERGENCE",
+        "WARN",
+        "if the body is not where the timeline says, OFF: nobody looks; WARN: it is told; HOLD: the body holds, too; "
+        "ABORT: the robot stops; RESYNC: the body holds, and is brought back if the cause has passed",
+        words=("OFF", "WARN", "HOLD", "ABORT", "RESYNC"),
+    ),
     ParameterRow("GRASP.WIDTH", 0.0, "the width of what GRASP finds in the hand; 0: it is empty", "mm", 0.0, 1000.0),
     ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
     ParameterRow(

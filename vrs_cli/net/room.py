@@ -27,7 +27,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.body import BodyChange
+from vrs_cli.interfaces.station.body import BodyNews
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
@@ -43,7 +43,7 @@ from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
 from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.net.tokens import BODY, TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
-from vrs_cli.values.measured import DivergenceAlarm
+from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
 from vrs_cli.values.motion import MotionKind
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
@@ -227,13 +227,23 @@ class Room(ServedRobot):
         if client is not None:
             client.spend(seconds, typing=client.types(ticket))
 
-    def _body_told(self, what: BodyChange | DivergenceAlarm) -> None:
-        """Tell the body its order, and everybody an alarm."""
+    def _body_told(self, what: BodyNews) -> None:
+        """Tell the body its order, everybody an alarm, and write down what became of it."""
 
         def tell() -> None:
             if isinstance(what, DivergenceAlarm):
                 for client in tuple(self.clients.values()):
                     client.tell(messages.Alarm(what))
+                self._spread(messages.Told(Message(alarm_text(what), Tone.WARNING)), None)
+                self.audit.note(self.name, self.session.body.name, "", "alarm", alarm_text(what))
+                return
+            if isinstance(what, ResyncReport):
+                said = f"from {what.t:.3f} s, the body follows from {what.until:.3f} s on"
+                self.audit.note(self.name, self.session.body.name, "", "RESYNC", said)
+                return
+            if isinstance(what, Message):
+                self.audit.note(self.name, self.session.body.name, "", "alarm", what.text)
+                self._spread(messages.Told(what), None)
                 return
             self.served_body.tick(changed=True)
             before, body = self.clients.get(what.before), self.clients.get(what.name)

@@ -234,7 +234,13 @@ class ServedRobot:
             self.console, plan.model, clock=clock, limits=limits, folder=self.folder, advice=advice
         )
         session.driving, session.lease = self.driving, self.binding(self.driving.lease)
+        session.divergence.ask = self._ask_by_itself
         return session
+
+    def _ask_by_itself(self, dialogue: Dialogue[None], urgent: bool) -> None:
+        """Let the robot do something by itself, and write down what that changes. In any thread."""
+        told = self.session.divergence.telling(self.checked(dialogue, lambda: urgent))
+        self.session.actor.submit(told, urgent=urgent)
 
     def _told_cell(self) -> dict[str, Any] | None:
         """Put the robot into its cell; return what clients are told of it."""

@@ -34,7 +34,7 @@ from vrs_cli.render.reach import reach_report
 from vrs_cli.render.scan import scan
 from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Severity, show
-from vrs_cli.values.measured import BodyMode
+from vrs_cli.values.measured import BodyMode, alarm_text
 from vrs_cli.values.numbers import count, fixed, seconds
 from vrs_cli.values.replies import Reply, Tone
 from vrs_cli.values.results import CommandRecord, Comparison, Extent
@@ -283,9 +283,10 @@ def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
 
 
 def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
-    body = reply.body
+    body, alarm = reply.body, reply.alarm
     if body is None:
         yield line("No client is the body of this robot")
+        yield from _facts(("On an alarm", reply.on_alarm.value))
         return
     order = "to follow" if body.order is BodyMode.FOLLOWS else "to hold still"
     ordered = "" if body.order is body.mode else f"; it is told {order}"
@@ -300,7 +301,18 @@ def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
         ("", f"{counts.lost} lost, {counts.late} late, {counts.duplicate} duplicate, {counts.reordered} reordered"),
         ("Its clock", f"{fixed(1000.0 * abs(body.offset))} ms {early}, {drift}"),
         ("Delay", f"{fixed(1000.0 * body.delay)} ms"),
+        ("On an alarm", reply.on_alarm.value),
     )
+    if alarm is not None:
+        yield line(alarm_text(alarm), Ink.NOTE)
+
+
+def _resynchronised(reply: replies.Resynchronised, _page: Page) -> Iterator[Block]:
+    report, units = reply.report, reply.units
+    worst = max(range(len(report.distances)), key=lambda place: abs(report.distances[place]))
+    size = f"joint {worst + 1} by {fixed(units.one_shown(worst + 1, report.distances[worst]))} {units.unit(worst + 1)}"
+    on = f"; then on to {report.goal}" if report.goal else ""
+    yield line(f"From {seconds(report.t)} to the measured joints ({size}), there at {seconds(report.until)}{on}")
 
 
 def _identification(reply: replies.Identification, _page: Page) -> Iterator[Block]:
@@ -569,6 +581,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.SettingTable: _settings,
     replies.ClockReport: _clock,
     replies.BodyReport: _body,
+    replies.Resynchronised: _resynchronised,
     replies.Identification: _identification,
     replies.FreeReport: _free,
     replies.HelpOverview: _help_overview,

@@ -22,6 +22,7 @@ from vrs_cli.twin.healthy import load_torque
 from vrs_cli.values.measured import BodyMode, DivergenceCause
 
 EXPLAINED = 0.9  # of the squared residuals
+KICKED = 0.6  # of them, where a joint is blocked in full motion: that kicks the others
 WAY = 10.0  # times the noise: a joint is moved that goes so far
 LATELY = 0.15  # [s] in which it is looked whether joints stand still
 MAX_DELAY = 1.5  # [s]
@@ -146,7 +147,7 @@ def _standing(it: Evidence) -> Likely | None:
     if not stands.any():
         return None
     joints = [int(joint) + 1 for joint in np.flatnonzero(stands)]
-    if it.share(np.where(stands, 0.0, it.error)) < EXPLAINED:
+    if it.share(np.where(stands, 0.0, it.error)) < KICKED:
         return None
     if stands.sum() == moving.sum() > 1:
         return DivergenceCause.STOPPED, "all joints stand still, and the timeline moves"

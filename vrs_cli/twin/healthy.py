@@ -24,12 +24,14 @@ PRIOR = (0.01, 0.05, 0.005, 0.003, 0.05, 0.005, 0.003, 0.02)
 BEGUN = 1e-3  # [rad/s, m/s] of a joint whose dry friction has its full size
 ACTIVITY = (0.01, 0.1, 0.4)  # of the limits of velocity and acceleration: bounds between classes of activity
 START = 2e-3  # [rad, m] noise before it is known
-LEAST_NOISE = 2e-5  # [rad, m] that is never undercut: rounding in formats, play
-FEW = 20  # blocks after which a class has noise of its own
+LEAST_NOISE = 2e-4  # [rad, m] that is never undercut (0.011 deg): play, and what an operator need not know
+STICK = 1e-3  # [rad, m] a joint that hardly moves may stand beside its set point: dry friction holds it there
+SLOW = 5e-3  # [rad/s, m/s] below which it may
+FEW = 100  # blocks after which a class has noise of its own
 GRAVITY = 9.81  # [m/s2]
 MEMORY = 12_000.0  # blocks (10 minutes of motion) after which what was learned counts a third
 OUTLIER = 4.0  # standard deviations: what lies beyond counts as this
-TAIL = 3.0  # the largest healthy error is at most so many standard deviations
+TAIL = 1.5  # the largest healthy error of the past counts as at least so many standard deviations
 RELATIVE = 0.1  # share of the predicted residual that may be wrong
 CORRELATED = 4.0  # successive blocks count as one: their errors are alike
 
@@ -108,7 +110,8 @@ class HealthyResidual:
         unknown = np.einsum("bnk,nkl,bnl->bn", features, self._covariance, features)
         noise = self.noise[self._classes(blocks)]
         moving = mean - self._coefficients[:, 0]  # an offset is as sure as it is
-        return HealthyError(mean, np.sqrt(noise**2 + unknown + (RELATIVE * moving) ** 2), noise)
+        slow = STICK * np.exp(-((np.abs(blocks.velocity).min(axis=1) / SLOW) ** 2))
+        return HealthyError(mean, np.sqrt(noise**2 + unknown + (RELATIVE * moving) ** 2 + slow**2), noise)
 
     def learn(self, blocks: Blocks) -> None:
         """Learn from blocks in which the body was healthy."""

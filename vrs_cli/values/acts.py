@@ -14,6 +14,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
 from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.motion import (
     AlignedTarget,
     JointOffsetTarget,
@@ -155,6 +156,12 @@ class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
     times: tuple[float, ...]
     joints: tuple[Joints, ...]
     speed: float | None = None
+
+
+class ResyncBody(RobotAct[ResyncReport], frozen=True, omit_defaults=True):
+    """Bring the body and the timeline together; if it `stops`, nothing that was scheduled is done."""
+
+    stops: bool = False
 
 
 class Rest(RobotAct[None], frozen=True):

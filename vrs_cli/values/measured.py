@@ -159,13 +159,22 @@ class DivergenceAlarm(Struct, frozen=True):
     since: float
 
 
+def alarm_text(alarm: DivergenceAlarm) -> str:
+    """Say an alarm in one sentence."""
+    begun = f"since {alarm.since:.2f} s the body is not where the timeline says ({1e3 * alarm.tool:.1f} mm at the tool)"
+    return f"{begun}: {alarm.cause.value}; {alarm.detail}"
+
+
 class OnAlarm(Enum):
-    """What an alarm does beside being told: nothing at all, a warning, an order to hold, or ABORT."""
+    """What is done about divergence: nobody looks for it; an alarm is told; the body is told to hold, too; the robot is
+    stopped; or the body holds and RESYNC follows by itself.
+    """
 
     OFF = "off"
     WARN = "warn"
     HOLD = "hold"
     ABORT = "abort"
+    RESYNC = "resync"
 
 
 class ResyncReport(Spoken, frozen=True):

@@ -15,7 +15,14 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
-from vrs_cli.values.measured import BodySeen, MeasuredComparison, MeasuredPosition
+from vrs_cli.values.measured import (
+    BodySeen,
+    DivergenceAlarm,
+    MeasuredComparison,
+    MeasuredPosition,
+    OnAlarm,
+    ResyncReport,
+)
 from vrs_cli.values.results import (
     AnglesReport,
     ChainReport,
@@ -340,12 +347,21 @@ class ClockReport(Spoken, frozen=True):
 
 
 class BodyReport(Spoken, frozen=True):
-    """BODY: what is known of the robot's body (None: there is none, and nothing was reported), and since when nothing
-    was measured [s].
+    """BODY: what is known of the robot's body (None: there is none, and nothing was reported), since when nothing was
+    measured [s], what is done on an alarm, and the last alarm while the body differs.
     """
 
     body: BodySeen | None = None
     unknown: float | None = None
+    on_alarm: OnAlarm = OnAlarm.WARN
+    alarm: DivergenceAlarm | None = None
+
+
+class Resynchronised(Spoken, frozen=True):
+    """RESYNC was done; `distances` are to be shown in these units."""
+
+    report: ResyncReport
+    units: JointUnits
 
 
 class Identification(Spoken, frozen=True):
@@ -537,6 +553,7 @@ Reply = (
     | SettingTable
     | ClockReport
     | BodyReport
+    | Resynchronised
     | Identification
     | FreeReport
     | HelpOverview

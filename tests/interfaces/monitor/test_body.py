@@ -60,7 +60,7 @@ def test_only_a_supervisor_releases_a_body_that_there_is(session: Session) -> No
             session.perform(line)
 
     refused(RequestRefused, "BODY RELEASE", "no client is the body")
-    refused(UsageError, "BODY GOES", "BODY, BODY RELEASE")
+    refused(UsageError, "BODY GOES", "BODY, BODY RELEASE, BODY OFF, BODY WARN")
     session.body.embody("arm")
     session.user_state.role = Role.DESIGNER | Role.OBSERVER
     refused(RoleWanted, "BODY RELEASE", "BODY RELEASE is for a supervisor")

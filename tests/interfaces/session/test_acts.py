@@ -35,6 +35,7 @@ from vrs_cli.values.acts import (
     RecordProgram,
     Redo,
     Rest,
+    ResyncBody,
     Say,
     Survey,
     Undo,
@@ -85,6 +86,7 @@ EVERY: tuple[Act[Any], ...] = (
     Survey(),
     ShowBranch("main"),
     FollowChunk((1.0, 2.0), (DOWN, DOWN)),
+    ResyncBody(),
     Boundary(),
     WhyRefused("MOVES part"),
 )

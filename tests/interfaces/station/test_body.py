@@ -132,7 +132,7 @@ def test_an_order_and_an_alarm_are_told(bench: Bench) -> None:
     bench.now = 3.0
     bench.body.command(BodyMode.HOLDS)
     alarm = DivergenceAlarm(3.0, 1, 0.1, 0.02, DivergenceCause.BLOCKED, "joint 1 is blocked", 2.5)
-    bench.body.alarm(alarm)
+    bench.body.tell(alarm)
     assert bench.told[1:] == [BodyChange("arm", "arm", BodyMode.HOLDS, 3.0), alarm]
     assert bench.body.seen is not None
     assert (bench.body.seen.order, bench.body.seen.mode) == (BodyMode.HOLDS, BodyMode.FOLLOWS)

@@ -22,7 +22,7 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
-from vrs_cli.interfaces.monitor.state import BODY_WORDS, CLOCK_WORDS
+from vrs_cli.interfaces.monitor.state import BODY_WORDS, CLOCK_WORDS, STOP
 from vrs_cli.interfaces.station.operands import MEASURED
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.memory import Memory
@@ -189,6 +189,7 @@ WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
     "HELP": lambda names: (*_all_words(), *names.switches.items(), *names.parameters.items()),
     "CLOCK": lambda _names: CLOCK_WORDS.items(),
     "BODY": lambda _names: BODY_WORDS.items(),
+    "RESYNC": lambda _names: {STOP: "nothing that was scheduled is done"}.items(),
     "JOG": lambda _names: AXIS_WORDS.items(),
     "PLOT": lambda _names: tuple((name, row.summary) for name, row in QUANTITIES.items()),
 }

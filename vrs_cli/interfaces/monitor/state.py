@@ -28,7 +28,7 @@ from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import help_on
-from vrs_cli.interfaces.rights import check_may
+from vrs_cli.interfaces.rights import check_may, role_of
 from vrs_cli.interfaces.station.operands import Handler, moment, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
@@ -40,6 +40,7 @@ from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.commands import SetMonitorSpeed
+from vrs_cli.values.measured import OnAlarm
 from vrs_cli.values.replies import (
     BodyReport,
     ClockReport,
@@ -49,6 +50,7 @@ from vrs_cli.values.replies import (
     Message,
     Progress,
     Reply,
+    Resynchronised,
     SettingRow,
     SettingTable,
     SignalBank,
@@ -241,23 +243,46 @@ def _change_clock(time: WallClock, word: str, value: object) -> None:
         raise UsageError(f"CLOCK {word}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
 
 
-BODY_WORDS: Mapping[str, str] = {"RELEASE": "the client that is the body is it no longer"}
+STOP = "STOP"  # of RESYNC: nothing that was scheduled is done
+BODY_WORDS: Mapping[str, str] = {
+    "RELEASE": "the client that is the body is it no longer",
+    "OFF": "nobody looks whether it is where the timeline says",
+    "WARN": "an alarm is told",
+    "HOLD": "after an alarm it is told to hold",
+    "ABORT": "after an alarm the robot stops",
+    "RESYNC": "after an alarm it holds, and is brought back if the cause has passed",
+}
 
 
 def _body(station: Station, it: Instruction) -> Dialogue[None]:
-    """BODY, BODY RELEASE. Raises UsageError, RoleWanted, RequestRefused."""
-    body = station.body
+    """BODY, BODY RELEASE, BODY with what is done on an alarm. Raises UsageError, RoleWanted, LeaseHeld,
+    RequestRefused.
+    """
+    body, divergence = station.body, station.divergence
     if operand(it, 0) is None:
-        yield BodyReport(body.seen, body.unknown_since)
+        yield BodyReport(body.seen, body.unknown_since, divergence.on_alarm, divergence.alarm)
         return
     said = word(it.arguments[0]).upper()
     if said not in BODY_WORDS:
-        raise UsageError(f"BODY {said}", "BODY, BODY RELEASE")
+        raise UsageError(f"BODY {said}", ", ".join(("BODY", *(f"BODY {known}" for known in BODY_WORDS))))
+    if said != "RELEASE":
+        station.check_may(f"BODY {said}", role_of("PARAMETER"))
+        divergence.choose(OnAlarm[said])
+        yield Message(f"On an alarm of the body: {BODY_WORDS[said]}")
+        return
     check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
     name = body.name
     if not body.leave(name):
         raise RequestRefused("no client is the body", "BODY tells what was reported")
     yield Message(f"{name} is the body no longer")
+
+
+def _resync(station: Station, it: Instruction) -> Dialogue[None]:
+    """RESYNC [STOP]. Raises UsageError, RequestRefused, MotionError."""
+    said = "" if operand(it, 0) is None else word(it.arguments[0]).upper()
+    if said not in ("", STOP):
+        raise UsageError(f"RESYNC {said}", f"RESYNC, RESYNC {STOP}")
+    yield Resynchronised((yield from station.resync(stops=said == STOP)), station.units)
 
 
 _Tables = tuple[Mapping[str, Any], Mapping[str, Idle]]  # what there is, and what has no effect
@@ -306,6 +331,7 @@ STATE: Mapping[str, Handler] = {
     "IO": _io,
     "CLOCK": _clock,
     "BODY": _body,
+    "RESYNC": _resync,
     "TIME": lambda station, _it: (clock_report(station),),
     "ID": _id,
     "FREE": _free,

@@ -21,12 +21,14 @@ from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet
 from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.body import BodyNews
 from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
-from vrs_cli.values.measured import Report
+from vrs_cli.values.measured import DivergenceAlarm, Report, alarm_text
 from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.replies import Message, Tone
 from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage
 from vrs_cli.wire.refusal import Refusal
 
@@ -86,6 +88,7 @@ class LocalPort:
         self._actor = session.actor
         self._ids = count(1)
         self._driving = Lock()
+        session.body.told.append(self._warn)
 
     def under(self, conditions: Conditions) -> LocalPort:
         """Return the same port, whose requests are carried out under these conditions."""
@@ -179,9 +182,15 @@ class LocalPort:
             return self.session.engine.events.subscribe()
 
     def report(self, reports: Sequence[Report]) -> None:
-        """Put reports of a body into the record of the robot. Raises IllegalValue."""
+        """Put reports of a body into the record of the robot, and do what is set for an alarm. Raises IllegalValue."""
         with self._driving:
-            self.session.engine.measured.add(reports)
+            self.session.body.take(reports)
+        self._do_what_is_due()
+
+    def _warn(self, news: BodyNews) -> None:
+        if isinstance(news, DivergenceAlarm | Message):
+            text = alarm_text(news) if isinstance(news, DivergenceAlarm) else news.text
+            self.console.show(Message(text, Tone.WARNING))
 
     def previewed(self) -> Previewed:
         return Previewed.of(self.user.timeline, self.user.now)

@@ -66,6 +66,7 @@ from vrs_cli.values.acts import (
     RecordProgram,
     Redo,
     Rest,
+    ResyncBody,
     Say,
     Sketch,
     StepList,
@@ -354,6 +355,7 @@ def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
 ACTS: Mapping[type[Act[Any]], _Row] = {
     Go: _as("MOVE", _go),
     FollowChunk: _as("MOVE", _follow),
+    ResyncBody: _as("RESYNC", lambda session, act: session.resync(stops=act.stops)),
     Rest: _as("BREAK", _rest),
     Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
     Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),

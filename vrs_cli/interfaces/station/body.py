@@ -7,7 +7,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from threading import RLock
+from threading import Condition
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -20,13 +20,17 @@ from vrs_cli.values.measured import (
     DivergenceAlarm,
     Report,
     ReportCounts,
+    ResyncReport,
 )
+from vrs_cli.values.replies import Message
 
 SILENT = 3.0  # [s] without a report until the robot's joints count as unknown
 AHEAD = 10.0  # [s] that the time of a report may be ahead of the robot's clock: no clock is wrong by more
 PAST = 3600.0  # [s] that a report may be old
 MAX_GAPS = 100  # stretches of missing numbers that are remembered
 RATE_WINDOW = 5.0  # [s] of arrivals that tell the rate of reports
+STANDS_FOR = 0.05  # [s] without motion after which a body that holds counts as standing
+STILL = 1e-3  # [rad, m] and less is no motion, but noise
 
 
 def check_time(t: float, now: float) -> None:
@@ -43,6 +47,10 @@ class BodyChange(Struct, frozen=True):
     before: str
     order: BodyMode
     at: float
+
+
+BodyNews = BodyChange | DivergenceAlarm | ResyncReport | Message
+"""What is told of a body. A message is of the robot itself: what it could not do for its body."""
 
 
 class ClockSeen(Struct, frozen=True):
@@ -91,8 +99,8 @@ class RobotBody:
     empty if none is; it may report in its own name alone. `order`, since `ordered_at` [s]: what the body is told to do.
     `clock`: what is known of its clock, by whoever measures it.
 
-    `told` are called with each change and each alarm, in the thread in which that happens; `record.listeners`, with the
-    reports that were taken. `now` is the robot's clock [s].
+    `told` are called with each change, each alarm and each RESYNC, in the thread in which that happens;
+    `record.listeners`, with the reports that were taken. `now` is the robot's clock [s].
     """
 
     def __init__(
@@ -102,8 +110,9 @@ class RobotBody:
         self.name = ""
         self.order, self.ordered_at = BodyMode.FOLLOWS, 0.0
         self.clock = ClockSeen()
-        self.told: list[Callable[[BodyChange | DivergenceAlarm], None]] = []
-        self._lock = RLock()
+        self.told: list[Callable[[BodyNews], None]] = []
+        self.reporter = ""  # who sent the last report
+        self._lock = Condition()
         self._begin(0)
 
     def _begin(self, first: int) -> None:
@@ -111,6 +120,8 @@ class RobotBody:
         self._numbers, self._counts = ReportNumbers(first), ReportCounts()
         self._mode = BodyMode.FOLLOWS
         self._last: float | None = None  # the time of the newest report [s]
+        self._stood: Report | None = None  # the first report of a body that stands by order or by itself
+        self._stands: Report | None = None  # the newest one, if it stands for long enough
         self._arrivals: deque[tuple[float, int]] = deque()  # when reports came, by the wall clock [s], and how many
         self._heard_at: float | None = None
 
@@ -161,7 +172,9 @@ class RobotBody:
             self._numbers.note(first, len(reports))
             self._counts += found
             if new:
+                self.reporter = name
                 self._note_arrival(new)
+                self._note_standing(new)
             return found
 
     def check_is(self, name: str) -> None:
@@ -179,22 +192,60 @@ class RobotBody:
         while self._arrivals[0][0] < wall - RATE_WINDOW:
             self._arrivals.popleft()
 
+    def _note_standing(self, reports: Sequence[Report]) -> None:
+        for one in reports:
+            first = self._stood
+            if one.mode is BodyMode.FOLLOWS or one.t < self.ordered_at:
+                self._stood = self._stands = None
+            elif first is None or any(abs(a - b) > STILL for a, b in zip(one.joints, first.joints, strict=True)):
+                self._stood, self._stands = one, None
+            elif one.t >= first.t + STANDS_FOR:
+                self._stands = one
+        self._lock.notify_all()
+
+    def check_reports(self) -> None:
+        """Check that somebody reports where the body is. Raises RequestRefused."""
+        last, since = self._last, self.unknown_since
+        if last is None:
+            what = f"{self.name} has not reported anything" if self.name else "nothing measures this robot"
+            raise RequestRefused(what, "vrs body URL starts a body, r.report reports for a robot of this process")
+        if since is not None and (self.name or self.reporter):
+            raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
+
+    def standing(self, within: float) -> Report:
+        """Wait until the body stands still, by an order or by itself, and return its report of that. A body without a
+        client is not waited for: its last report counts. Raises RequestRefused after `within` seconds.
+        """
+        with self._lock:
+            if not self.name and not self.reporter:
+                newest = self.record.seen
+                assert newest.end is not None, "it has reported"
+                return next(iter(newest.between(newest.end, newest.end)))
+            name = self.name
+            self._lock.wait_for(lambda: self._stands is not None or self.name != name, within)
+            found = self._stands
+            if found is None or self.name != name:
+                what = f"{name or 'the body'} was told to hold, and has not reported within {within:g} s that it stands"
+                raise RequestRefused(what if self.name == name else f"{name} is the body no longer", "try RESYNC again")
+            return found
+
     # --- what it is told ---
 
     def command(self, order: BodyMode, at: float | None = None) -> None:
         """Order the body to follow the timeline, or to hold still, from a time on; absent: now."""
         with self._lock:
             self.order, self.ordered_at = order, self.now() if at is None else at
+            if order is BodyMode.FOLLOWS:
+                self._stood = self._stands = None
             self._tell_change(self.name)
 
-    def alarm(self, alarm: DivergenceAlarm) -> None:
-        """Tell that the measured robot is not where the timeline says."""
+    def tell(self, news: BodyNews) -> None:
+        """Tell an alarm, what was done about it, or a change of the body."""
         for tell in self.told:
-            tell(alarm)
+            tell(news)
 
     def _tell_change(self, before: str) -> None:
-        for tell in self.told:
-            tell(BodyChange(self.name, before, self.order, self.ordered_at))
+        self.tell(BodyChange(self.name, before, self.order, self.ordered_at))
 
     # --- what is known of it ---
 

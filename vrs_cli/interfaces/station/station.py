@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from vrs_cli.contacts.watch import ContactWatch
 from vrs_cli.devices.outside import Outside
-from vrs_cli.engine.branches import Branches
+from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.engine.engine import Engine, Postponement, ToolTurning
 from vrs_cli.errors import (
@@ -29,8 +29,9 @@ from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
-from vrs_cli.interfaces.rights import check_may, must_drive
+from vrs_cli.interfaces.rights import check_goes_beside, check_may, must_drive, role_of
 from vrs_cli.interfaces.station.body import RobotBody
+from vrs_cli.interfaces.station.divergence import DivergenceGuard
 from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile
 from vrs_cli.interfaces.station.unstored import Unstored
@@ -58,6 +59,7 @@ from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic, first_error
 from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
 from vrs_cli.values.scene import CellScene
@@ -88,9 +90,9 @@ class Station:
 
     `terminal` shows what the robot says by itself. `driver` runs its tasks. `task` is the robot program that runs or
     ran last, `last_program` its name. `user_state` is that of the user who is served now, `own_user_state` that of the
-    user for whom alone the robot is there. `body`: what the measured robot reports. `lease` says which user drives;
-    None: all do. `folder`: where the files are; `close` writes all that programs wrote into them. `outside`: the peers
-    that programs may connect to; by default none.
+    user for whom alone the robot is there. `body`: what the measured robot reports; `divergence` watches it. `lease`
+    says which user drives; None: all do. `folder`: where the files are; `close` writes all that programs wrote into
+    them. `outside`: the peers that programs may connect to; by default none.
     """
 
     def __init__(
@@ -121,6 +123,15 @@ class Station:
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
         self.actor = Actor(self.driver)
         self.tasks = self.driver.tasks
+        self.divergence = DivergenceGuard(
+            self.body,
+            self.engine,
+            timeline=lambda: self.branches.seen_by(None)[0],
+            stop=self.stop,
+            runs=lambda: any(self.tasks.running),
+            ask=lambda dialogue, urgent: self.actor.submit(self.divergence.telling(dialogue), urgent=urgent),
+        )
+        self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.told = self._tell
         self.close = finalize(self, self.driver.devices.close_all)  # called by itself when the process ends
         self.engine.postponed.append(self._postponed)
@@ -451,6 +462,21 @@ class Station:
         self.engine.stop()
         if not self.engine.realtime:
             self.settle(self.engine.end)
+
+    def resync(self, *, stops: bool) -> Dialogue[ResyncReport]:
+        """RESYNC: bring body and timeline together. Raises UsageError while a program runs or on a branch,
+        RequestRefused, MotionError.
+        """
+        if self.branches.present != MAIN:
+            raise UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {MAIN}")
+        user = self.user_state
+
+        def check() -> None:
+            self.check_may("RESYNC", role_of("RESYNC"))
+            if self.running:
+                check_goes_beside("RESYNC", role_of("RESYNC"), elsewhere=self.elsewhere)
+
+        return (yield from self.divergence.resync(stops=stops, issued=user.issued, check=check))
 
     def serve(self) -> None:
         """Serve the present user on the branch that this user tried last; where a program runs, beside it."""

@@ -143,8 +143,12 @@ _OURS = (
         "SHOW AT 2.5"),
     Word("CLOCK [PAUSE | GO | RATE] [= rate]", "",
         "show the clock; in real time stop it, let it go on, or make it faster or slower", "CLOCK RATE = 0.5"),
-    _observer("BODY [RELEASE]", "",
-        "show which client is the robot's body and what became of its reports; a supervisor may release it", "BODY"),
+    _observer("BODY [RELEASE | OFF | WARN | HOLD | ABORT | RESYNC]", "",
+        "show which client is the robot's body and what became of its reports; a supervisor may release it, and say "
+        "what is done if it is not where the timeline says", "BODY HOLD"),
+    Word("RESYNC [STOP]", "",
+        "let the body hold, go to where it was measured and on to where the robot was going (STOP: stay there), and "
+        "let it follow again", "RESYNC"),
     _designer("JOG [axis][, amount]", "",
         "move by hand: a joint [deg], X Y Z RX RY RZ, or TX ... TRZ of the tool [mm, deg]; bare: with the keys",
         "JOG Z, -20", "V+ has a JOG of its own"),
