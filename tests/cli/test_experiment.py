@@ -164,3 +164,36 @@ def test_a_class_that_fails_in_another_process_is_told(capsys: pytest.CaptureFix
     )
     said = out_of(capsys, *METHODS, "--viewer", f"{path}:Mine", "--jobs", "2", status=2)
     assert said == f"vrs experiment: *Cannot be tried* {path}:Mine: receive(0.000) raised KeyError: 'x' (mine.py:3)\n"
+
+
+# --- twin ------------------------------------------------------------------------------------------------------------
+
+TWIN = ("experiment", "twin", "--robot", "ur5e", "--seeds", "1", "--seconds", "6", "--lead", "0.6", "--jobs", "1")
+
+
+def test_a_twin_is_told_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    storm, picture = tmp_path / "storm.toml", tmp_path / "twin.svg"
+    storm.write_text("[[block]]\nat = 2.0\njoint = 1\n")
+    text = out_of(capsys, *TWIN, "--scenario", "healthy", str(storm), "--plot", str(picture))
+    assert [line.split()[0] for line in text.splitlines() if " ABORT " in line] == ["healthy", "storm.toml"] * 2
+    assert text.endswith("Outside flagged times the error of timeline, minus that of tracking, is at most 0 deg\n")
+    assert "storm.toml, lead 0.6 s, ABORT: error [deg]" in picture.read_text()
+    found = json.loads(out_of(capsys, *TWIN, "--scenario", "healthy", "--json"))
+    assert found["rows"][0]["excess"] == 0.0
+    assert found["rows"][0]["alarm"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--scenario", "helthy"), "--scenario: no scenario is helthy (did you mean healthy?)"),
+        (("--scenario", "nowhere.toml"), "nowhere.toml"),
+        (("--plot", "twin.png"), "--plot of twin wants a picture (--plot OUT.svg)"),
+        (("--plot", "nowhere/twin.svg"), "nowhere"),
+        (("--rate", "10"), "--rate is of vrs experiment delays and methods (leave it out)"),
+    ],
+)
+def test_what_is_wrong_with_a_twin_is_told(
+    arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said in out_of(capsys, *TWIN, *arguments, status=2)

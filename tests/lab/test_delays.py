@@ -12,11 +12,11 @@ from tests.examples import some
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.lab.delays import (
     Change,
+    DelayCourse,
     Error,
     Strategy,
     Trial,
     TrialOutcome,
-    _Course,
     outcome_of,
     together,
     windows_of_logs,
@@ -61,7 +61,7 @@ def test_other_robots_too(robot: str) -> None:
 
 
 def test_without_flags_what_is_wrong_would_be_found() -> None:
-    course = _Course(Trial(load_robot("puma560"), DelayWays(USUAL, USUAL, 7), 0.3, "POSTPONE", 40.0, 25.0))
+    course = DelayCourse(Trial(load_robot("puma560"), DelayWays(USUAL, USUAL, 7), 0.3, "POSTPONE", 40.0, 25.0))
     course.run()
     right, course.flags = course.flags, Flags()
     for window in right.windows[1:]:
@@ -200,12 +200,12 @@ def test_the_figures_of_a_short_trial_are_those_that_were_recorded(policy: str) 
 
 
 def test_the_looks_of_a_trial_begin_with_it_and_errors_are_in_degrees_and_millimetres() -> None:
-    course = _Course(Trial(load_robot("cobra600"), DelayWays(USUAL, USUAL, 1), 0.3, "ABORT", seconds=2.0, rate=4.0))
+    course = DelayCourse(Trial(load_robot("cobra600"), DelayWays(USUAL, USUAL, 1), 0.3, "ABORT", seconds=2.0, rate=4.0))
     assert course.looks.tolist() == [k / 4.0 for k in range(8)]
-    was = course._placed(course._joints(course.robot.timeline, course.looks))
+    was = course.placed(course._joints(course.robot.timeline, course.looks))
     seen = was.copy()
     seen[:, 2] += 0.5  # it slides: no angle
     seen[0, 1] += radians(8.0)
     seen[:, -1] += 0.016
-    assert astuple(course._error(seen, was)) == pytest.approx((1.0, 8.0, 16.0, 16.0))
-    assert course._error(was[:0], was[:0]) == NOTHING
+    assert astuple(course.error(seen, was)) == pytest.approx((1.0, 8.0, 16.0, 16.0))
+    assert course.error(was[:0], was[:0]) == NOTHING

@@ -78,6 +78,11 @@ EXPERIMENTS: dict[str, Experiment] = {
         ("viewer", "controller", "scenario", "seeds", "seconds", "rate"),
         {"seeds": 5, "seconds": 30.0},
     ),
+    "twin": Experiment(
+        "experiment_twin",
+        ("lead", "policy", "scenario", "seeds", "seconds", "plot"),
+        {"lead": (0.2, 0.6), "policy": ("ABORT",), "seeds": 2, "seconds": 40.0},
+    ),
 }
 CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
 
@@ -149,17 +154,26 @@ A row is the mean over all seeds. All of it happens in virtual time, and is the 
 methods tries classes of your own: viewers that show the robot from late frames, and controllers whose set points arrive
 late, in fixed scenarios, beside those of vrs. docs/experiment.md says which two methods each has.
 
+twin lets a simulated body follow the timeline, and disturbances befall it: what is seen, beside where the body is.
+
 {KINDS}
   vrs experiment delays
   vrs experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
   vrs experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
   vrs experiment delays --plot delays.svg
   vrs experiment methods --viewer smooth.py:Smooth --controller mine:Controller
+  vrs experiment twin --scenario payload storm.toml --plot twin.svg
 """,
-    option("what", metavar="EXPERIMENT", nargs="?", choices=(*EXPERIMENTS,), help="delays or methods"),
+    option("what", metavar="EXPERIMENT", nargs="?", choices=(*EXPERIMENTS,), help=f"{', '.join(EXPERIMENTS)}"),
     option("--viewer", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
     option("--controller", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
-    option("--scenario", metavar="NAME", nargs="+", help="of methods: moves, steps, waves, stops (default: all)"),
+    option(
+        "--scenario",
+        metavar="NAME",
+        nargs="+",
+        help="of methods: moves, steps, waves, stops; of twin: healthy, push, payload, blocked, "
+        "stop, drift, or a FILE.toml",
+    ),
     option("--delay", metavar="T", type=duration, nargs="+", help="mean delays, gamma distributed (default: 200ms)"),
     option("--jitter", metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"),
     *LINE_OPTIONS,
@@ -177,8 +191,8 @@ late, in fixed scenarios, beside those of vrs. docs/experiment.md says which two
         nargs="+",
         help="what becomes of late commands (default: ABORT and POSTPONE)",
     ),
-    option("--seeds", metavar="N", type=size, help="trials a row (default: 20; of methods 5)"),
-    option("--seconds", metavar="T", type=seconds, help="how long each is (default: 200; of methods 30)"),
+    option("--seeds", metavar="N", type=size, help="trials a row (default: 20; of methods 5, of twin 2)"),
+    option("--seconds", metavar="T", type=seconds, help="how long each is (default: 200; of methods 30, of twin 40)"),
     option("--rate", metavar="HZ", type=rate, help="looks a second (default: 25)"),
     *ROBOT,
     option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),

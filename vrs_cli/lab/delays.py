@@ -101,7 +101,7 @@ class TrialOutcome(Struct, frozen=True):
 
 def outcome_of(trial: Trial) -> TrialOutcome:
     """Run a trial. Equal trials give equal results, to the bit."""
-    course = _Course(trial)
+    course = DelayCourse(trial)
     course.run()
     return course.outcome()
 
@@ -140,8 +140,8 @@ class Change(NamedTuple):
     cut: float
 
 
-class _Course:
-    """The robot, its operator, and the line between them. `_now`: the wall clock of both [s]."""
+class DelayCourse:
+    """The course of a trial: the robot, its operator, and the line between them. `_now`: the wall clock of both [s]."""
 
     def __init__(self, trial: Trial) -> None:
         self.trial, self._now = trial, 0.0
@@ -175,7 +175,7 @@ class _Course:
         self.buffer = ceil(_buffer(self.looks, self.arrived) * trial.rate)  # frames that wait
         seen = Strategy.DELTAS, Strategy.AHEAD, Strategy.PREVIEW
         shape = len(self.looks), trial.robot.joint_count
-        self._seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
+        self.seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
         self._unconfirmed = np.zeros(len(self.looks), dtype=bool)
         self._seen_until = self._sent_until = 0  # looks of the viewer, and of who makes predicted frames
 
@@ -247,9 +247,9 @@ class _Course:
         if rows.start == rows.stop:
             return
         known, planned, now = self.mirror.timeline, self.preview.timeline, self.looks[rows]
-        self._seen[Strategy.DELTAS][rows] = self._joints(known, now)
-        self._seen[Strategy.AHEAD][rows] = ahead = self._joints(known, now + self.ahead)
-        self._seen[Strategy.PREVIEW][rows] = ahead if planned is known else self._joints(planned, now + self.ahead)
+        self.seen[Strategy.DELTAS][rows] = self._joints(known, now)
+        self.seen[Strategy.AHEAD][rows] = ahead = self._joints(known, now + self.ahead)
+        self.seen[Strategy.PREVIEW][rows] = ahead if planned is known else self._joints(planned, now + self.ahead)
         self._unconfirmed[rows] = now + self.ahead >= self.preview.unconfirmed
 
     def _predict(self) -> None:
@@ -258,7 +258,7 @@ class _Course:
         self._sent_until = rows.stop
         if rows.start < rows.stop:
             times = self.looks[rows] + self.buffer / self.trial.rate
-            self._seen[Strategy.PREDICTED][rows] = self._joints(self.robot.timeline, times)
+            self.seen[Strategy.PREDICTED][rows] = self._joints(self.robot.timeline, times)
 
     def _joints(self, timeline: Timeline, times: Floats) -> Floats:
         """Return the joints (N, n) at times (N,), one by one: faster for a few looks at each of many timelines."""
@@ -269,21 +269,20 @@ class _Course:
 
     def outcome(self) -> TrialOutcome:
         was = partial(joints_over, self.robot.arm, self.robot.timeline)  # the past has stayed, to the bit
-        now, ahead = self._placed(was(self.looks)), self._placed(was(self.looks + self.ahead))
-        deltas = self._placed(self._seen[Strategy.DELTAS])
+        now, ahead = self.placed(was(self.looks)), self.placed(was(self.looks + self.ahead))
+        deltas = self.placed(self.seen[Strategy.DELTAS])
         shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # the last frame that has come
         due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # one that is late is shown when it comes
         always = np.ones(len(self.looks), dtype=bool)
         compared = {
             Strategy.FRAMES: (now[shown], now, shown >= 0),
-            Strategy.PREDICTED: (self._placed(self._seen[Strategy.PREDICTED])[np.maximum(due, 0)], now, due >= 0),
+            Strategy.PREDICTED: (self.placed(self.seen[Strategy.PREDICTED])[np.maximum(due, 0)], now, due >= 0),
             Strategy.DELTAS: (deltas, now, always),
-            Strategy.AHEAD: (self._placed(self._seen[Strategy.AHEAD]), ahead, always),
-            Strategy.PREVIEW: (self._placed(self._seen[Strategy.PREVIEW]), ahead, always),
+            Strategy.AHEAD: (self.placed(self.seen[Strategy.AHEAD]), ahead, always),
+            Strategy.PREVIEW: (self.placed(self.seen[Strategy.PREVIEW]), ahead, always),
         }
-        errors = {strategy: self._error(seen[rows], true[rows]) for strategy, (seen, true, rows) in compared.items()}
-        borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
-        flagged: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
+        errors = {strategy: self.error(seen[rows], true[rows]) for strategy, (seen, true, rows) in compared.items()}
+        flagged = self.flagged()
         return TrialOutcome(
             self.commands,
             self.aborted,
@@ -293,15 +292,21 @@ class _Course:
             (self.sync.round_trip(0.5), self.sync.round_trip(0.95)),
             errors,
             self.flags.windows == windows_of_logs(self.changes, self.arrivals),
-            self._error(deltas[~flagged], now[~flagged]),
+            self.error(deltas[~flagged], now[~flagged]),
         )
 
-    def _placed(self, joints: Floats) -> Floats:
+    def flagged(self) -> Flagged:
+        """Return at which looks something unknown had made wrong what deltas shows, (N,)."""
+        borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
+        found: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
+        return found
+
+    def placed(self, joints: Floats) -> Floats:
         """Add the place of the tool in three more columns [m] to joints (N, n) [rad; m]."""
         return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
-    def _error(self, seen: Floats, was: Floats) -> Error:
-        """Return the distances between two results of `_placed`; all zero if they are empty."""
+    def error(self, seen: Floats, was: Floats) -> Error:
+        """Return the distances between two results of `placed`; all zero if they are empty."""
         if not len(seen):
             return Error(0.0, 0.0, 0.0, 0.0)
         kinds, apart = self.trial.robot.units.kinds, seen - was
