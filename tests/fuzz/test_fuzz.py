@@ -50,7 +50,7 @@ def test_any_number() -> None:
 
 
 def test_every_setting_gets_its_extremes() -> None:
-    typed = "\n".join(line(Random(seed)) for seed in range(6000))
+    typed = "\n".join(line(Random(seed)) for seed in range(9000))
     for word in ("SPEED", "ACCEL", "DURATION", "DELAY", "TOOL", "BASE", "DRIVE", "JOG", *PARAMETERS):
         assert re.search(rf"{re.escape(word)}[^\n]* -?1E-320|{re.escape(word)}[^\n]* -?\dE-3\d\d", typed), word
 

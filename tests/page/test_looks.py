@@ -34,6 +34,15 @@ TEXTURES = """(() => {
     scene.figure.root.traverse((one) => one.material?.map && found.push(one.material.map.image?.width));
     return found;
 })()"""
+CHANGES = """(() => {
+    window.changes = {};
+    new MutationObserver((rows) => {
+        for (const { target } of rows) {
+            const name = target.className || target.nodeName.toLowerCase();
+            changes[name] = (changes[name] ?? 0) + 1;
+        }
+    }).observe(document.body, { subtree: true, childList: true, attributes: true, characterData: true });
+})()"""
 SAID = "document.querySelector('[data-slot=output]').innerText"
 
 
@@ -59,6 +68,19 @@ def test_a_cell_at_rest_is_not_drawn_again(page: Page, built: Path, tmp_path: Pa
         page.evaluate("window.before = scene.stage.pictures; window.shows = 0")
         until(page, "shows > 2")
         assert page.evaluate("scene.stage.pictures - before") == 0
+
+
+def test_a_page_at_rest_writes_the_time_alone(page: Page, built: Path, tmp_path: Path) -> None:
+    with serving(tmp_path, pages=ServedPage.read(built), realtime=1.0) as served:
+        open_robot(page, served)
+        page.evaluate("window.shows = 0; app.add({ show: () => window.shows++ })")
+        until(page, "shows > 2")
+        page.evaluate(CHANGES)
+        page.evaluate("window.shows = 0")
+        until(page, "shows > 2")
+        changes = page.evaluate("changes")
+        assert set(changes) <= {"clock", "number", "number muted", "cursor", "strip", "canvas", "present"}
+        assert sum(changes.values()) <= 40
 
 
 def test_replies_are_drawn_for_the_column_as_it_is_now(page: Page, built: Path, tmp_path: Path) -> None:

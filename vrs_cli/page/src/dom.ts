@@ -32,7 +32,12 @@ export function choice<T extends string>(label: string, names: Record<T, string>
   return group(label, ...buttons);
 }
 
-/** Sets the text of an element; nothing happens where it has it. */
+/** Sets the text of an element; nothing happens where it has it: a change that changes nothing costs the browser as much. */
 export function put(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
+}
+
+/** Sets properties of an element, but those that are so already. */
+export function assign<T extends object>(element: T, values: Partial<T>): void {
+  for (const name in values) if (element[name] !== values[name]) element[name] = values[name]!;
 }

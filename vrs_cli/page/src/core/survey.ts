@@ -1,3 +1,4 @@
+import { Change } from "./change";
 import type { Connection, Message } from "./connection";
 
 const PERIOD = 0.2; // [s] between two surveys at least
@@ -13,10 +14,13 @@ export class Survey {
   private asked = { program: "", first: 1 };
   private stale = false; // something has happened since the last survey
   private asking = false;
+  private readonly told = new Change();
 
-  /** `surveyed` is called with each answer. */
+  /** `surveyed` is called with each answer that is another one. */
   constructor(private readonly connection: Connection, private readonly surveyed: (found: Message) => void) {
-    connection.on(["told", "status", "activity", "lease", "welcome", "change"], () => this.happened());
+    connection.on(["told", "activity", "lease", "welcome", "change"], () => this.happened());
+    const status = new Change();
+    connection.on("status", ({ around }) => status.to(withoutTime(around)) && this.happened());
     this.happened();
   }
 
@@ -59,7 +63,10 @@ export class Survey {
   }
 
   private take(found: Message | void): void {
-    if (found?.kind === "Surveyed") this.surveyed((this.found = merged(this.found, found)));
+    if (found?.kind === "Surveyed") {
+      this.found = merged(this.found, found);
+      if (this.told.to(this.found)) this.surveyed(this.found);
+    }
     if (!found || this.task?.running || this.wanted().program !== this.asked.program) this.stale = true;
   }
 
@@ -72,6 +79,11 @@ export class Survey {
     if (step < first || step >= first + MAX_STEPS) first = Math.max(step - STEPS_BEFORE, 1);
     return { program, first };
   }
+}
+
+/** Returns what stays of a status, which the server tells each second, while nothing but time passes. */
+export function withoutTime({ clock, end, tool, ...stays }: Message): Message {
+  return stays;
 }
 
 /** Waits for so long [s]. */

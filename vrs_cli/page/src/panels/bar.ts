@@ -1,7 +1,7 @@
 import type { App, Shown } from "../app";
 import { Change } from "../core/change";
 import { ZOOMS, commandFrom, doingAt } from "../core/spans";
-import { button, h, put } from "../dom";
+import { assign, button, h, put } from "../dom";
 import { type Icon, icon } from "../style/icons";
 import { fold } from "../style/menu";
 
@@ -86,7 +86,9 @@ export function makeBar(app: App, slot: HTMLElement, zoom: { seconds: number }):
     show({ t, timeline }: Shown) {
       put(clock, `${t.toFixed(2)} s`);
       put(end, `/ ${playback.end.toFixed(2)} s`);
-      put(doing, (doing.title = doingAt(timeline, t).text));
+      const { text } = doingAt(timeline, t);
+      put(doing, text);
+      assign(doing, { title: text });
       put(rate, `${playback.rate} ×`);
       put(zoomed, zoom.seconds === Infinity ? "all" : `${zoom.seconds} s`);
       if (!state.to([runs(), playback.following, playback.loop])) return;

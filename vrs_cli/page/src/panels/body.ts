@@ -4,7 +4,7 @@ import type { Message } from "../core/connection";
 import { DEGREES, jointUnits } from "../core/kinematics";
 import { type Residual, residualOf } from "../core/measured";
 import { fixed } from "../core/pose";
-import { button, h, put } from "../dom";
+import { assign, button, h, put } from "../dom";
 import type { Commands } from "./commands";
 
 const PERIOD = 200; // [ms] between two readings at least
@@ -42,11 +42,11 @@ export function makeBody(commands: Commands, slot: HTMLElement): Part {
   return {
     show(shown: Shown): void {
       const { body, unknown, alarms } = measured;
-      panel.hidden = !body && !measured.last;
+      assign(panel, { hidden: !body && !measured.last });
       if (panel.hidden) return;
       if (commands.open && life !== connection.welcome!.life) void know();
-      resync.disabled = !commands.mayDrive;
-      predicted.hidden = !preview?.predicts;
+      assign(resync, { disabled: !commands.mayDrive });
+      assign(predicted, { hidden: !preview?.predicts });
       const report = shown.measured;
       if (!change.to([report?.t, shown.timeline.number, body, unknown, alarms.length, alarms.at(-1)])) return;
       const age = app.playback.following && report ? connection.now() - report.t : 0;

@@ -1,7 +1,8 @@
 import type { App } from "../app";
+import { Change } from "../core/change";
 import type { Connection, Message } from "../core/connection";
 import { remember, rememberedValue } from "../core/storage";
-import type { Survey } from "../core/survey";
+import { type Survey, withoutTime } from "../core/survey";
 import type { Transcript } from "./transcript";
 
 const MAX_SENT_CHARS = 50_000; // of what is typed at once
@@ -22,6 +23,7 @@ export class Commands {
   private readonly questions = new Map<number, Message>();
   private readonly waiting = new Map<number, { text: string; since: number }>();
   private readonly listeners = new Set<() => void>();
+  private readonly heard = new Change();
   private attends = false;
   private cuts = false;
   private count = 0;
@@ -188,6 +190,7 @@ export class Commands {
     void this.do("at", { act: { kind: "Attend" } }, "");
   }
 
+  /** Takes the status of the robot, which comes each second. */
   private heed(status: Message): void {
     this.status = status;
     this.leased({ driver: status.driver ?? "" });
@@ -196,7 +199,7 @@ export class Commands {
 
   private leased(lease: { driver: string; asking?: string }): void {
     this.lease = { ...this.lease, ...lease };
-    this.changed();
+    if (this.heard.to([this.lease, withoutTime(this.status)])) this.changed();
   }
 
   private asked(asked: Message): void {

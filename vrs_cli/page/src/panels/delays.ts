@@ -1,7 +1,7 @@
 import type { App, Part, Shown } from "../app";
 import { Change } from "../core/change";
 import type { Ahead, Preview } from "../core/preview";
-import { h } from "../dom";
+import { assign, h } from "../dom";
 
 const PRESENT = "at its present";
 const HEARD = "as it is heard, with a prediction";
@@ -21,7 +21,7 @@ export function makeDelays(app: App, slot: HTMLElement): Part | void {
   const change = new Change(PERIOD);
   return {
     show(shown: Shown): void {
-      panel.hidden = preview.near && !preview.predicts;
+      assign(panel, { hidden: preview.near && !preview.predicts });
       if (panel.hidden) return;
       if (preview.ahead !== "present") other = preview.ahead;
       const chosen = preview.ahead === "present" ? PRESENT : HEARD;

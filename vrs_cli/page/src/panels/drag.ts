@@ -3,7 +3,7 @@ import { Change } from "../core/change";
 import type { Message } from "../core/connection";
 import { jointUnits, type Model } from "../core/kinematics";
 import type { Transform } from "../core/transform";
-import { button, choice, h } from "../dom";
+import { assign, button, choice, h, put } from "../dom";
 import type { Gizmo } from "../scene/gizmo";
 import type { Commands } from "./commands";
 
@@ -117,14 +117,14 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
   const change = new Change();
   return {
     show(): void {
-      panel.hidden = !commands.mayDrive;
-      others.hidden = commands.mayDrive;
+      assign(panel, { hidden: !commands.mayDrive });
+      assign(others, { hidden: commands.mayDrive });
       const held = app.playback.following || gizmo.dragged ? (pulled.held as Message | undefined) : undefined;
       const text = heldText(held, app.source.model);
       const joint = (held?.holds as Message[] | undefined)?.find(({ limit }) => limit === "joint")?.joint ?? 0;
       if (!change.to([text, joint, ours()])) return;
       gizmo.showHeld(text, joint);
-      why.textContent = text || (ours() ? "The tool follows the arrows, as far as all limits let it." : "Somebody else drags the tool.");
+      put(why, text || (ours() ? "The tool follows the arrows, as far as all limits let it." : "Somebody else drags the tool."));
     },
   };
 }

@@ -2,7 +2,7 @@ import type { Part, Shown } from "../app";
 import { Change } from "../core/change";
 import type { Message } from "../core/connection";
 import { DEGREES, g, jointUnits } from "../core/kinematics";
-import { choice, h } from "../dom";
+import { assign, choice, h } from "../dom";
 import type { Commands } from "./commands";
 
 const RESTS = 0.2; // [s] after which a slider that is moved no more is meant
@@ -202,8 +202,8 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
   const change = new Change(1000 * FOLLOWS);
   return {
     show({ now, timeline, surveyed, source }: Shown): void {
-      panel.hidden = !commands.mayDrive;
-      others.hidden = commands.mayDrive;
+      assign(panel, { hidden: !commands.mayDrive });
+      assign(others, { hidden: commands.mayDrive });
       if (!slot.offsetParent || !change.to(`${performance.now()}`)) return; // nobody sees it
       g(source.model, timeline, now).forEach((x, i) => sliders[i].follow(rounded(joints[i].scale * x)));
       if (surveyed) speed.follow(surveyed.monitor_speed);

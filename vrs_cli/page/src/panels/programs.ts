@@ -1,7 +1,7 @@
 import type { Part, Shown } from "../app";
 import { Change } from "../core/change";
 import type { Message } from "../core/connection";
-import { button, group, h } from "../dom";
+import { assign, button, group, h, put } from "../dom";
 import { type Commands, openTab } from "./commands";
 import { ProgramEditor } from "./editor";
 import { download, fileButton, loadFile, makeFiles } from "./files";
@@ -83,11 +83,10 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
     show({ surveyed }: Shown): void {
       if (!surveyed) return;
       const task = survey.task;
-      keys.hidden = edits.hidden = !commands.mayDrive;
+      for (const one of [keys, edits]) assign(one, { hidden: !commands.mayDrive });
       const pace = commands.status.pace;
-      pause.hidden = !pace;
-      pause.textContent = pace?.paused ? "Go on" : "Pause";
-      pause.title = pace?.paused ? "CLOCK GO: time goes on" : "CLOCK PAUSE: stop the clock, and with it the arm";
+      put(pause, pace?.paused ? "Go on" : "Pause");
+      assign(pause, { hidden: !pace, title: pace?.paused ? "CLOCK GO: time goes on" : "CLOCK PAUSE: stop the clock, and with it the arm" });
       const wanted = task?.running && task.program !== followed ? task.program : editor.name || task?.program || rowsOf(surveyed)[0]?.name;
       if (task?.running) followed = task.program;
       if (wanted && !isOpen(wanted) && !editor.dirty && !editor.view.hasFocus) void choose(wanted);
@@ -99,10 +98,10 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
       const here = task && isOpen(task.program) ? task.step : null;
       editor.show(here, !!task?.running, survey.chosen === editor.name ? (surveyed.breakpoints ?? []) : []);
       const where = task?.step ? `, step ${task.step}` : "";
-      state.textContent = task ? `${task.program} ${task.state}${where}${task.asks ? `, asks: ${task.asks}` : ""}` : "";
+      put(state, task ? `${task.program} ${task.state}${where}${task.asks ? `, asks: ${task.asks}` : ""}` : "");
       const readings: Message[] = surveyed.untrue ?? [];
-      untrue.hidden = !readings.length;
-      untrue.textContent = readings.map((one) => untrueSentence(one, ` at ${one.time.toFixed(3)} s`)).join("\n");
+      assign(untrue, { hidden: !readings.length });
+      put(untrue, readings.map((one) => untrueSentence(one, ` at ${one.time.toFixed(3)} s`)).join("\n"));
     },
   };
 }

@@ -6,7 +6,7 @@ import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { EditorState, Prec, StateEffect } from "@codemirror/state";
 import { Decoration, EditorView, keymap, placeholder } from "@codemirror/view";
 import type { Message } from "../core/connection";
-import { button, h } from "../dom";
+import { assign, button, h } from "../dom";
 import { Change } from "../core/change";
 import type { Commands } from "./commands";
 import { leadNote } from "./delays";
@@ -204,7 +204,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     },
   });
   commands.onChange(() => {
-    sign.textContent = commands.status.prompt?.trim() || ".";
+    assign(sign, { textContent: commands.status.prompt?.trim() || "." });
   });
 }
 

@@ -1,4 +1,4 @@
-import { button, h, put } from "../dom";
+import { assign, button, h, put } from "../dom";
 import type { Commands } from "./commands";
 
 const PATIENCE = 3; // [s] until STOP is said to have no answer
@@ -16,10 +16,10 @@ export function makeStop(commands: Commands, slot: HTMLElement): void {
   function show(now = result, why = note.textContent!): void {
     result = now;
     put(note, why);
-    note.hidden = !why;
-    made.hidden = !(commands.supervises || commands.lease.driver === commands.name); // others are refused
+    assign(note, { hidden: !why });
+    assign(made, { hidden: !(commands.supervises || commands.lease.driver === commands.name) }); // others are refused
     made.classList.toggle("lost", !commands.open);
-    made.textContent = result || (commands.open ? "STOP" : "STOP: no connection");
+    put(made, result || (commands.open ? "STOP" : "STOP: no connection"));
   }
   async function stop(): Promise<void> {
     const number = ++count;

@@ -3,7 +3,7 @@ import { Change } from "../core/change";
 import type { Message } from "../core/connection";
 import type { Timeline } from "../core/timeline";
 import { PHASES, type Span, commandsIn, doingAt, roundStep, shares, spanOf } from "../core/spans";
-import { h } from "../dom";
+import { assign, h } from "../dom";
 import { colour, onTheme } from "../style/theme";
 import { untrueSentence } from "./programs";
 
@@ -85,7 +85,7 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
   /** Tells of the time under the pointer; of the time that is shown where the strip has the keyboard. */
   function showTip(): void {
     const focused = strip.matches(":focus-visible");
-    tip.hidden = !shown || (hovered === null && !focused);
+    assign(tip, { hidden: !shown || (hovered === null && !focused) });
     if (tip.hidden || !shown) return;
     const x = hovered ?? place(Math.min(Math.max(shown.t, span.low), span.high));
     const near = (3 / width) * (span.high - span.low);
@@ -111,9 +111,10 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
     const { number, version, first, segments } = timeline;
     const key = [number, version, first, segments.length, span, Math.round(place(doubts.unconfirmed)), doubts.flagged, doubts.late, doubts.untrue];
     if (drawn.to(key)) draw(canvas, timeline, span, doubts, width);
-    cursor.style.transform = `translateX(${place(Math.min(Math.max(t, span.low), span.high))}px)`;
-    present.style.transform = `translateX(${place(now.now)}px)`;
-    present.hidden = app.playback.following || now.now < span.low || now.now > span.high;
+    assign(cursor.style, { transform: `translateX(${place(Math.min(Math.max(t, span.low), span.high))}px)` });
+    const hidden = app.playback.following || now.now < span.low || now.now > span.high;
+    assign(present, { hidden });
+    if (!hidden) assign(present.style, { transform: `translateX(${place(now.now)}px)` });
     const text = `${t.toFixed(1)} s, ${doingAt(timeline, t).text}`;
     if (!told.to(text)) return;
     Object.assign(strip, { ariaValueMin: span.low.toFixed(1), ariaValueMax: span.high.toFixed(1), ariaValueNow: t.toFixed(1), ariaValueText: text });
