@@ -76,4 +76,5 @@ def _by_way(
     way = way._replace(profile=on.profile)
     delta, comes = plan_by_way_of(arm, timeline, way, on, *times, leaves, slowest=slowest)
     text = timeline.locate(times[1])[0].motion.text
-    return delta, ResyncReport(times[1], comes, distances, text or "where the timeline stood")
+    goal = text if text and text != RESYNC else "where the timeline stood"
+    return delta, ResyncReport(times[1], comes, distances, goal)

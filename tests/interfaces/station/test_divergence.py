@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import RequestRefused, UsageError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station import divergence
-from vrs_cli.interfaces.station.body import BodyNews
+from vrs_cli.interfaces.station.body import BodyChange, BodyNews
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.values.measured import BodyMode, DivergenceAlarm, OnAlarm, Report, ResyncReport
-from vrs_cli.values.replies import Message, Resynchronised
+from vrs_cli.values.replies import Resynchronised
 
 STEP = 0.02
 OFF = 0.1  # [rad] of joint 2
@@ -149,12 +150,30 @@ def test_a_client_is_waited_for_until_it_stands(bench: Bench) -> None:
     bench.report(5)
 
     def obey(news: BodyNews) -> None:
-        if not isinstance(news, DivergenceAlarm | ResyncReport | Message) and news.order is BodyMode.HOLDS:
+        if isinstance(news, BodyChange) and news.order is BodyMode.HOLDS:
             Thread(target=lambda: bench.report(10, OFF, BodyMode.HOLDS)).start()
 
     bench.body.told.append(obey)
     bench.session.perform("RESYNC")
     assert bench.body.order is BodyMode.FOLLOWS
+
+
+def test_resync_begins_when_the_body_stands_and_not_when_it_was_asked() -> None:
+    wall = [0.0]
+    session = Session(RecordingTerminal(), clock=WallClock(lambda: wall[0], lambda _seconds: None))
+    session.body.embody("arm")
+    here = session.engine.position().joints
+    session.body.take([Report(0.0, here)], name="arm")
+
+    def obey(news: BodyNews) -> None:
+        if isinstance(news, BodyChange) and news.order is BodyMode.HOLDS:
+            wall[0] = 3.0
+            session.body.take([Report(t, here, mode=BodyMode.HOLDS) for t in (2.8, 2.9)], name="arm")
+
+    session.body.told.append(obey)
+    session.perform("RESYNC STOP")
+    assert session.body.order is BodyMode.FOLLOWS
+    assert session.engine.timeline[-1].start >= 3.0
 
 
 def _stopped(bench: Bench) -> None:

@@ -27,8 +27,8 @@ AGAIN_AFTER = 10.0  # [s] an alarm that comes sooner after RESYNC is one that RE
 # a body that differs for one of these is brought back by RESYNC; a blocked joint or a payload would stay
 PASSING = frozenset(
     (
-        *(DivergenceCause.STOPPED, DivergenceCause.OTHER_COMMANDER, DivergenceCause.LOST_COMMAND),
-        *(DivergenceCause.DELAY, DivergenceCause.PUSH),
+        *(DivergenceCause.STOPPED, DivergenceCause.OTHER_COMMANDER),
+        *(DivergenceCause.LOST_COMMAND, DivergenceCause.DELAY),
     )
 )
 
@@ -37,9 +37,9 @@ class DivergenceGuard:
     """Gives the reports of `body` to a watch, and does on an alarm what PARAMETER DIVERGENCE says. Reports come in any
     thread, one after the other.
 
-    `timeline`: that of the robot, for any thread. `alarm`: the last alarm, while the body still differs. `stop` stops
-    motion and programs; `runs` tells whether a program does. `ask` lets the robot do something by itself, an urgent
-    thing before all others; from any thread.
+    `timeline`: that of the robot, for any thread. `alarm`: the last alarm, while the body still differs. `settle` lets
+    happen what is due by now, `stop` stops motion and programs, `runs` tells whether a program does. `ask` lets the
+    robot do something by itself, an urgent thing before all others; from any thread.
     """
 
     def __init__(
@@ -47,12 +47,13 @@ class DivergenceGuard:
         body: RobotBody,
         engine: Engine,
         timeline: Callable[[], Timeline],
+        settle: Callable[[], object],
         stop: Callable[[], None],
         runs: Callable[[], bool],
         ask: Callable[[Dialogue[None], bool], object],
     ) -> None:
         self._body, self._engine, self._timeline = body, engine, timeline
-        self._stop, self._runs, self.ask = stop, runs, ask
+        self._settle, self._stop, self._runs, self.ask = settle, stop, runs, ask
         self._watch: DivergenceWatch | None = None
         self._last: DivergenceAlarm | None = None
         self._due = False  # RESYNC by itself, when the body is no longer stopped
@@ -97,10 +98,11 @@ class DivergenceGuard:
         what = self.on_alarm
         if what is OnAlarm.ABORT:
             self.ask(quietly(self._stop), True)
-        if what in (OnAlarm.HOLD, OnAlarm.RESYNC):
+        comes_back = what is OnAlarm.RESYNC and alarm.cause is DivergenceCause.PUSH
+        if what in (OnAlarm.HOLD, OnAlarm.RESYNC) and not comes_back:
             self._body.command(BodyMode.HOLDS)
-        passes = alarm.cause in PASSING and alarm.t > self._synchronised + AGAIN_AFTER
-        self._due = what is OnAlarm.RESYNC and passes
+        first = alarm.t > self._synchronised + AGAIN_AFTER or alarm.cause is DivergenceCause.STOPPED
+        self._due = what is OnAlarm.RESYNC and first and alarm.cause in PASSING
 
     def _hear(self, what: object) -> None:
         """Let a body that enters hold until RESYNC, if that is set."""
@@ -121,6 +123,7 @@ class DivergenceGuard:
         body.check_reports()
         body.command(BodyMode.HOLDS)
         report = yield from beside(lambda: body.standing(STANDS_WITHIN))
+        self._settle()  # time has gone on meanwhile
         check()
         if report.mode is BodyMode.STOPPED and not stops:
             what = f"{body.name or 'the body'} has stopped by itself"
@@ -140,6 +143,7 @@ class DivergenceGuard:
 
         check()
         report = yield from beside(lambda: self._body.standing(STANDS_WITHIN))
+        self._settle()
         engine = self._engine
         here = joints_at(engine.arm, engine.timeline, engine.now)
         near = max(abs(a - b) for a, b in zip(report.joints, here, strict=True)) < NEAR

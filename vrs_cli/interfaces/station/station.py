@@ -127,6 +127,7 @@ class Station:
             self.body,
             self.engine,
             timeline=lambda: self.branches.seen_by(None)[0],
+            settle=self.settle,
             stop=self.stop,
             runs=lambda: any(self.tasks.running),
             ask=lambda dialogue, urgent: self.actor.submit(self.divergence.telling(dialogue), urgent=urgent),
