@@ -6,16 +6,26 @@ import os
 import re
 import shutil
 import signal
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from tests.examples import in_full
 from tests.repl.screens import Screen, needs_tmux, screen
 
 pytestmark = needs_tmux
 TOOLBAR = "^X ABORT"
 PROMPT = re.compile(r"(\.|\*| *\d+\.\?) *")
 SIZES = ((80, 24), (120, 40))
+SIZES_OF_SHOW = ((80, 24), (160, 50))
+_turns: Counter[tuple[tuple[int, int], ...]] = Counter()
+
+
+def sized(sizes: tuple[tuple[int, int], ...] = SIZES) -> pytest.MarkDecorator:
+    """Try a screen of each size in the long run; else of one, by turns, as each takes seconds."""
+    _turns[sizes] += 1
+    return pytest.mark.parametrize(("columns", "rows"), sizes if in_full() else [sizes[_turns[sizes] % len(sizes)]])
 
 
 def at_prompt(shell: Screen) -> list[str]:
@@ -43,7 +53,7 @@ def by_sh(script: str) -> tuple[str, ...]:
     return "sh", "-c", script, "sh"
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         typed(shell, "DRIVE 1, 30", "a = 5", "a", "a*2", "a == 5")
@@ -57,7 +67,7 @@ def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) 
         shell.wait(lambda rows: sum(row.startswith(".MOVES part, 50") for row in rows) == 2)
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_a_line_is_helped_while_it_is_typed(tmp_path: Path, columns: int, rows: int) -> None:
     """The history gives the rest of a line, and lines that begin so; the form of a word stands below."""
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -80,7 +90,7 @@ def test_a_line_is_helped_while_it_is_typed(tmp_path: Path, columns: int, rows: 
         assert all(len(row) <= columns for row in shown)
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_see_completes_and_shows_forms(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         opened(shell, "SEE pick")
@@ -96,7 +106,7 @@ def test_see_completes_and_shows_forms(tmp_path: Path, columns: int, rows: int) 
         at_prompt(shell)
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_a_plot_is_seen_whole(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         typed(shell, "DRIVE 1, 60", "PLOT")
@@ -105,7 +115,7 @@ def test_a_plot_is_seen_whole(tmp_path: Path, columns: int, rows: int) -> None:
         assert max(map(len, shown)) <= columns
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, rows: int) -> None:
     """And the keys are those of vi and the colours the user's, where config.toml says so."""
     if shutil.which("less") is None:
@@ -132,7 +142,7 @@ def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, r
         assert any("\x1b[38;2;192;96;0m" in row and "48" in row for row in shell.rows("-e"))
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_help_and_tables_fit_the_screen(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows, more={"PAGER": ""}) as shell:
         asked = {
@@ -157,7 +167,7 @@ def test_help_and_tables_fit_the_screen(tmp_path: Path, columns: int, rows: int)
             shell.type("C-l")
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_what_goes_into_a_pipe_is_not_paged(tmp_path: Path, columns: int, rows: int) -> None:
     piped = 'echo "HELP FLOW" | "$@" | cat; echo "that was all"; read -r again'
     with screen(
@@ -185,7 +195,7 @@ def counted(rows: list[str]) -> int:
     return max((int(row) for row in rows if row.strip().isdigit()), default=0)
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_ctrl_z_gives_the_shell_before_back_and_fg_the_line(tmp_path: Path, columns: int, rows: int) -> None:
     """At the prompt, what was typed is there again; a program that is run goes on."""
     (tmp_path / "count.v2").write_text(COUNTING)
@@ -210,7 +220,7 @@ def test_ctrl_z_gives_the_shell_before_back_and_fg_the_line(tmp_path: Path, colu
         at_prompt(shell)
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_files_are_those_of_the_folder_that_cd_names(tmp_path: Path, columns: int, rows: int) -> None:
     (tmp_path / "cells").mkdir()
     (tmp_path / "cells" / "fetch.v2").write_text(".PROGRAM fetch\n    BREAK\n.END\n")
@@ -226,7 +236,7 @@ def test_files_are_those_of_the_folder_that_cd_names(tmp_path: Path, columns: in
         shell.wait_for("fetch.v2 loaded: fetch")
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_newcomers_find_the_words(tmp_path: Path, columns: int, rows: int) -> None:
     """Wrong words are mended at the prompt; what was pasted runs; names are cut short; the session is taken down."""
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -333,7 +343,7 @@ def test_what_programs_type_and_ask_does_not_tear_the_line(tmp_path: Path) -> No
         shell.wait_for("Program stopped at pick, step 2")
 
 
-@pytest.mark.parametrize(("columns", "rows"), SIZES)
+@sized()
 def test_what_was_typed_comes_back(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         typed(shell, ".PROGRAM fetch(a)", "MOVE a", ".END", "SET part = TRANS(500,150,-100,90,90,0)", "count = 3")
@@ -376,7 +386,7 @@ def drawn(rows: list[str]) -> set[tuple[int, int]]:
     return {(r, c) for r, row in enumerate(rows) for c, mark in enumerate(row) if mark in BRAILLE}
 
 
-@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (160, 50)])
+@sized(SIZES_OF_SHOW)
 def test_show_fits_the_screen_with_the_prompt_below(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         typed(shell, "DRIVE 3, 60 AT 0", "DRIVE 1, 90 AT 1", "SHOW AT 1.2")
@@ -397,7 +407,7 @@ def test_letters_where_the_terminal_has_no_others(tmp_path: Path) -> None:
         assert any("#" in row and "O" in row for row in seen)
 
 
-@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (160, 50)])
+@sized(SIZES_OF_SHOW)
 def test_show_lives_while_the_arm_moves(tmp_path: Path, columns: int, rows: int) -> None:
     """It ends by itself when the arm stands; a key ends it before, and the motion goes on."""
     with screen(tmp_path, "shell", "--realtime", "1", columns=columns, rows=rows) as shell:
@@ -413,7 +423,7 @@ def test_show_lives_while_the_arm_moves(tmp_path: Path, columns: int, rows: int)
         shell.wait(lambda rows: rows[-1].startswith(" t ") and any("at rest" in row for row in rows))
 
 
-@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (160, 50)])
+@sized(SIZES_OF_SHOW)
 def test_replay_shows_the_arm(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         typed(shell, "DRIVE 3, 60", "DRIVE 1, 90", "SAVE t", "REPLAY t")
