@@ -24,6 +24,7 @@ from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.net.body_messages import Alarm, BodyStatus, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
 from vrs_cli.net.hosted import HERE, LocalServer, PagePlace
 from vrs_cli.net.messages import At, Closing, Delta, Done, Drag, Hello, Line, Replaced, Subscribe, Welcome
 from vrs_cli.net.mirror import Mirror
@@ -33,6 +34,7 @@ from vrs_cli.net.relay import Relay
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Go, Goal
+from vrs_cli.values.measured import DivergenceAlarm, DivergenceCause
 from vrs_cli.values.world import SpanKind
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import to_json
@@ -339,3 +341,26 @@ def test_the_cell_of_the_server_goes_before_another(tmp_path: Path) -> None:
         welcome = page.heard[0]
         assert isinstance(welcome, Welcome)
         assert to_json(welcome.cell) == to_json(cell_record(parse_cell(CELL)))
+
+
+def test_what_a_body_measures_comes_to_the_page(robot: Serving) -> None:
+    room = robot.hub.rooms["cell1"]
+    joints = room.session.engine.model.poses["ready"]
+    alarm = DivergenceAlarm(0.2, 1, 0.1, 0.05, DivergenceCause.BLOCKED, "joint 1 does not move", 0.1)
+    with relayed(robot.address) as address, Page(address) as page, robot.call(hello=Hello((1,), name="arm")) as arm:
+        page.ask(lambda id: Subscribe(id, deltas=True, measured=True))
+        arm.ask(Embody)
+        arm.protocol.send(Measured(first=0, times=(0.0, 0.1), joints=(joints, joints), sent=0.1))
+        arm.flush()
+        told = page.until(lambda message: isinstance(message, Measurements))
+        assert isinstance(told, Measurements)
+        assert (told.times, told.joints) == ((0.0, 0.1), (joints, joints))
+        window = page.ask(lambda id: MeasuredWindow(id, 0.05))
+        assert isinstance(window, ShownMeasured)
+        assert [part.times for part in window.parts] == [(0.1,)]
+        room.session.body.tell(alarm)
+        told = page.until(lambda message: isinstance(message, Alarm))
+        assert isinstance(told, Alarm)
+        assert told.alarm == alarm
+    names = [one.body.name for one in page.heard if isinstance(one, BodyStatus) and one.body]
+    assert set(names) == {"arm"}

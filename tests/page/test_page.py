@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tests.net.serving import Serving
 from tests.page.browser import changed, drawn, line, picture, until
+from vrs_cli.net.body_messages import Embody, Measured
+from vrs_cli.net.messages import Hello
+from vrs_cli.values.measured import DivergenceAlarm, DivergenceCause
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -27,3 +31,30 @@ def test_a_reload_shows_the_robot_again(shown: Page) -> None:
     shown.reload()
     drawn(shown)
     assert shown.title() == "cell1"
+
+
+def test_the_measured_arm_is_beside_the_virtual_one(shown: Page, served: Serving) -> None:
+    """Joint 1 stands still while it should turn."""
+    line(shown, "DRIVE 1, 60")
+    line(shown, "DELAY 1")
+    body = shown.locator("section.body")
+    assert body.is_hidden()
+    before = picture(shown)
+    session = served.hub.rooms["cell1"].session
+    timeline = session.engine.timeline
+    times = tuple(0.1 * i for i in range(int(10 * timeline.end)))
+    start = session.engine.model.poses["ready"]
+    with served.call(hello=Hello((1,), name="arm")) as arm:
+        arm.ask(Embody)
+        arm.protocol.send(Measured(first=0, times=times, joints=(start,) * len(times), sent=0.0))
+        arm.flush()
+        shown.evaluate("app.playback.follow()")
+        body.get_by_text("60.00").wait_for()
+        assert "arm follows" in body.inner_text()
+        assert changed(before, picture(shown)) > 0.005
+        session.body.tell(DivergenceAlarm(1.0, 1, 0.5, 0.2, DivergenceCause.BLOCKED, "Joint 1 stands still.", 0.2))
+        body.get_by_role("alert").get_by_text("JT1: likely cause: blocked joint. Joint 1 stands still.").wait_for()
+        body.get_by_role("button", name="Look").click()
+        until(shown, "!app.playback.following && Math.abs(app.playback.time - 0.2) < 1e-6")
+        body.get_by_role("button", name="Close").click()
+        body.get_by_role("alert").wait_for(state="hidden")

@@ -49,7 +49,7 @@ function openRobot(): void {
       makeViewing(app, slot, scene);
       const commands = makeDriving(app, slot, scene);
       makeHint(app, slot("hint"), (line) => commands.type(line));
-      app.add(makeDelays(app, slot("delays")), makeBody(commands, slot("delays")));
+      app.add(makeBody(commands, slot("delays")), makeDelays(app, slot("delays")));
       Object.assign(window, { app, scene, commands }); // for tests and the curious
     }),
   ];

@@ -26,10 +26,10 @@ export function makeBody(commands: Commands, slot: HTMLElement): Part {
   const resync = button("RESYNC", () => commands.command("RESYNC"), {
     hidden: true, title: "The body holds, the timeline goes to where it is measured and on to its goal, and the body follows again",
   });
-  const panel = h("section", { class: "delays body", "aria-label": "Body", hidden: true },
+  const panel = h("section", { class: "delays body", "aria-label": "Body", hidden: true }, alarm,
     h("ul", { class: "legend", "aria-label": "Appearances of the arm" }, h("li", {}, h("span", { class: "swatch virtual" }), "virtual"), predicted,
       h("li", {}, h("span", { class: "swatch measured" }), h("b", { text: "measured" }), where)),
-    alarm, h("div", { class: "row" }, h("details", {}, who, counts, past), resync));
+    h("div", { class: "row" }, h("details", {}, who, counts, past), resync));
   slot.append(panel);
   const change = new Change(PERIOD, () => app.wake());
   let life: string | undefined;
@@ -37,7 +37,7 @@ export function makeBody(commands: Commands, slot: HTMLElement): Part {
   const know = async (): Promise<void> => {
     life = connection.welcome!.life;
     const { choices = [] } = await connection.ask("complete", { text: "RESYNC", everything: true });
-    resync.hidden = !commands.moves || !(choices as Message[]).some(({ text }) => text?.trim() === "RESYNC");
+    resync.hidden = !commands.supervises || !(choices as Message[]).some(({ text }) => text?.trim() === "RESYNC");
   };
   return {
     show(shown: Shown): void {
