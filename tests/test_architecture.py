@@ -67,6 +67,7 @@ LIVES_IN = {
     "lark": {"language/text/lalr.py"},
     "prompt_toolkit": {"repl"},
     "websockets": {
+        "bodies/rosbridge.py",
         "net/client.py",
         "net/http.py",
         "net/pages.py",

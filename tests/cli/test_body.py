@@ -7,8 +7,9 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from socket import create_server
 from typing import Any
 
 import pytest
@@ -16,6 +17,7 @@ import pytest
 from tests.cli.conftest import Vrs
 from tests.live import PATIENCE, until
 from tests.net.serving import Serving, serving
+from vrs_cli.engine.position import joints_at
 from vrs_cli.values.measured import BodyMode
 
 
@@ -82,7 +84,7 @@ def test_another_program_reports_and_reads_set_points(served: Serving) -> None:
 @pytest.mark.parametrize(
     ("words", "status", "told"),
     [
-        (["ws://127.0.0.1:9"], 2, "which body? (give --mujoco or --stream)"),
+        (["ws://127.0.0.1:9"], 2, "which body? (give --mujoco or --stream or --rosbridge)"),
         (["ftp://a", "--stream"], 2, "is no address of a robot"),
         (["ws://127.0.0.1:9", "--stream"], 1, "does not answer"),
         (["ws://127.0.0.1:9", "--stream", "--mujoco"], 2, "not allowed with"),
@@ -107,3 +109,62 @@ def test_a_scenario_that_is_not_there(vrs: Vrs, served: Serving) -> None:
     ended = vrs("body", served.address, "--mujoco", "--scenario", Path("none.toml"))
     assert ended.status == 2
     assert "none.toml" in ended.err
+
+
+@contextmanager
+def stand_in(port: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A stand-in for rosbridge in a process of its own, and its address."""
+    command = [sys.executable, "-m", "tests.bodies.bridge", port]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            yield process, process.stdout.readline().split()[-1]
+        finally:
+            process.kill()
+
+
+def test_an_arm_of_ros_follows_and_its_server_may_be_killed(tmp_path: Path) -> None:
+    with create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    with ExitStack() as stack:
+        served = stack.enter_context(serving(tmp_path, realtime=1.0))
+        first, url = stack.enter_context(stand_in(port))
+        hand = stack.enter_context(served.call())
+        process = stack.enter_context(body(served.address, "--rosbridge", url))
+        assert process.stderr is not None
+        record, engine = robot_body(served).record, served.hub.rooms["cell1"].session.engine
+        until(lambda: len(record) and robot_body(served).seen.mode is BodyMode.FOLLOWS)
+        hand.lines("DRIVE 1, 5", "DRIVE 1, -5")
+        end = engine.timeline.end
+        until(lambda: robot_body(served).seen.last > end)
+        assert max(one.joints[0] for one in record.seen) > 0.08
+        assert record.seen[-1].joints == pytest.approx(joints_at(engine.arm, engine.timeline, end), abs=1e-6)
+        first.kill()
+        first.wait(PATIENCE)
+        assert "is gone" in process.stderr.readline()
+        stack.enter_context(stand_in(port))
+        assert "is back" in process.stderr.readline()
+        last = robot_body(served).seen.last
+        until(lambda: robot_body(served).seen.last > last + 0.2)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 0
+        assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "told"),
+    [
+        (["--rosbridge", "arm:9090"], 2, "--rosbridge arm:9090 is no address (give ws://HOST:PORT"),
+        (["--rosbridge", "ws://127.0.0.1:9"], 1, "no rosbridge answers at ws://127.0.0.1:9"),
+        (["--rosbridge", "ws://127.0.0.1:9", "--joints", "a,b"], 2, "6 different names, one for each joint"),
+        (["--rosbridge", "ws://127.0.0.1:9", "--joints", "none.toml"], 2, "none.toml"),
+    ],
+)
+def test_an_arm_of_ros_that_cannot_be_is_told_in_a_line(
+    served: Serving, vrs: Vrs, words: list[str], status: int, told: str
+) -> None:
+    found = vrs("body", served.address, *words)
+    assert found.status == status
+    assert told in found.err
+    assert "Traceback" not in found.err

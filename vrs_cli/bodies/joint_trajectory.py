@@ -12,7 +12,7 @@ All is computed from a timeline; nothing here reads a clock or a socket.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import ceil
+from math import ceil, inf
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +49,9 @@ class TrajectoryPoint(Struct, frozen=True):
     acceleration: Joints = ()
 
 
-def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float) -> list[TrajectoryPoint]:
-    """Return the points of a timeline from `begin` [s] on until it rests for good: at the boundaries of its segments,
-    and every LINE_PERIOD where a segment is no cubic.
+def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float, horizon: float = inf) -> list[TrajectoryPoint]:
+    """Return the points of a timeline from `begin` [s] on until it rests for good, or first rests `horizon` [s] later
+    or more: at the boundaries of its segments, and every LINE_PERIOD where a segment is no cubic.
 
     The first one is at `begin`, the last one rests, at least MIN_LENGTH later.
     """
@@ -62,6 +62,8 @@ def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float) -> list[T
             joints, velocity, acceleration = joint_state_at(arm, timeline, t)
             continuous = before is None or all(abs(a - b) <= JUMP for a, b in zip(before, acceleration, strict=True))
             points.append(TrajectoryPoint(t, joints, velocity, acceleration if continuous else ()))
+            if t >= begin + horizon and not any(velocity):
+                break
     last, still = points[-1], (0.0,) * len(state.joints)
     if len(points) > 1:
         points[-1] = TrajectoryPoint(last.t, last.joints, still, last.acceleration and still)
@@ -165,13 +167,14 @@ def _load_joints(path: Path, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]
 
 
 def trajectory_message(
-    points: Sequence[TrajectoryPoint], joints: Sequence[RosJoint], offset: float
+    points: Sequence[TrajectoryPoint], joints: Sequence[RosJoint], offset: float, begin: float | None = None
 ) -> Mapping[str, Any]:
-    """Return a trajectory_msgs/msg/JointTrajectory as JSON has it. It is stamped with the time of its first point.
+    """Return a trajectory_msgs/msg/JointTrajectory as JSON has it.
 
-    `offset` [s]: the clock of ROS minus the robot's.
+    `begin`: the time [s] of its stamp, that of the first point if it is left out. If it is earlier, the controller goes
+    by a spline from where it is then to the first point. `offset` [s]: the clock of ROS minus the robot's.
     """
-    first = points[0].t
+    first = points[0].t if begin is None else begin
     return {
         "header": {"stamp": ros_time(first + offset), "frame_id": ""},
         "joint_names": [one.name for one in joints],

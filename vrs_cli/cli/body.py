@@ -213,7 +213,44 @@ async def _stream(options: Namespace) -> int:
     return FAILED if wrong else OK
 
 
-KINDS: Mapping[str, Callable[[Namespace], Coroutine[Any, Any, int]]] = {"mujoco": _simulate, "stream": _stream}
+# --- --rosbridge: an arm of ROS 2 ------------------------------------------------------------------------------------
+
+
+async def _follow_by_ros(options: Namespace) -> int:
+    """Be the body by an arm of ros2_control behind a rosbridge server. Raises CommandLineError for names of joints that
+    do not fit, FileError, and RequestRefused if no rosbridge answers.
+    """
+    from vrs_cli.bodies.joint_trajectory import read_joints
+    from vrs_cli.bodies.rosbridge import RosSettings, follow
+
+    if not options.rosbridge.startswith(("ws://", "wss://")):
+        raise CommandLineError(
+            f"--rosbridge {options.rosbridge} is no address", "give ws://HOST:PORT, usually port 9090"
+        )
+    tell = teller(options.prog)
+    async with _client(options) as body:
+        try:
+            joints = read_joints(options.joints, [link.kind for link in body.model.links])
+        except IllegalValue as error:
+            raise CommandLineError(error.detail, error.hint) from None
+        settings = RosSettings(
+            options.rosbridge,
+            joints,
+            controller=f"/{options.ros_controller.strip('/')}",
+            states=f"/{options.joint_states.strip('/')}",
+            replaces=options.replacement,
+            by_action=options.action,
+        )
+        _tell_begun(tell, body, f"an arm of ROS at {options.rosbridge}")
+        await follow(body, settings, tell)
+    return OK
+
+
+KINDS: Mapping[str, Callable[[Namespace], Coroutine[Any, Any, int]]] = {
+    "mujoco": _simulate,
+    "stream": _stream,
+    "rosbridge": _follow_by_ros,
+}
 
 body_parser = command(
     "Be the body of a robot that is served: follow its timeline, and report where the arm really is.",
@@ -224,12 +261,14 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
   vrs body ws://127.0.0.1:8000 --mujoco
   echo 'payload mass = 2' | vrs body ws://127.0.0.1:8000 --mujoco
   vrs body ws://lab:8000/robots/left --stream --format json --rate 50
+  vrs body ws://lab:8000 --rosbridge ws://arm:9090 --joints pan,lift,elbow,wrist_1,wrist_2,wrist_3
 
 """
     + EPILOG,
     *URL,
     one_of(
         option("--mujoco", action="store_true", help="a simulated arm (extra physics)"),
+        option("--rosbridge", metavar="URL", help="an arm of ROS 2, by a rosbridge server (ws://HOST:9090)"),
         option("--stream", action="store_true", help="another program: set points on stdout, reports on stdin"),
     ),
     option("--rate", metavar="HZ", type=positive, default=100.0, help="reports a second (default: 100, 2000 at most)"),
@@ -241,6 +280,16 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
         option("--resolution", metavar="DEG", type=positive, help="of the encoders (default: 0.0055)"),
         option("--noise", metavar="DEG", type=number, help="of the encoders, standard deviation (default: 0.0011)"),
         option("--seed", metavar="N", type=whole, help="of the noise (default: the scenario's, or 0)"),
+    ),
+    group(
+        "the arm of ROS",
+        option("--joints", metavar="NAMES", help="a,b,... or FILE.toml: its joints, in order (default: joint_1, ...)"),
+        option(
+            "--ros-controller", metavar="NAME", default="joint_trajectory_controller", help="(default: %(default)s)"
+        ),
+        option("--joint-states", metavar="TOPIC", default="joint_states", help="(default: %(default)s)"),
+        option("--action", action="store_true", help="send goals to its action, not messages to its topic"),
+        option("--replacement", action="store_true", help="it has allow_trajectory_replacement: true"),
     ),
     group(
         "the stream",

@@ -1,0 +1,403 @@
+"""A body that is an arm of ros2_control: it sends each change of the timeline to joint_trajectory_controller, and
+reports its joint_states, both over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
+
+The arm follows the timeline only from where it is near it. Otherwise the body has stopped, until RESYNC has brought
+the timeline to the measured joints.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from math import inf
+from random import Random
+from typing import Any
+
+from msgspec import Struct
+from websockets.asyncio.client import ClientConnection as Socket
+from websockets.asyncio.client import connect
+from websockets.exceptions import WebSocketException
+
+from vrs_cli.bodies.joint_trajectory import (
+    RosJoint,
+    TrajectoryPoint,
+    standing_points,
+    trajectory_begins,
+    trajectory_message,
+    trajectory_points,
+)
+from vrs_cli.engine.book import Book
+from vrs_cli.engine.engine import Bookmark, Engine
+from vrs_cli.engine.settings import Settings
+from vrs_cli.errors import IllegalValue, RequestRefused, VrsError
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.net.body_client import BodyClient
+from vrs_cli.net.client import waits
+from vrs_cli.net.timesync import OneWay, TimeSync
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.measured import BodyMode
+from vrs_cli.wire.rosbridge_json import (
+    JointStates,
+    RosbridgeMessage,
+    read_joint_states,
+    read_message,
+    read_time,
+    write_message,
+)
+
+TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+STATES = "sensor_msgs/msg/JointState"
+ACTION = "control_msgs/action/FollowJointTrajectory"
+GET_TIME = "/rosapi/get_time"
+ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
+NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] from the timeline, for the arm to follow it
+FRESH = 1.0  # [s] a measurement tells where the arm is
+HORIZON = 10.0  # [s] of the timeline that a trajectory has at least; it goes on to where the robot rests
+MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] that the arm has to get to a timeline that has changed meanwhile
+AHEAD = 2.0  # [s] before a trajectory ends, the next one is sent
+FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two questions for the time of ROS: the first ones, and later
+FIRST_ANSWERS = 4
+EARLIER, LATER = 60.0, 1.0  # [s] a measurement may be before and after the robot's clock
+SET_BACK = 1.0  # [s] by which the clock of ROS goes back when it is set
+SETTLING = 2.0  # [s] that the first answers may take, before the arm follows
+SILENT = 3.0  # [s] without joint_states, after which that is told
+OPENING = 10.0  # [s] that a connection may take
+MAX_TOLD = 5  # different faults of one kind that are told in one connection
+
+Trajectory = tuple[float, list[TrajectoryPoint]]  # the time of its stamp [s], and its points
+
+
+class RosSettings(Struct, frozen=True):
+    """Where the arm is: address of rosbridge, its joints, the controller, and the topic of its joint_states.
+
+    `replaces`: the controller has `allow_trajectory_replacement`. `by_action`: trajectories are goals of its action,
+    not messages of its topic.
+    """
+
+    url: str
+    joints: tuple[RosJoint, ...]
+    controller: str = "/joint_trajectory_controller"
+    states: str = "/joint_states"
+    replaces: bool = False
+    by_action: bool = False
+
+
+class RosArm:
+    """The arm, as far as no socket is needed: what to send, and what becomes of what comes.
+
+    `mode`: what it reports that it does. `tell`: takes messages, each kind once in a connection.
+    """
+
+    def __init__(self, body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
+        self.body, self.settings, self.mode = body, settings, BodyMode.STOPPED
+        self._tell, self._told = tell, set[str]()
+        self._names = [one.name for one in settings.joints]
+        self.begin(0.0)
+
+    def begin(self, now: float) -> None:
+        """Forget what was of another connection."""
+        self._told.clear()
+        self._sync, self._stamps = TimeSync(), OneWay()
+        self._asked: dict[str, float] = {}  # when the time of ROS was asked for, by the id of the question
+        self._ask_at, self._answers = -inf, 0
+        self._measured: tuple[float, Joints] | None = None
+        self._last_stamp, self._next_report = -inf, -inf
+        self._begun = self._came = now
+        self._starts, self._retried = True, False
+        self._order = self.body.order
+        self._cut, self._waiting, self._until = inf, -inf, inf
+        self._number = 0
+
+    def tell(self, kind: str, text: str) -> None:
+        if kind not in self._told:
+            self._told.add(kind)
+            self._tell(text)
+
+    # --- what it sends ---
+
+    def opening(self) -> list[Mapping[str, Any]]:
+        """Return what begins a conversation."""
+        settings = self.settings
+        asked: list[Mapping[str, Any]] = [{"op": "subscribe", "id": "states", "topic": settings.states, "type": STATES}]
+        if not settings.by_action:
+            topic = f"{settings.controller}/joint_trajectory"
+            asked.append({"op": "advertise", "id": "trajectories", "topic": topic, "type": TRAJECTORY})
+        return asked
+
+    def due(self, now: float) -> list[Mapping[str, Any]]:
+        """Return what is to be sent now, at this time of the robot's clock [s]."""
+        found = self._questions(now)
+        if now - self._came > SILENT:
+            self.tell("silent", f"no joints come on {self.settings.states} of {self.settings.url}")
+        if self._measured is None or (self._answers < FIRST_ANSWERS and now - self._begun < SETTLING):
+            return found
+        if self.body.far.rate == 1.0:
+            return found + [self._sent(*one) for one in self._trajectories(now)]
+        self.tell("rate", "the robot's clock does not run as fast as real time: the arm of ROS holds")
+        points = self._hold(now) if self.mode is BodyMode.FOLLOWS else []
+        self.mode, self._starts = BodyMode.STOPPED, True
+        return found + [self._sent(*one) for one in points]
+
+    def _trajectories(self, now: float) -> list[Trajectory]:
+        """Return the trajectories that are due now."""
+        order = self.body.order
+        ordered = order is not self._order and order.at <= now
+        if self._starts or ordered:
+            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # an order of later: until then the other one
+            self._starts, self._order, self._retried = False, order if order.at <= now else self._order, False
+            return self._hold(now) if holds else self._follow(now)
+        if self.mode is not BodyMode.FOLLOWS:
+            return []
+        if self._cut < inf:
+            return self._along(self.body.timeline, now, self._cut)
+        if now > self._until - AHEAD:
+            return self._along(self.body.timeline, now, self._until)
+        return []
+
+    def _follow(self, now: float) -> list[Trajectory]:
+        far = self._apart()
+        if far is not None:
+            self.mode = BodyMode.STOPPED
+            self._cut = inf
+            self.tell(f"apart {self._order.at}", f"the arm does not follow: {far} (RESYNC brings both together)")
+            return []
+        self.mode = BodyMode.FOLLOWS
+        return self._along(self.body.timeline, now, -inf)
+
+    def _hold(self, now: float) -> list[Trajectory]:
+        follows, self.mode = self.mode is BodyMode.FOLLOWS, BodyMode.HOLDS
+        if follows and self._apart() is None:
+            return self._along(braked(self.body.model, self.body.timeline, now), now, now)
+        assert self._measured is not None, "it is asked only then"
+        joints, begins = self._measured[1], self._begins(now, now)
+        return [(begin, standing_points(joints, begin)) for begin in begins]
+
+    def _along(self, timeline: Timeline, now: float, cut: float) -> list[Trajectory]:
+        """Return the trajectories that make a timeline known that has changed at `cut` [s]. If that has passed, the arm
+        is elsewhere by now, and has a while to get to the timeline.
+        """
+        arm, begins = self.body.mirror.arm, self._begins(now, cut)
+        joins = now + min(max(2.0 * (now - cut), MIN_JOIN), MAX_JOIN)
+        found = [
+            (begin, trajectory_points(arm, timeline, begin if begin >= now or cut >= now else joins, HORIZON))
+            for begin in begins
+        ]
+        end = found[-1][1][-1].t
+        self._until = end if end < timeline.end else inf
+        return found
+
+    def _begins(self, now: float, cut: float) -> list[float]:
+        waiting = self._waiting if self._waiting > now else None
+        begins = trajectory_begins(now, cut, waiting, replaces=self.settings.replaces)
+        self._cut, self._waiting, self._until = inf, begins[-1], inf
+        return begins
+
+    def change(self, cut: float) -> None:
+        """Hear that the timeline has changed from `cut` [s] on."""
+        self._cut, self._retried = min(self._cut, cut), False
+
+    def _sent(self, begin: float, points: list[TrajectoryPoint]) -> Mapping[str, Any]:
+        settings = self.settings
+        trajectory = trajectory_message(points, settings.joints, self._offset(begin), begin)
+        if not settings.by_action:
+            return {"op": "publish", "topic": f"{settings.controller}/joint_trajectory", "msg": trajectory}
+        self._number += 1
+        return {
+            "op": "send_action_goal",
+            "id": f"trajectory-{self._number}",
+            "action": f"{settings.controller}/follow_joint_trajectory",
+            "action_type": ACTION,
+            "args": {"trajectory": trajectory},
+            "feedback": False,
+        }
+
+    def _apart(self) -> str | None:
+        """Return how the measured arm is not near the timeline; None if it is."""
+        assert self._measured is not None, "it is asked only then"
+        t, joints = self._measured
+        if self.body.now() - t > FRESH:
+            return f"its last measurement is of {t:.3f} s"
+        units = self.body.model.units
+        expected = self.body.setpoint(t).joints
+        for number, (p, q, link) in enumerate(zip(joints, expected, self.body.model.links, strict=True), 1):
+            if abs(p - q) > NEAR[link.kind]:
+                here, there = units.one_shown(number, p), units.one_shown(number, q)
+                return f"joint {number} is at {here:.2f} {units.unit(number)}, and the timeline at {there:.2f}"
+        return None
+
+    # --- the clock of ROS ---
+
+    def _questions(self, now: float) -> list[Mapping[str, Any]]:
+        """Return a question for the time of ROS, when it is time for one."""
+        if now < self._ask_at <= now + ASKED:  # later than that: the robot's clock was set
+            return []
+        self._ask_at = now + (FIRST_ASKED if self._answers < FIRST_ANSWERS else ASKED)
+        self._number += 1
+        id = f"time-{self._number}"
+        self._asked[id] = now
+        while len(self._asked) > 100:
+            del self._asked[next(iter(self._asked))]
+        return [{"op": "call_service", "id": id, "service": GET_TIME}]
+
+    def _offset(self, now: float) -> float:
+        """The clock of ROS minus the robot's [s]: by questions, or as well as the stamps of joint_states tell it."""
+        estimate = self._sync.estimate or self._stamps.estimate
+        return 0.0 if estimate is None else estimate.there(now) - now
+
+    # --- what comes ---
+
+    def hear(self, text: str | bytes) -> None:
+        """Take a message of rosbridge."""
+        now = self.body.now()
+        try:
+            message = read_message(text)
+            match message.op:
+                case "publish" if message.topic == self.settings.states:
+                    self._take_states(read_joint_states(message), now)
+                case "service_response" if message.id in self._asked:
+                    self._take_time(message, now)
+                case "action_result" if message.id == f"trajectory-{self._number}" or message.id is None:
+                    self._take_result(message)
+                case "status" if message.level in ("error", "warning"):
+                    if sum(kind.startswith("status ") for kind in self._told) < MAX_TOLD:
+                        self.tell(f"status {message.msg}", f"rosbridge: {message.level}: {str(message.msg)[:300]}")
+        except IllegalValue as error:
+            self.tell("garbage", f"{error} (this and others like it are left out)")
+
+    def _take_time(self, message: RosbridgeMessage, now: float) -> None:
+        assert message.id is not None, "it was asked by its id"
+        asked, time = self._asked.pop(message.id), read_time(message)
+        self._answers += 1
+        if time is None:
+            self.tell(
+                "time", f"{GET_TIME} does not answer: the clock of ROS is known by the stamps of joint_states alone"
+            )
+        else:
+            self._sync.heard(asked, time, time, now)
+
+    def _take_states(self, states: JointStates, now: float) -> None:
+        """Report the joints, unless they are not all there or their time is none."""
+        stamp = states.header.stamp.seconds
+        if stamp <= self._last_stamp:
+            if stamp > self._last_stamp - SET_BACK:
+                self.tell("earlier", f"{self.settings.states} went back in time: what is not newer is left out")
+                return
+            self.tell(
+                "set back", f"the clock of ROS went back by {self._last_stamp - stamp:.3f} s: it is measured anew"
+            )
+            self._sync, self._stamps, self._answers, self._ask_at = TimeSync(), OneWay(), 0, -inf
+            self._begun, self._next_report = now, -inf
+            self._asked.clear()
+            self._starts = self._starts or self.mode is BodyMode.FOLLOWS
+        self._last_stamp, self._came = stamp, now
+        self._stamps.heard(stamp, now)
+        t = stamp - self._offset(now)
+        if not now - EARLIER <= t <= now + LATER:
+            self._ask_at = min(self._ask_at, now + FIRST_ASKED)
+            self.tell("stamp", f"{self.settings.states} is stamped {t - now:+.3f} s from now: it is left out")
+            return
+        if t < self._next_report:
+            return
+        columns = [states.column(values, self._names) for values in (states.position, states.velocity, states.effort)]
+        position, velocity, effort = columns
+        if position is None:
+            missing = [name for name in self._names if states.column(states.position, [name]) is None]
+            self.tell("missing", f"{self.settings.states} has no number for {', '.join(missing)}: it is left out")
+            return
+        joints = self.settings.joints
+        measured = tuple(one.sign * (q - one.offset) for one, q in zip(joints, position, strict=True))
+        self._measured = (t, measured)
+        self._next_report = max(self._next_report + 1.0 / self.body.rate, t + 1e-6)
+        speed, force = (
+            None if row is None else tuple(one.sign * v for one, v in zip(joints, row, strict=True))
+            for row in (velocity, effort)
+        )
+        self.body.report(t, measured, speed, force, self.mode)
+
+    def _take_result(self, message: RosbridgeMessage) -> None:
+        """Take the end of the last goal: one that is refused is sent again from now on, once."""
+        values = message.values if isinstance(message.values, Mapping) else {"error_string": message.values}
+        if message.result and message.status != ABORTED and not values.get("error_code", 0):
+            return
+        if self.mode is BodyMode.FOLLOWS and not self._retried:
+            self._cut, self._retried, self._waiting = -inf, True, -inf
+            return
+        self.mode = BodyMode.STOPPED
+        why = str(values.get("error_string") or values.get("error_code") or "no reason given")[:300]
+        self.tell("refused", f"the controller refuses the trajectory: {why} (RESYNC makes the arm follow again)")
+
+
+def braked(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
+    """Return a timeline that brakes at t [s] inside all limits, and rests from then on."""
+    engine = Engine(model)
+    engine.take_up(Bookmark(Book(timeline, timeline, number=timeline.version), Settings(), t))
+    engine.stop()
+    return engine.timeline
+
+
+async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
+    """Let an arm of ROS be the body, until the body is another one's. Connects again after a cut. Raises RequestRefused
+    if rosbridge does not answer at first, or the body is another one's.
+    """
+    arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
+    hearing = asyncio.create_task(_hear_changes(body, arm))
+    try:
+        while True:
+            try:
+                async with connect(settings.url, open_timeout=OPENING) as socket:
+                    if attempt:
+                        tell(f"rosbridge at {settings.url} is back")
+                    attempt, begun = 0, True
+                    await _converse(body, arm, socket)
+                why = "it has closed the connection"
+            except (OSError, WebSocketException, TimeoutError) as error:
+                why = str(error) or type(error).__name__
+            if not begun:
+                raise RequestRefused(f"no rosbridge answers at {settings.url}", why)
+            if not attempt:
+                tell(f"rosbridge at {settings.url} is gone ({why}): trying again")
+            attempt += 1
+            await _wait(body, waits(attempt, random))
+    finally:
+        hearing.cancel()
+
+
+async def _wait(body: BodyClient, seconds: float) -> None:
+    """Wait. Raises what has ended the body meanwhile."""
+    loop = asyncio.get_running_loop()
+    due = loop.time() + seconds
+    async for _ in body.ticks():
+        if loop.time() >= due:
+            return
+
+
+async def _hear_changes(body: BodyClient, arm: RosArm) -> None:
+    with suppress(VrsError):  # `ticks` raises it too
+        async for change in body.changes():
+            arm.change(change.cut if isinstance(change, TimelineDelta) else -inf)
+
+
+async def _converse(body: BodyClient, arm: RosArm, socket: Socket) -> None:
+    """Send what is due and hear what comes, until the connection ends."""
+
+    async def read() -> None:
+        async for text in socket:
+            arm.hear(text)
+
+    arm.begin(body.now())
+    for message in arm.opening():
+        await socket.send(write_message(message))
+    reading = asyncio.create_task(read())
+    try:
+        async for t in body.ticks():
+            if reading.done():
+                await reading
+                return
+            for message in arm.due(t):
+                await socket.send(write_message(message))
+    finally:
+        reading.cancel()
+        with suppress(asyncio.CancelledError, WebSocketException):
+            await reading
