@@ -56,5 +56,6 @@ def test_the_measured_arm_is_beside_the_virtual_one(shown: Page, served: Serving
         body.get_by_role("alert").get_by_text("JT1: likely cause: blocked joint. Joint 1 stands still.").wait_for()
         body.get_by_role("button", name="Look").click()
         until(shown, "!app.playback.following && Math.abs(app.playback.time - 0.2) < 1e-6")
+        assert body.get_by_role("button", name="RESYNC", exact=True).is_enabled()
         body.get_by_role("button", name="Close").click()
         body.get_by_role("alert").wait_for(state="hidden")

@@ -52,6 +52,11 @@ test("what was measured before is asked for where it is shown, and again after a
   tell("measurements", { first: 81, ...rows([30.75]) });
   expect(measured.at(30.9)!.q[0], "a late report is in its place").toBeCloseTo(30.9 ** 3, 9);
   expect(measured.last!.t).toBe(31);
+  tell("alarm", { alarm: { t: 30 } });
+  tell("told", { reply: { kind: "Message" } });
+  expect(measured.alarms).toEqual([{ t: 30 }]);
+  tell("told", { reply: { kind: "Resynchronised" } });
+  expect(measured.alarms).toEqual([]);
   tell("welcome", { life: "b" });
   expect([measured.last, measured.body]).toEqual([undefined, null]);
 });

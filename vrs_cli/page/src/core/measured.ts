@@ -30,7 +30,7 @@ export class Measured {
   body: Message | null = null;
   /** The time since which nothing was measured [s]; null while reports come. */
   unknown: number | null = null;
-  /** The last alarms, the newest last. */
+  /** The last alarms since RESYNC, the newest last. */
   alarms: Message[] = [];
   private reports: Report[] = []; // in order of time
   private asked = new Set<number>(); // stretches of the past, by number
@@ -42,6 +42,7 @@ export class Measured {
     connection.on("welcome", ({ life }) => this.begin(life));
     connection.on("bodystatus", ({ body = null, unknown = null }) => Object.assign(this, { body, unknown }));
     connection.on("alarm", ({ alarm }) => this.alarms.push(alarm) > MAX_ALARMS && this.alarms.shift());
+    connection.on("told", ({ reply }) => reply?.kind === "Resynchronised" && (this.alarms = []));
     connection.on("measurements", (message) => {
       if (this.next !== message.first) this.asked.clear(); // some are missing
       this.next = message.first + message.times.length;

@@ -36,8 +36,8 @@ export function makeBody(commands: Commands, slot: HTMLElement): Part {
   /** Asks a server once whether it has the word. */
   const know = async (): Promise<void> => {
     life = connection.welcome!.life;
-    const { choices = [] } = await connection.ask("complete", { text: "RESYNC", everything: true });
-    resync.hidden = !commands.supervises || !(choices as Message[]).some(({ text }) => text?.trim() === "RESYNC");
+    const { choices = [] } = await connection.ask("complete", { text: "RESYN", everything: true });
+    resync.hidden = !commands.supervises || !(choices as Message[]).some(({ text }) => text === "RESYNC");
   };
   return {
     show(shown: Shown): void {
