@@ -8,19 +8,22 @@ import re
 import subprocess
 import sys
 from base64 import b64encode
-from math import degrees
+from math import degrees, radians
 from pathlib import Path
 from types import SimpleNamespace
 from typing import BinaryIO
 
+import numpy as np
 import pytest
 
 from tests.cli.conftest import Vrs
-from tests.files.trajectories import puma, without_checksums
+from tests.files.trajectories import initial, planned, puma, without_checksums
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.atomic import hold
-from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.trajectory.measured import MeasuredRecord
+from vrs_cli.values.measured import Report
 from vrs_cli.world.world import World
 
 pytestmark = pytest.mark.usefixtures("saved")
@@ -329,3 +332,64 @@ def test_a_report_that_cannot_be_is_refused_at_once(vrs: Vrs, arguments: tuple[s
     ended = vrs("replay", "t.vrst", *arguments)
     assert ended.status == 2
     assert said in ended.err
+
+
+@pytest.fixture
+def measured(tmp_path: Path) -> Path:
+    """A trajectory file, m.vrst, whose joints were measured 0.1 deg farther than planned, but not in a gap."""
+    timeline, deltas = planned(6)
+    record = MeasuredRecord(6)
+    for t in (0.25, 0.5, 0.75, 1.5, 1.75):
+        joints = tuple([q + radians(0.1) for q in position_at(arm_for(puma()), timeline, t).joints])
+        record.add([Report(t, joints)])
+    path = tmp_path / "m.vrst"
+    write_trajectory(path, puma(), [initial()], deltas, measured=record.seen)
+    return path
+
+
+@pytest.mark.usefixtures("measured")
+def test_where_tells_the_measured_robot_or_why_it_is_unknown(vrs: Vrs) -> None:
+    ended = vrs("where", "m.vrst", "--measured", "--at", 0.5, 1.0, 1.8, 0.1)
+    assert (ended.status, ended.err) == (0, "")
+    assert "joint 1 by 0.100 deg" in ended.out
+    assert ended.out.count("The measured robot is unknown at ") == 3
+    told = json.loads(vrs("where", "m.vrst", "--measured", "--json", "--at", 0.5, 1.0).out)
+    (planned_there,) = json.loads(vrs("where", "m.vrst", "--json", "--at", 0.5).out)
+    assert told[0]["joints_deg"] == pytest.approx([q + 0.1 for q in planned_there["joints_deg"]], abs=1e-9)
+    assert told[1] == {"time": 1.0, "mode": None}
+
+
+@pytest.mark.usefixtures("measured")
+def test_tables_have_measured_joints_beside_planned_ones(vrs: Vrs) -> None:
+    rows = list(csv.DictReader(vrs("export", "m.vrst", "--measured", "--to", "csv", "--rate", 4).out.splitlines()))
+    told = json.loads(vrs("export", "m.vrst", "--measured", "--to", "json", "--rate", 4).out)
+    known = {0.25, 0.5, 0.75, 1.5, 1.75}
+    assert known < {float(row["t"]) for row in rows}
+    for row, one in zip(rows, told, strict=True):
+        cells = [row[f"jt{joint}_measured"] for joint in range(1, 7)]
+        if float(row["t"]) in known:
+            assert list(map(float, cells)) == pytest.approx([float(row[f"jt{j}"]) + 0.1 for j in range(1, 7)], abs=1e-8)
+            assert one["measured_deg"] == list(map(float, cells))
+        else:
+            assert (cells, one["measured_deg"]) == ([""] * 6, None)
+
+
+@pytest.mark.usefixtures("measured")
+def test_arrays_have_the_reports_as_they_came_and_a_replay_the_measured_way(vrs: Vrs) -> None:
+    assert vrs("export", "m.vrst", "--measured", "-o", "m.npz").status == 0
+    arrays = np.load("m.npz")
+    assert arrays["measured_times"].tolist() == [0.25, 0.5, 0.75, 1.5, 1.75]
+    assert arrays["measured_joints"].shape == arrays["measured_velocities"].shape == (5, 6)
+    shown = vrs("replay", "m.vrst", "--measured", "--step", 0.25).out.splitlines()
+    assert [line.split()[0] for line in shown[1:]] == ["0.250", "0.500", "0.750", "1.000", "1.250", "1.500", "1.750"]
+    wanted = json.loads(vrs("where", "m.vrst", "--measured", "--json", "--at", 0.5).out)[0]["joints_deg"]
+    assert list(map(float, shown[2].split()[-6:])) == pytest.approx(wanted, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "line", [("where", "--at", 1), ("export", "--to", "csv"), ("export", "--to", "ros"), ("replay", "--step", 1)]
+)
+def test_a_file_without_reports_says_so(vrs: Vrs, line: tuple[str, ...]) -> None:
+    ended = vrs(line[0], "t.vrst", "--measured", *line[1:])
+    assert (ended.status, ended.out) == (2, "")
+    assert "t.vrst has no measured reports (leave --measured out)" in ended.err

@@ -29,6 +29,13 @@ from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
     from vrs_cli.files.exports import Exporter
+    from vrs_cli.files.trajectory_file import Recording
+    from vrs_cli.trajectory.measured import MeasuredTimeline
+    from vrs_cli.trajectory.timeline import Timeline
+
+
+MAX_MEASURED = 500_000  # reports that are made a timeline
+MEASURED = option("--measured", action="store_true", help="the robot as its body reported it")
 
 
 def where(options: Namespace) -> None:
@@ -39,6 +46,9 @@ def where(options: Namespace) -> None:
     from vrs_cli.values.replies import Whereabouts
 
     units = recording.arm.model.units
+    if options.measured:
+        _where_measured(options, recording)
+        return
     positions = [position_at(recording.arm, recording.timeline, t) for t in options.at]
     if options.json:
         objects = [{"time": p.time, **position_object(p, units), "hand": p.hand, "moving": p.moving} for p in positions]
@@ -48,6 +58,48 @@ def where(options: Namespace) -> None:
         print("\n".join(shown), end="")
 
 
+def _where_measured(options: Namespace, recording: Recording) -> None:
+    """Print where the robot was measured. Raises CommandLineError for a file without reports."""
+    from vrs_cli.engine.measured import measured_position, why_unknown
+    from vrs_cli.render.text import plain_text
+    from vrs_cli.values.replies import MeasuredWhereabouts
+
+    measured, units = _reports(options, recording), recording.arm.model.units
+    found = [(t, measured_position(recording.arm, recording.timeline, measured, t)) for t in options.at]
+    if options.json:
+        objects = [
+            {"time": t, **position_object(at.measured, units), "mode": at.mode.value}
+            if at
+            else {"time": t, "mode": None}
+            for t, at in found
+        ]
+        print("[\n" + ",\n".join(f"  {json.dumps(one)}" for one in objects) + "\n]")
+        return
+    for t, at in found:
+        shown = plain_text(MeasuredWhereabouts(at, False, units)) if at else f"{why_unknown(measured, t)}\n"
+        print(shown, end="")
+
+
+def _reports(options: Namespace, recording: Recording) -> MeasuredTimeline:
+    """The reports of a file. Raises CommandLineError if there is none."""
+    if not recording.measured:
+        raise CommandLineError(f"{options.file} has no measured reports", "leave --measured out")
+    return recording.measured
+
+
+def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
+    """The way that a body reported, as a timeline. Raises CommandLineError if there is none, or it is too long."""
+    measured = _reports(options, recording)
+    if len(measured) > MAX_MEASURED:
+        what = f"{options.file} has {len(measured)} reports, and {MAX_MEASURED} are played at most"
+        raise CommandLineError(what, "--to csv, json or npz take all")
+    assert measured.start is not None, "there are reports"
+    assert measured.end is not None, "there are reports"
+    made = measured.as_timeline(measured.start, measured.end, recording.timeline)
+    assert made is not None, "there are reports"
+    return made
+
+
 where_parser = command(
     "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
     """\
@@ -55,12 +107,14 @@ Before the first motion, after the last and between motions the robot stands sti
 
   vrs where pick.vrst --at 1.0 2.5
   vrs where pick.vrst --at 2.5 --json
+  vrs where pick.vrst --at 2.5 --measured
 """,
     option("file", metavar="T.vrst", help="a saved trajectory"),
     option(
         "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
     ),
     option("--json", action="store_true", help="a JSON list with an object for every time"),
+    MEASURED,
     LENIENT,
 )
 
@@ -117,7 +171,8 @@ def replay(options: Namespace) -> None:
     outputs = Outputs.of(options)
     recording = read_recording(options.prog, options.file, lenient=options.lenient)
 
-    arm, timeline = recording.arm, recording.timeline
+    arm = recording.arm
+    timeline = _measured_timeline(options, recording) if options.measured else recording.timeline
     if outputs.any:
         outputs.write(arm, timeline, options.file)
     elif options.step is None and on_terminal():
@@ -164,6 +219,7 @@ Without a terminal, or with --step, a table is printed; with --csv, --plot or --
         help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})",
     ),
     *OUTPUT_OPTIONS,
+    MEASURED,
     LENIENT,
 )
 
@@ -176,7 +232,8 @@ EXPORT_EPILOG = """\
 
 Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
 html, png, gif and mp4 show the robot; a picture or a film is taken by the Chromium
-or Chrome of this machine.
+or Chrome of this machine. With --measured csv, json and npz have the measured joints beside the planned ones; all
+others show the robot as it was measured.
 
   vrs export pick.vrst --to csv -o pick.csv --rate 50
   vrs export pick.vrst --to csv | head
@@ -206,9 +263,14 @@ def export(options: Namespace) -> None:
     exporter.check()
     recording = read_recording(options.prog, options.file, lenient=options.lenient)
 
+    timeline = recording.timeline
+    if options.measured and exporter.tells_measured:
+        exporter = replace(exporter, write=partial(exporter.write, measured=_reports(options, recording)))
+    elif options.measured:
+        timeline = _measured_timeline(options, recording)
     given = options.rate if options.at is None else options.at
     if given is None:
-        given = exporter.usual(recording.timeline) if exporter.usual else DEFAULT_RATE
+        given = exporter.usual(timeline) if exporter.usual else DEFAULT_RATE
     if options.cell is not None:
         from vrs_cli.files.cell_file import read_cell
         from vrs_cli.world.world import World
@@ -218,7 +280,7 @@ def export(options: Namespace) -> None:
         exporter = replace(
             exporter, write=partial(exporter.write, title=os.path.splitext(os.path.basename(options.file))[0])
         )
-    write_export(exporter, options.output, recording.arm, recording.timeline, given)
+    write_export(exporter, options.output, recording.arm, timeline, given)
 
 
 def _formats() -> Mapping[str, Exporter]:
@@ -242,6 +304,7 @@ def export_parser(prog: str) -> Parser:
         rate_option(", or frames (gif, mp4: 10)"),
         option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
         option("--cell", metavar="CELL.toml", help="the cell of the robot, to be shown (mcap: where its parts are)"),
+        MEASURED,
         LENIENT,
     )
 

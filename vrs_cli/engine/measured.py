@@ -11,6 +11,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.measured import GAP, MeasuredTimeline
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.measured import Deviation, MeasuredComparison, MeasuredPosition
+from vrs_cli.values.numbers import seconds
 from vrs_cli.values.results import Apart, Position
 
 if TYPE_CHECKING:
@@ -32,6 +33,19 @@ def measured_position(
     pose = world_pose(arm, timeline.locate(t)[0].motion.frames, joints)
     at = Position(t, joints, velocity, still, pose, expected.hand, expected.moving, expected.text)
     return MeasuredPosition(at, expected, mode)
+
+
+def why_unknown(measured: MeasuredTimeline, t: float) -> str:
+    """Say why nothing is known of the measured robot at t [s], where there are reports."""
+    assert measured.start is not None, "there are reports"
+    assert measured.end is not None, "there are reports"
+    if t > measured.end:
+        why = f"the last report is of {seconds(measured.end)}"
+    elif t < measured.start:
+        why = f"the first report is of {seconds(measured.start)}"
+    else:
+        why = f"there is no report for more than {seconds(GAP)} about then"
+    return f"The measured robot is unknown at {seconds(t)}: {why}"
 
 
 def compare_measured(arm: RobotArm, timeline: Timeline, measured: MeasuredTimeline) -> MeasuredComparison | None:

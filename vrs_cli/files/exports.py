@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from itertools import pairwise
-from math import ceil
+from math import ceil, isnan
 from shutil import copyfileobj
 from tempfile import TemporaryFile
 from typing import IO, BinaryIO, NamedTuple
@@ -30,6 +30,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform_batch import to_oat_batch
+from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
@@ -45,7 +46,7 @@ class Exporter(Struct, frozen=True):
     """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, number).
 
     The number is a rate [Hz], or the time [s] of what shows one moment. `shows_cell`: `write` takes the World that is
-    around the robot, too, as `world`.
+    around the robot, too, as `world`. `tells_measured`: it takes what a body reported as `measured`.
     `check` raises UsageError where a package is missing; `usual`: the number for a timeline where none is given.
     """
 
@@ -57,6 +58,7 @@ class Exporter(Struct, frozen=True):
     usual: Callable[[Timeline], float] | None = None  # the rate of tables
     of_moment: bool = False
     shows_cell: bool = False
+    tells_measured: bool = False
 
 
 def export(
@@ -72,18 +74,26 @@ def export(
 # --- CSV -----------------------------------------------------------------------------------------------------
 
 
-def write_csv(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Columns t [s], jt1 ... jtn [deg, mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
+def write_csv(
+    stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
+) -> None:
+    """Columns t [s], jt1 ... jtn [deg, mm where a joint slides], x, y, z [mm], o, a, t_angle [deg]; with `measured`
+    also jt1_measured ... jtn_measured, empty where the measured robot is unknown.
 
     Rows as `sample_times`. Times are written to their last bit, so that they name the same instant when they are read
     back.
     """
-    columns = ("t", *joint_names(arm), *TOOL_COLUMNS)
-    stream.write(f"{','.join(columns)}\n".encode("ascii"))
-    form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (len(columns) - 1)) + "\n"
+    names = joint_names(arm)
+    columns = ("t", *names, *TOOL_COLUMNS)
+    also = () if measured is None else tuple([f"{name}_measured" for name in names])
+    stream.write(f"{','.join((*columns, *also))}\n".encode("ascii"))
+    form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (len(columns) - 1 + len(also))) + "\n"
     for times in sample_times(timeline, rate):
         rows = table(places_at(arm, timeline, times), arm.model.units)
-        stream.write((form * len(rows) % tuple(rows.ravel().tolist())).encode("ascii"))
+        if measured is not None:
+            rows = np.hstack((rows, _shown_measured(measured, times, arm.model.units)))
+        text = form * len(rows) % tuple(rows.ravel().tolist())
+        stream.write(text.replace("nan", "").encode("ascii"))
 
 
 def table(places: PlaceArrays, units: JointUnits) -> Floats:
@@ -92,6 +102,11 @@ def table(places: PlaceArrays, units: JointUnits) -> Floats:
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
     shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # there is no -0
     return np.hstack((places.times[:, None], shown))
+
+
+def _shown_measured(measured: MeasuredTimeline, times: Floats, units: JointUnits) -> Floats:
+    """(N, n) [deg, mm]: the measured joints at times (N,), NaN where they are unknown."""
+    return np.round(shown_joints(measured.joints_over(times), units), DECIMALS) + 0.0
 
 
 def shown_joints(q: Floats, units: JointUnits) -> Floats:
@@ -103,17 +118,25 @@ def shown_joints(q: Floats, units: JointUnits) -> Floats:
 # --- JSON ----------------------------------------------------------------------------------------------------
 
 
-def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """A list with an object for every sample, as `vrs where --json` tells a position."""
+def write_json(
+    stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
+) -> None:
+    """A list with an object for every sample, as `vrs where --json` tells a position; with `measured` also
+    `measured_deg`, null where the measured robot is unknown.
+    """
     n = arm.model.joint_count
     units = arm.model.units.told(n)
     before = "[\n  "
     for times in sample_times(timeline, rate):
         places = places_at(arm, timeline, times)
-        for row, hand in zip(table(places, arm.model.units).tolist(), places.hand.tolist(), strict=True):
+        seen = None if measured is None else _shown_measured(measured, times, arm.model.units).tolist()
+        rows = zip(table(places, arm.model.units).tolist(), places.hand.tolist(), strict=True)
+        for place, (row, hand) in enumerate(rows):
             t, *numbers = row
             joints, xyz, oat = numbers[:n], numbers[n : n + 3], numbers[n + 3 :]
             one = {"time": t, "joints_deg": joints, **units, "xyz_mm": xyz, "oat_deg": oat, "hand": hand}
+            if seen is not None:
+                one["measured_deg"] = None if isnan(seen[place][0]) else seen[place]
             stream.write(f"{before}{json.dumps(one)}".encode("ascii"))
             before = ",\n  "
     stream.write(b"\n]\n")
@@ -122,12 +145,21 @@ def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float)
 # --- NumPy ---------------------------------------------------------------------------------------------------
 
 
-def write_npz(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Arrays in metres, radians and seconds: N samples, and the M segments themselves with their polynomials."""
+def write_npz(
+    stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
+) -> None:
+    """Arrays in metres, radians and seconds: N samples, and the M segments themselves with their polynomials; with
+    `measured` also the R reports as they came: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n).
+    """
     with TemporaryFile() as whole:  # an archive is other bytes where it cannot be gone back in: the same everywhere
         with ZipFile(whole, "w") as archive:
             _write_samples(archive, arm, timeline, rate)
-            for name, array in _segments(arm.model.joint_count, list(timeline)).items():
+            arrays = _segments(arm.model.joint_count, list(timeline))
+            if measured is not None:
+                seen = measured.arrays()
+                arrays |= {"measured_times": seen.times, "measured_joints": seen.joints}
+                arrays["measured_velocities"] = seen.velocity
+            for name, array in arrays.items():
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                     np.lib.format.write_array(member, array, allow_pickle=False)
         whole.seek(0)
@@ -349,9 +381,17 @@ def _ros_points(positions: PositionArrays, smooth: Flags, start: float) -> Itera
 EXPORTERS: Mapping[str, Exporter] = {
     exporter.name: exporter
     for exporter in (
-        Exporter("csv", ".csv", "a table of joints and tool positions, one row a sample", write_csv),
-        Exporter("json", ".json", "a list of positions, one object a sample", write_json),
-        Exporter("npz", ".npz", "NumPy arrays of samples, and of the segments with their polynomials", write_npz),
+        Exporter(
+            "csv", ".csv", "a table of joints and tool positions, one row a sample", write_csv, tells_measured=True
+        ),
+        Exporter("json", ".json", "a list of positions, one object a sample", write_json, tells_measured=True),
+        Exporter(
+            "npz",
+            ".npz",
+            "NumPy arrays of samples, and of the segments with their polynomials",
+            write_npz,
+            tells_measured=True,
+        ),
         Exporter(
             "mcap",
             ".mcap",

@@ -231,20 +231,26 @@ class MeasuredTimeline(Sequence[Report]):
 
     # --- as a timeline of segments ---
 
-    def as_timeline(self, begin: float, end: float) -> Timeline | None:
+    def as_timeline(self, begin: float, end: float, like: Timeline | None = None) -> Timeline | None:
         """Return a timeline that goes through the reports from time `begin` to time `end` [s] as this one does; so all
-        that reads timelines reads measured ones. Where the joints are unknown it stands still. Times are rounded to
-        the grid of timelines (0.93 ns). None if there is no report.
+        that reads timelines reads measured ones. Where the joints are unknown it stands still. BASE, TOOL and events up
+        to the end are those of the timeline `like`. Times are rounded to the grid of timelines (0.93 ns). None if there
+        is no report.
         """
         reports = list(self.between(begin, end))
         if not reports:
             return None
-        first, last = reports[0], reports[-1]
+        first, last, motion = reports[0], reports[-1], MEASURED
         segments: list[Segment] = []
         for a, b in pairwise(reports):
-            segments += _stretch(a, b) if b.t - a.t <= GAP else [rest(a.joints, 0.0, on_grid(a.t), MEASURED)]
-        segments.append(rest(last.joints, 0.0, on_grid(last.t), MEASURED))
-        return Timeline([rest(first.joints, 0.0, on_grid(first.t), MEASURED), *segments])
+            if like is not None and (frames := like.locate(a.t)[0].motion.frames) is not motion.frames:
+                motion = MEASURED._replace(frames=frames)
+            segments += _stretch(a, b, motion) if b.t - a.t <= GAP else [rest(a.joints, 0.0, on_grid(a.t), motion)]
+        frames = MEASURED.frames if like is None else like.locate(last.t)[0].motion.frames
+        segments.append(rest(last.joints, 0.0, on_grid(last.t), MEASURED._replace(frames=frames)))
+        before = rest(first.joints, 0.0, on_grid(first.t), segments[0].motion)
+        events = () if like is None else like.event_slice(0, like.events_by(last.t))
+        return Timeline([before, *segments], events=events)
 
 
 class MeasuredRecord:
@@ -373,8 +379,8 @@ class MeasuredRecord:
             self._version += 1
 
 
-def _stretch(a: Report, b: Report) -> list[Segment]:
-    """The segment from one report to the next."""
+def _stretch(a: Report, b: Report, motion: Motion) -> list[Segment]:
+    """The segment of a motion from one report to the next."""
     start, finish = on_grid(a.t), on_grid(b.t)
     h = finish - start
     if h <= 0.0:
@@ -384,4 +390,4 @@ def _stretch(a: Report, b: Report) -> list[Segment]:
     if a.velocity is not None and b.velocity is not None:
         bends = zip(rows, a.velocity, b.velocity, strict=True)
         rows = [(p, v, (3.0 * m - 2.0 * v - w) / h, (v + w - 2.0 * m) / (h * h)) for (p, m), v, w in bends]
-    return [Segment(start, finish, JointPath(tuple(rows)), Phase.CRUISE, MEASURED)]
+    return [Segment(start, finish, JointPath(tuple(rows)), Phase.CRUISE, motion)]

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vrs_cli.engine.measured import measured_position
+from vrs_cli.engine.measured import measured_position, why_unknown
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.station.operands import NO_REPORT, moment, operand, times
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.ast import Instruction
-from vrs_cli.trajectory.measured import GAP, MeasuredTimeline
 from vrs_cli.values.measured import MeasuredPosition
-from vrs_cli.values.numbers import count, seconds
+from vrs_cli.values.numbers import count
 from vrs_cli.values.replies import MeasuredWhereabouts, Message, WhereaboutsTable
 
 
@@ -25,7 +24,7 @@ def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
     if not any(operand(it, index) is not None for index in (1, 2, 3)):
         t = moment(station, it) if it.modifiers.timed else measured.end
         at = measured_position(arm, timeline, measured, t)
-        yield Message(_unknown(measured, t)) if at is None else MeasuredWhereabouts(at, t == measured.end, units)
+        yield Message(why_unknown(measured, t)) if at is None else MeasuredWhereabouts(at, t == measured.end, units)
         return
     if it.modifiers.timed:
         what = "WHERE MEASURED AT t, or WHERE MEASURED FROM t1 TO t2 STEP dt"
@@ -39,15 +38,3 @@ def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
     yield WhereaboutsTable(rows, units)
     if len(rows) < len(instants):
         yield Message(f"The measured robot is unknown at {count(len(instants) - len(rows), 'other time')}")
-
-
-def _unknown(measured: MeasuredTimeline, t: float) -> str:
-    assert measured.start is not None, "there are reports"
-    assert measured.end is not None, "there are reports"
-    if t > measured.end:
-        why = f"the last report is of {seconds(measured.end)}"
-    elif t < measured.start:
-        why = f"the first report is of {seconds(measured.start)}"
-    else:
-        why = f"there is no report for more than {seconds(GAP)} about then"
-    return f"The measured robot is unknown at {seconds(t)}: {why}"
