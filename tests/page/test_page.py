@@ -52,8 +52,8 @@ def test_the_measured_arm_is_beside_the_virtual_one(shown: Page, served: Serving
         body.get_by_text("60.00").wait_for()
         assert "arm follows" in body.inner_text()
         assert changed(before, picture(shown)) > 0.005
-        session.body.tell(DivergenceAlarm(1.0, 1, 0.5, 0.2, DivergenceCause.BLOCKED, "Joint 1 stands still.", 0.2))
-        body.get_by_role("alert").get_by_text("JT1: likely cause: blocked joint. Joint 1 stands still.").wait_for()
+        session.body.tell(DivergenceAlarm(1.0, 1, 0.5, 0.2, DivergenceCause.BLOCKED, "joint 1 stands still", 0.2))
+        body.get_by_role("alert").get_by_text("JT1: likely cause: blocked joint; joint 1 stands still").wait_for()
         body.get_by_role("button", name="Look").click()
         until(shown, "!app.playback.following && Math.abs(app.playback.time - 0.2) < 1e-6")
         assert body.get_by_role("button", name="RESYNC", exact=True).is_enabled()

@@ -90,5 +90,5 @@ test("the body, its reports and an alarm in words", () => {
   const counts = { received: 900, lost: 2, reordered: 1 };
   expect(countsOf({ counts, rate: 99.7, delay: 0.21, offset: -0.004 })).toBe(
     "900 reports, 100 a second, 2 lost, 1 reordered, 210 ms old on arrival, its clock is 4 ms behind");
-  expect(alarmOf({ t: 3, joint: 2, cause: "payload", detail: "2.0 kg more." })).toBe("3.00 s, JT2: likely cause: payload. 2.0 kg more.");
+  expect(alarmOf({ t: 3, joint: 2, cause: "payload", detail: "2.0 kg more." })).toBe("3.00 s, JT2: likely cause: payload; 2.0 kg more.");
 });

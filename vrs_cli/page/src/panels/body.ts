@@ -22,14 +22,14 @@ export function makeBody(commands: Commands, slot: HTMLElement): Part {
   const [said, past] = [h("div", { role: "alert" }), h("ul", { class: "list" })];
   const look = button("Look", () => app.playback.seek(measured.alarms.at(-1)!.since), { title: "Show the time at which the difference began" });
   const close = button("Close", () => ((measured.alarms = []), app.wake()), { class: "quiet", title: "Take the alarms away" });
-  const alarm = h("div", { class: "note bad", hidden: true }, said, h("div", { class: "row" }, look, close));
+  const alarm = h("div", { class: "note bad", hidden: true }, said);
   const resync = button("RESYNC", () => commands.command("RESYNC"), {
     hidden: true, title: "The body holds, the timeline goes to where it is measured and on to its goal, and the body follows again",
   });
-  const panel = h("section", { class: "delays body", "aria-label": "Body", hidden: true }, alarm,
+  const panel = h("section", { class: "delays body", "aria-label": "Body", hidden: true }, alarm, h("div", { class: "row" }, resync, look, close),
     h("ul", { class: "legend", "aria-label": "Appearances of the arm" }, h("li", {}, h("span", { class: "swatch virtual" }), "virtual"), predicted,
       h("li", {}, h("span", { class: "swatch measured" }), h("b", { text: "measured" }), where)),
-    h("div", { class: "row" }, h("details", {}, who, counts, past), resync));
+    h("details", {}, who, counts, past));
   slot.append(panel);
   const change = new Change(PERIOD, () => app.wake());
   let life: string | undefined;
@@ -56,7 +56,7 @@ export function makeBody(commands: Commands, slot: HTMLElement): Part {
       put(who, body ? bodyOf(body) : "no body");
       put(counts, body ? countsOf(body) : "");
       const last = alarms.at(-1);
-      alarm.hidden = !last;
+      alarm.hidden = look.hidden = close.hidden = !last;
       put(said, last ? alarmOf(last) : "");
       past.replaceChildren(...alarms.slice(0, -1).reverse().map((one) => h("li", { text: alarmOf(one) })));
     },
@@ -85,4 +85,4 @@ export function countsOf({ counts = {}, rate = 0, delay = 0, offset = 0 }: Messa
 }
 
 /** Returns an alarm in words. */
-export const alarmOf = ({ t, joint, cause, detail }: Message): string => `${t.toFixed(2)} s, JT${joint}: likely cause: ${cause}. ${detail}`;
+export const alarmOf = ({ t, joint, cause, detail }: Message): string => `${t.toFixed(2)} s, JT${joint}: likely cause: ${cause}; ${detail}`;
