@@ -197,3 +197,28 @@ def test_what_is_wrong_with_a_twin_is_told(
     arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert said in out_of(capsys, *TWIN, *arguments, status=2)
+
+
+# --- study -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_study_goes_on_where_it_was(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("s.toml").write_text("trials = 1\n[[condition]]\nname = 'a'\n[[condition]]\nname = 'b'\nforward = '200ms'\n")
+    dry = ("experiment", "study", "s.toml", "--dry-run")
+    assert out_of(capsys, *dry).startswith("P001: 2 of 2 trials to do; results: s.dry.csv\n")
+    rows = Path("s.dry.csv").read_text().splitlines(keepends=True)
+    Path("s.dry.csv").write_text("".join(rows[:-1]) + rows[-1][:9])
+    assert out_of(capsys, *dry).startswith("P001: 1 of 2 trials to do")
+    assert out_of(capsys, *dry).startswith("P002: 2 of 2 trials to do")
+    found = json.loads(out_of(capsys, *dry, "--participant", "2", "--json"))
+    assert [(row["condition"], row["trials"], row["reached"]) for row in found["rows"]] == [
+        ("a", 2, 1.0),
+        ("b", 2, 1.0),
+    ]
+    assert "which study?" in out_of(capsys, "experiment", "study", status=2)
+    assert "nowhere.toml" in out_of(capsys, "experiment", "study", "nowhere.toml", status=2)
+    assert "--dry-run is of vrs experiment study" in out_of(capsys, "experiment", "delays", "--dry-run", status=2)
+    assert "one argument too many: s.toml" in out_of(capsys, "experiment", "delays", "s.toml", status=2)

@@ -70,6 +70,10 @@ OWN_DEFAULTS: dict[str, object] = {  # of options that not every experiment has
     "viewer": (),
     "controller": (),
     "scenario": None,
+    "file": None,
+    "participant": None,
+    "out": None,
+    "dry_run": False,
 }
 EXPERIMENTS: dict[str, Experiment] = {
     "delays": Experiment(None, ("lead", "policy", "seeds", "seconds", "rate", "plot"), {}),
@@ -83,6 +87,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         ("lead", "policy", "scenario", "seeds", "seconds", "plot"),
         {"lead": (0.2, 0.6), "policy": ("ABORT",), "seeds": 2, "seconds": 40.0},
     ),
+    "study": Experiment("experiment_study", ("file", "participant", "out", "dry_run"), {}),
 }
 CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
 
@@ -98,7 +103,9 @@ def experiment(options: Namespace) -> int:
         if name not in kind.options:
             if getattr(options, name) is not None:
                 others = " and ".join(what for what, one in EXPERIMENTS.items() if name in one.options)
-                raise CommandLineError(f"--{name} is of vrs experiment {others}", "leave it out")
+                if name == "file":
+                    raise CommandLineError(f"one argument too many: {options.file}", f"see {options.prog} --help")
+                raise CommandLineError(f"--{name.replace('_', '-')} is of vrs experiment {others}", "leave it out")
         elif getattr(options, name) is None:
             setattr(options, name, kind.defaults.get(name, default))
     if kind.module is None:
@@ -156,6 +163,9 @@ late, in fixed scenarios, beside those of vrs. docs/experiment.md says which two
 
 twin lets a simulated body follow the timeline, and disturbances befall it: what is seen, beside where the body is.
 
+study is for people: they drive under several delays, in the order of a Latin square, and times and errors go to a CSV
+file under pseudonyms. After a kill the same command goes on with the next trial.
+
 {KINDS}
   vrs experiment delays
   vrs experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
@@ -163,8 +173,13 @@ twin lets a simulated body follow the timeline, and disturbances befall it: what
   vrs experiment delays --plot delays.svg
   vrs experiment methods --viewer smooth.py:Smooth --controller mine:Controller
   vrs experiment twin --scenario payload storm.toml --plot twin.svg
+  vrs experiment study study.toml --participant 3
 """,
     option("what", metavar="EXPERIMENT", nargs="?", choices=(*EXPERIMENTS,), help=f"{', '.join(EXPERIMENTS)}"),
+    option("file", metavar="FILE.toml", nargs="?", help="of study: its conditions and its task"),
+    option("--participant", metavar="N", type=size, help="of study: who drives (default: the next who is not done)"),
+    option("--out", metavar="FILE.csv", help="of study: the results (default: FILE.csv, of --dry-run FILE.dry.csv)"),
+    option("--dry-run", action="store_true", default=None, help="of study: a scripted participant, in virtual time"),
     option("--viewer", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
     option("--controller", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
     option(

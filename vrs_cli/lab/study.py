@@ -1,0 +1,406 @@
+"""A user study: who does which trials in which order, when a trial is over, and the file of results.
+
+Participants drive a robot behind a line with delays, under several conditions; each begins with another condition.
+Nothing here waits or connects: `Judge` is told where the tool is, and `DryRun` is a scripted participant in virtual
+time.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import tomllib
+from binascii import crc32
+from collections import deque
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from math import dist
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from vrs_cli.api.robot import Robot
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError, did_you_mean
+from vrs_cli.files.atomic import sync
+from vrs_cli.kinematics.data_reader import PLAIN, POSITIVE, DataReader
+from vrs_cli.kinematics.joints import Joints, put_inside
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Vector
+from vrs_cli.lab.delays import random_place
+from vrs_cli.net.delay_line import DelayError, DelayWays, parse_delays
+
+TASKS = ("target", "pick")
+HOLD = 0.5  # [s] that the tool stays at a place, until that counts
+FARTHER = 4.0  # times the tolerance: so far are two places of a trial from each other, at least
+MOST = 1000  # trials under a condition, and participants
+TRIES = 1000  # random places of which one is far enough
+KEYS = ("robot", "task", "trials", "tolerance", "timeout", "seed")
+CONDITION_KEYS = ("name", "forward", "backward")
+
+
+class Condition(Struct, frozen=True):
+    """Delays both ways under a name, as people write them: `gamma 200ms 80ms`."""
+
+    name: str
+    forward: str = "0"
+    backward: str = "0"
+
+    def ways(self, seed: int) -> DelayWays:
+        """Return the lines of this condition."""
+        return DelayWays(parse_delays(self.forward), parse_delays(self.backward), seed)
+
+
+class Study(Struct, frozen=True):
+    """What is asked of participants. `trials`: under each condition; `tolerance` [m]; `timeout` [s]; `mark`: of the
+    file that says all this.
+    """
+
+    robot: str
+    task: str
+    trials: int
+    tolerance: float
+    timeout: float
+    seed: int
+    conditions: tuple[Condition, ...]
+    mark: str
+
+
+class Stage(NamedTuple):
+    """A part of a trial: the tool is brought to a place [m, in the world], which these joints reach [rad, m]. `hand`:
+    closed or open there; None: either.
+    """
+
+    place: Vector
+    joints: Joints
+    hand: str | None = None
+
+
+class StudyTrial(NamedTuple):
+    """One trial of a participant; `number` counts from 1 through all conditions."""
+
+    number: int
+    condition: Condition
+    stages: tuple[Stage, ...]
+
+
+class StudyResult(NamedTuple):
+    """A row of the results: metres and seconds become mm and s there.
+
+    `reached`: in time; `time` [s]: until the tool came to the last place, or until the end. `error` [m]: how far from
+    that place it was at the end. `path`: the way of the tool, `direct`: the distance from place to place [m].
+    `entries`: how often the tool came within the tolerance; more than one a stage is an overshoot.
+    """
+
+    reached: bool
+    time: float
+    error: float
+    path: float
+    direct: float
+    entries: int
+
+
+def load_study(path: Path) -> Study:
+    """Read the TOML file of a study. Raises NonexistentFile, FileError, FileDamaged, and what is wrong with a robot."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except FileNotFoundError:
+        raise NonexistentFile(str(path)) from None
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise FileDamaged(f"{path}: {error}", "a study is a TOML file") from None
+    reader = DataReader(str(path), human=True)
+    table = reader.table(data, "the file", ("condition",), KEYS)
+    task = reader.word(table.get("task", TASKS[0]), "task")
+    if task not in TASKS:
+        raise reader.wrong("task", f"{task!r} is none", did_you_mean(task, TASKS, f"one of {', '.join(TASKS)}"))
+    robot = reader.word(table.get("robot", "puma560"), "robot")
+    try:
+        load_robot(robot)
+    except VrsError as error:
+        raise reader.wrong("robot", str(error), "a robot's name (vrs robots), or its TOML or URDF file") from None
+    rows = table["condition"]
+    if not isinstance(rows, list) or not 1 <= len(rows) <= MOST:
+        raise reader.wrong("condition", "is not a list of tables", "write [[condition]] with name, forward, backward")
+    conditions = tuple(_condition(reader, row, f"condition {k}") for k, row in enumerate(rows, 1))
+    names = [one.name for one in conditions]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise reader.wrong("condition", f"there are two of the name {twice!r}", "give each a name of its own")
+    return Study(
+        robot,
+        task,
+        _whole(reader, table, "trials", 5, 1),
+        reader.number(table.get("tolerance", 10.0), "tolerance", POSITIVE) / 1e3,
+        reader.number(table.get("timeout", 60.0), "timeout", POSITIVE),
+        _whole(reader, table, "seed", 1, 0),
+        conditions,
+        f"{crc32(text.encode()):08x}",
+    )
+
+
+def _condition(reader: DataReader, row: object, key: str) -> Condition:
+    table = reader.table(row, key, ("name",), CONDITION_KEYS[1:])
+    texts = {name: reader.word(table.get(name, "0"), f"{key}: {name}") for name in CONDITION_KEYS}
+    for way in CONDITION_KEYS[1:]:
+        try:
+            parse_delays(texts[way])
+        except (DelayError, NonexistentFile) as error:
+            raise reader.wrong(f"{key}: {way}", error.detail, error.hint) from None
+    return Condition(**texts)
+
+
+def _whole(reader: DataReader, table: Mapping[str, object], name: str, usual: int, least: int) -> int:
+    value = reader.number(table.get(name, usual), name, PLAIN)
+    if value != int(value) or not least <= value <= MOST:
+        raise reader.wrong(name, f"{value:g} is none", f"give a whole number from {least} to {MOST}")
+    return int(value)
+
+
+# --- who does what ---------------------------------------------------------------------------------------------------
+
+
+def latin_order(count: int, participant: int) -> tuple[int, ...]:
+    """Return in which order participant 1, 2, ... has `count` conditions, counted from 0: the rows of a Latin square
+    that is balanced for what comes before (E. J. Williams, 1949). An odd count takes twice as many rows, the second
+    half backwards.
+    """
+    row, half = (participant - 1) % count, (participant - 1) // count
+    zigzag = [(k + 1) // 2 if k % 2 else -(k // 2) for k in range(count)]  # 0, 1, -1, 2, -2, ...
+    order = tuple((row + step) % count for step in zigzag)
+    return order[::-1] if count % 2 and half % 2 else order
+
+
+def pseudonym(participant: int) -> str:
+    """Return what a participant is called in the results."""
+    return f"P{participant:03d}"
+
+
+def study_trials(study: Study, participant: int) -> tuple[StudyTrial, ...]:
+    """Return all trials of a participant, in their order: the same whenever it is asked."""
+    robot, found = Robot(load_robot(study.robot), units="SI"), list[StudyTrial]()
+    for index in latin_order(len(study.conditions), participant):
+        random = Random(f"{study.seed} {participant} {index}")
+        last: Vector | None = None
+        for _ in range(study.trials):
+            stages = []
+            for hand in (None,) if study.task == "target" else ("closed", "open"):
+                last, joints = _far_place(robot, random, last, FARTHER * study.tolerance)
+                stages.append(Stage(last, joints, hand))
+            found.append(StudyTrial(len(found) + 1, study.conditions[index], tuple(stages)))
+    return tuple(found)
+
+
+def _far_place(robot: Robot, random: Random, last: Vector | None, farther: float) -> tuple[Vector, Joints]:
+    """Return a place of the tool that is far from the last one, and joints that reach it."""
+    for _ in range(TRIES):
+        joints = random_place(robot.held.arm.model, random)
+        x, y, z = robot.fk(joints).xyz.tolist()
+        if last is None or dist(last, (x, y, z)) >= farther:
+            return (x, y, z), joints
+    raise FileDamaged(f"no two places are {1e3 * farther:g} mm apart", "give a smaller tolerance")
+
+
+# --- when a trial is over --------------------------------------------------------------------------------------------
+
+
+class Judge:
+    """Watches a trial. `begin` [s]; all times of the robot's clock."""
+
+    def __init__(self, study: Study, trial: StudyTrial, begin: float) -> None:
+        self._tolerance, self._until = study.tolerance, begin + study.timeout
+        self._stages, self._begin, self._stage = trial.stages, begin, 0
+        self._last: Vector | None = None
+        self._since: float | None = None  # when the tool came to the place of the stage
+        self._inside = False
+        self._path = self._direct = self._error = 0.0
+        self._entries, self._now = 0, begin
+        self.over = False
+
+    @property
+    def stage(self) -> Stage:
+        """The stage that is to be done now."""
+        return self._stages[min(self._stage, len(self._stages) - 1)]
+
+    def take(self, t: float, tool: Vector, hand: float) -> None:
+        """Take where the tool is at t [s, m], and its hand (1 open, 0 closed)."""
+        if self._last is None:
+            places = [tool, *(stage.place for stage in self._stages)]
+            self._direct = sum(dist(a, b) for a, b in pairwise(places))
+        else:
+            self._path += dist(self._last, tool)
+        self._last, self._now = tool, t
+        self._error = dist(tool, self.stage.place)
+        inside = self._error <= self._tolerance
+        self._entries += inside and not self._inside
+        self._inside = inside
+        done = inside and (self.stage.hand is None or (self.stage.hand == "open") is (hand > 0.5))
+        self._since = (t if self._since is None else self._since) if done else None
+        if self._since is not None and t - self._since >= HOLD:
+            self._stage += 1
+            if self._stage == len(self._stages):
+                self.over = True
+                return
+            self._since, self._inside = None, False
+        if t >= self._until:
+            self.over = True
+
+    def result(self) -> StudyResult:
+        """Return what came of it, or of what there was of it."""
+        reached = self._stage == len(self._stages)
+        time = (self._since if reached and self._since is not None else self._now) - self._begin
+        return StudyResult(reached, time, self._error, self._path, self._direct, self._entries)
+
+
+# --- the file of results ---------------------------------------------------------------------------------------------
+
+COLUMNS = (
+    *("study", "participant", "trial", "condition", "task", "x_mm", "y_mm", "z_mm"),
+    *("reached", "time_s", "error_mm", "path_mm", "direct_mm", "entries"),
+)
+
+
+class Results:
+    """The CSV file of a study: a row for each trial, on the disk before the next one begins.
+
+    A row that was cut by a kill is dropped, and its trial done again. Raises FileError; FileDamaged for a file of
+    another study.
+    """
+
+    def __init__(self, path: Path, study: Study) -> None:
+        self.path, self._study = path, study
+        try:
+            data = path.read_bytes() if path.exists() else b""
+            whole = data[: data.rfind(b"\n") + 1]
+            if whole != data:
+                with path.open("r+b") as stream:
+                    stream.truncate(len(whole))
+        except OSError as error:
+            raise FileError(f"{path}: {error.strerror}") from None
+        rows = list(csv.reader(io.StringIO(whole.decode("utf-8", "replace"))))
+        if rows and tuple(rows[0]) != COLUMNS:
+            raise FileDamaged(f"{path} holds no results of a study", "give another file with --out")
+        if any(len(row) != len(COLUMNS) or not row[2].isdecimal() for row in rows[1:]):
+            raise FileDamaged(f"{path} has a row that is none of a study", "give another file with --out")
+        if other := next((row[0] for row in rows[1:] if row[0] != study.mark), None):
+            hint = "the file of the study was changed: give another file with --out"
+            raise FileDamaged(f"{path} has results of another study ({other}, not {study.mark})", hint)
+        self._rows = [(row[1], int(row[2])) for row in rows[1:]]
+        if not rows:
+            self._append(COLUMNS)
+
+    def done(self, participant: int) -> frozenset[int]:
+        """Return the numbers of the trials that a participant has done."""
+        return frozenset(number for name, number in self._rows if name == pseudonym(participant))
+
+    def next_participant(self, trials: int) -> int:
+        """Return the first participant who has not done so many trials."""
+        return next(number for number in range(1, MOST + 1) if len(self.done(number)) < trials)
+
+    def add(self, participant: int, trial: StudyTrial, it: StudyResult) -> None:
+        """Append a row, and wait until it is on the disk. Raises FileError."""
+        name, target = pseudonym(participant), trial.stages[-1].place
+        lengths = (f"{1e3 * x:.1f}" for x in (it.error, it.path, it.direct))
+        self._append(
+            (
+                *(self._study.mark, name, str(trial.number), trial.condition.name, self._study.task),
+                *(f"{1e3 * x:.1f}" for x in target),
+                *(str(int(it.reached)), f"{it.time:.3f}", *lengths, str(it.entries)),
+            )
+        )
+        self._rows.append((name, trial.number))
+
+    def _append(self, row: tuple[str, ...]) -> None:
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerow(row)
+        try:
+            with self.path.open("ab") as stream:
+                stream.write(text.getvalue().encode())
+                sync(stream)
+        except OSError as error:
+            raise FileError(f"{self.path}: {error.strerror}") from None
+
+
+# --- a scripted participant ------------------------------------------------------------------------------------------
+
+TICK = 0.05  # [s]
+REACTION = (0.6, 1.4)  # [s] from what is seen to a command, at least and at most
+MISSES, TREMBLES = 0.04, 0.001  # standard deviation: of the way of a joint, and [rad, m] beside that
+STILL = 1e-9  # [rad, m] from tick to tick: the robot is seen to stand
+
+
+class DryRun:
+    """A scripted participant in virtual time, who sees the robot D_b late, waits until it stands, and commands the next
+    step, which arrives D_f later.
+    """
+
+    def __init__(self, study: Study, participant: int) -> None:
+        self._study, self._random = study, Random(f"{study.seed} {participant} hands")
+        self._robot = Robot(load_robot(study.robot), units="SI")
+        self._t = 0.0
+
+    def do(self, trial: StudyTrial) -> StudyResult:
+        """Do one trial."""
+        begin = self._t
+        judge = Judge(self._study, trial, begin)
+        forward, backward = trial.condition.ways(self._study.seed).lines(trial.number)
+        frames, commands = (
+            deque[tuple[float, Joints]](),
+            deque[tuple[float, Joints, str | None]](),
+        )  # and when they come
+        before: Joints | None = None
+        seen: Joints | None = None
+        ready = begin
+        while not judge.over:
+            while commands and commands[0][0] <= self._t:
+                self._command(*commands.popleft())
+            here = self._robot.where(self._t)
+            x, y, z = here.xyz.tolist()
+            judge.take(self._t, (x, y, z), float(here.hand))
+            arrived = backward.arrival(self._t)
+            frames.append((arrived, tuple(here.joints.tolist())))
+            while frames and frames[0][0] <= self._t:
+                before, seen = seen, frames.popleft()[1]
+            stands = (
+                before is not None
+                and seen is not None
+                and max(abs(a - b) for a, b in zip(before, seen, strict=True)) < STILL
+            )
+            if stands and self._t >= ready and seen is not None:
+                arrival = forward.arrival(self._t)
+                commands.append((arrival, self._aim(seen, judge.stage.joints), judge.stage.hand))
+                ready = arrival + (arrived - self._t) + self._random.uniform(*REACTION)
+            self._t += TICK
+        return judge.result()
+
+    def _aim(self, seen: Joints, goal: Joints) -> Joints:
+        """Return where the participant sends the robot."""
+        model = self._robot.held.arm.model
+        aimed = (b + self._random.gauss(0.0, MISSES * abs(b - a) + TREMBLES) for a, b in zip(seen, goal, strict=True))
+        return put_inside(tuple(aimed), model.lower, model.upper)
+
+    def _command(self, t: float, aim: Joints, hand: str | None) -> None:
+        """Let a command arrive at t [s]: a motion, and at its end the hand."""
+        robot = self._robot
+        if t > robot.now:
+            robot.do(f"DELAY {t - robot.now:.6f}")
+        robot.move(aim)
+        if hand is not None:
+            robot.do("OPENI" if hand == "open" else "CLOSEI")
+
+
+def results_summary(path: Path) -> Iterator[tuple[str, int, float, float | None, float]]:
+    """Yield for each condition of a file of results how many trials it has, the share that was reached, and the means
+    of time [s] (of those) and error [mm]. Raises FileError.
+    """
+    try:
+        rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror}") from None
+    for name in dict.fromkeys(row["condition"] for row in rows):
+        some = [row for row in rows if row["condition"] == name]
+        times = [float(row["time_s"]) for row in some if row["reached"] == "1"]
+        mean = sum(times) / len(times) if times else None
+        yield name, len(some), len(times) / len(some), mean, sum(float(row["error_mm"]) for row in some) / len(some)
