@@ -9,6 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from copy import copy
 from functools import partial
+from math import inf
 from random import Random
 from typing import Literal, NamedTuple, Protocol
 
@@ -38,8 +39,8 @@ CAUSES = {
 
 
 class Outcome(NamedTuple):
-    """The alarm of a fault, and how long it took from the first residual beyond 5 standard deviations on [s]; None:
-    the fault showed nothing, or no alarm came. `false`: how many came before the fault.
+    """The alarm of a fault, and how long it took from the first residual beyond 5 standard deviations on [s], infinite
+    if none came; None: the fault showed nothing. `false`: how many came before the fault.
     """
 
     alarm: DivergenceAlarm | None
@@ -158,7 +159,7 @@ class Course:
                         exceeded = one.t
             for alarm in self.watched(reports):
                 return Outcome(alarm, None if exceeded is None else t + BACK - exceeded)
-        return Outcome(None, None)
+        return Outcome(None, None if exceeded is None else inf)
 
     def _begins(self, name: str, gave: bool) -> bool:
         """Return whether a fault can show now: a command came, or all joints move."""
@@ -226,7 +227,7 @@ def main(what: Literal["faults", "healthy"], count: int = 60, kind: Kind = "serv
             right = sum(one.alarm is not None and one.alarm.cause is cause for one in found)
             times = [one.after for one in found if one.after is not None]
             false = sum(one.false for one in found)
-            late = sum(one.alarm is None or (one.after or 0.0) > IN_TIME for one in found)
+            late = sum((one.after or 0.0) > IN_TIME for one in found)
             named = Counter(one.alarm.cause.value if one.alarm else "no alarm" for one in found)
             print(f"{name}: cause right {right} of {count}, {late} too late, median {np.median(times):.2f} s,", end=" ")
             print(

@@ -8,6 +8,7 @@ from random import Random
 
 import numpy as np
 
+from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError
@@ -74,18 +75,20 @@ def load_torque(arm: RobotArm, q: tuple[float, ...], qd: tuple[float, ...], qdd:
 
 
 class Commands:
-    """An operator who gives random motions, some while others are under way, from a seed."""
+    """An operator who gives random motions, some while others are under way, from a seed. `soon`: how early [s]."""
 
-    def __init__(self, seed: int, name: str = "puma560") -> None:
-        self._random = Random(seed)
-        self.engine = Engine(load_robot(name))
-        self.engine.clock.realtime = True
+    def __init__(self, seed: int, engine: Engine | None = None, soon: float = SOON) -> None:
+        self._random, self._soon = Random(seed), soon
+        self.engine = Engine(load_robot("puma560")) if engine is None else engine
+        if engine is None:
+            self.engine.clock.realtime = True
         self.next = 0.5
 
     def until(self, t: float) -> bool:
         """Let time go on to t [s]; return whether a command was given."""
         engine, random = self.engine, self._random
-        engine.clock.set(t)
+        if not isinstance(engine.clock, WallClock):
+            engine.clock.set(t)
         if t < self.next:
             return False
         model = engine.model
@@ -96,7 +99,7 @@ class Commands:
             goal.append(min(max(q + way, low + 0.1), high - 0.1))
         try:
             engine.perform(
-                Move(JointTarget(tuple(goal)), False, speed=random.uniform(0.2, 1.0), stamp=Stamp(SOON, True))
+                Move(JointTarget(tuple(goal)), False, speed=random.uniform(0.2, 1.0), stamp=Stamp(self._soon, True))
             )
         except MotionError:
             return False

@@ -204,11 +204,11 @@ class RobotBody:
         self._lock.notify_all()
 
     def check_reports(self) -> None:
-        """Check that somebody reports where the body is. Raises RequestRefused."""
+        """Check that somebody reports where the body is, or has just become the body. Raises RequestRefused."""
         last, since = self._last, self.unknown_since
-        if last is None:
-            what = f"{self.name} has not reported anything" if self.name else "nothing measures this robot"
-            raise RequestRefused(what, "vrs body URL starts a body, r.report reports for a robot of this process")
+        if last is None and not self.name:
+            hint = "vrs body URL starts a body, r.report reports for a robot of this process"
+            raise RequestRefused("nothing measures this robot", hint)
         if since is not None and (self.name or self.reporter):
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 PARAMETER = "DIVERGENCE"  # has the name of an OnAlarm
 STANDS_WITHIN = 5.0  # [s] a body that is told to hold stands still, and its reports of that have come
-MARGIN = 0.1  # [s] added to the delay of reports: in that time an order to follow gets to the body
+DELAYS, MARGIN = 2.0, 0.1  # times the delay of reports, and [s]: in that time an order to follow gets to the body
 NEAR = 5e-3  # [rad, m] a body that enters so near to the timeline follows it at once
 AGAIN_AFTER = 10.0  # [s] an alarm that comes sooner after RESYNC is one that RESYNC does not help against
 # a body that differs for one of these is brought back by RESYNC; a blocked joint or a payload would stay
@@ -128,7 +128,7 @@ class DivergenceGuard:
         if report.mode is BodyMode.STOPPED and not stops:
             what = f"{body.name or 'the body'} has stopped by itself"
             raise RequestRefused(what, "end its emergency stop first, or RESYNC STOP goes to where it stands")
-        leaves = self._engine.now + body.clock.delay + MARGIN if body.name else 0.0
+        leaves = self._engine.now + DELAYS * body.clock.delay + MARGIN if body.name else 0.0
         done = self._engine.resync(report.joints, stops=stops, leaves=leaves, issued=issued)
         body.command(BodyMode.FOLLOWS, done.until)
         body.tell(done)
