@@ -269,7 +269,7 @@ def outcome(name: str, seed: int) -> Outcome:
     follows = 0
     while follows < round(LASTING / STEP):
         course.step(gives=False)
-        g = joints_at(engine.arm, engine.timeline, course.now)
+        g = joints_at(engine.arm, engine.timeline, course.arm.time - course.outage)  # its last step may end later
         near = np.abs(np.subtract(course.arm.joints, g)).max() < FOLLOWS
         follows = follows + 1 if near and course.arm.mode is BodyMode.FOLLOWS else 0
         if course.wall > course.alarm + 30.0:
