@@ -157,7 +157,7 @@ class _People:
         child = self._line.enter_context(_child("delay", self._at, self._server, *ways, "--quiet", end=Popen.kill))
         at = _first_line(child).split()[0]
         if self._at == "0":
-            page = f"in a browser, http://{at}/, or " if BUILT_PAGE.exists() else ""
+            page = f"in a browser, http://{at}/view/arm, or " if BUILT_PAGE.exists() else ""
             self._tell(f"Drive the robot {page}at a prompt: vrs connect ws://{at}")
             self._at = at
         else:
