@@ -31,6 +31,8 @@ _HOMES = {  # where each public name is
     "ProgramFailed": "vrs_cli.api.answers",
     "Change": "vrs_cli.api.changes",
     "Measured": "vrs_cli.api.measured",
+    "Model": "vrs_cli.api.model",
+    "robots": "vrs_cli.api.model",
     "Preview": "vrs_cli.api.posture",
     "Predictor": "vrs_cli.lab.methods",
     "RemoteController": "vrs_cli.lab.methods",

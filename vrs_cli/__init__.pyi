@@ -10,6 +10,8 @@ from vrs_cli.api.lerobot import LeRobotArm as LeRobotArm
 from vrs_cli.api.location import Location as Location
 from vrs_cli.api.location import trans as trans
 from vrs_cli.api.measured import Measured as Measured
+from vrs_cli.api.model import Model as Model
+from vrs_cli.api.model import robots as robots
 from vrs_cli.api.notebook import load_ipython_extension as load_ipython_extension
 from vrs_cli.api.posture import Posture as Posture
 from vrs_cli.api.posture import Preview as Preview

@@ -18,6 +18,7 @@ from vrs_cli.api.changes import Change, hear
 from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, local_port
 from vrs_cli.api.location import Floats, Location, Units, number, numbers
 from vrs_cli.api.measured import Measured
+from vrs_cli.api.model import Model
 from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
@@ -36,9 +37,10 @@ from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import Ends, load_robot
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, compose
+from vrs_cli.kinematics.transform import inverse as invert
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
@@ -64,6 +66,8 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
 
 SCENE_HEIGHT = 420  # [px] below a cell
+MAX_METRES = 3.0  # [mm] of a target from the origin: no arm is there, and whoever writes it means metres
+NEAR = 10.0  # [degrees] that joints change by: so small ones may be meant
 MOST_SAMPLES = 5_000_000  # of 256 bytes each
 
 
@@ -122,7 +126,8 @@ class Robot:
     # --- motions ---
 
     def move(self, *to: ArrayLike | Location, at: float | None = None, speed: float | None = None) -> Robot:
-        """Go to joints, or to a Location, joint-interpolated: `move(0, -45, 180, 0, 45, 0)`, `move(trans(...))`.
+        """Go to joints, or to a Location, joint-interpolated: `move(0, -45, 180, 0, 45, 0)`, `move(trans(...))`. A
+        matrix (4, 4) [m] is a Location. Warns where degrees and radians, or mm and metres, seem to be mixed up.
 
         It begins after the last motion, or `at` a time [s], in the middle of another if need be. `speed`: percent of
         nominal, up to 100, for this motion alone. Raises MotionError, IllegalValue, ValueError, TypeError.
@@ -157,13 +162,30 @@ class Robot:
 
     def _target(self, to: tuple[ArrayLike | Location, ...]) -> tuple[PoseTarget | JointTarget, str]:
         """Return the target of a motion, and its text in VAL-II."""
-        given = to[0] if len(to) == 1 else to
+        given = self._location(to[0] if len(to) == 1 else to)
         if isinstance(given, Location):
             T = given.transform
+            if self.units is Units.VAL and 0.0 < max(map(abs, (T.px, T.py, T.pz))) <= MAX_METRES / 1000.0:
+                warnings.warn(f'{given} is in mm: trans(..., units="SI") takes metres', stacklevel=4)
             return PoseTarget(T), f"TRANS({', '.join(map(plain, numbers_of(T)))})"
         joints = self._joints(given, "joints")
+        if self._looks_like_radians(np.array(joints) * self._scales):
+            warnings.warn('joints are in degrees: Robot(units="SI") takes radians', stacklevel=4)
         shown = ", ".join(plain(x) for x in numbers_of(joints, self._model.units))
         return JointTarget(joints), f"#PPOINT({shown})"
+
+    def _location(self, given: object) -> object:
+        """A matrix (4, 4) [m], or (N, 4, 4), as the Location that it is; all else as it is."""
+        if isinstance(given, np.ndarray) and given.ndim > 1 and given.shape[-2:] == (4, 4):
+            return Location.from_matrix(given, self.units)
+        return given
+
+    def _looks_like_radians(self, row: Floats) -> bool:
+        """Whether joints were computed (more than three decimals), are at most a turn in radians, and far from here."""
+        if self.units is Units.SI or not row.any() or np.abs(row).max() > 2.0 * np.pi:
+            return False
+        here = np.array(self._robot.at().joints) * self._scales
+        return bool((np.abs(np.round(row, 3) - row) > 1e-9).any() and np.abs(row - here).max() > NEAR)
 
     def follow(self, times: ArrayLike, joints: ArrayLike, *, speed: float | None = None) -> FollowReport:
         """Follow a chunk of joints (N, n) at increasing `times` (N,) [s of the robot's clock], such as a policy sends.
@@ -249,11 +271,14 @@ class Robot:
         """Return where it is `rate` times a second, from the first motion to the exact end of the last, or between two
         times.
 
-        Raises ValueError for a rate that is none, or one that gives more rows than memory holds.
+        Raises ValueError for a rate that is none, or one that gives more rows than memory holds, and for an end before
+        the start.
         """
         timeline, asked = self.timeline, number(rate, "rate")
         begin = timeline.start if start is None else number(start, "start")
         last = timeline.end if end is None else number(end, "end")
+        if last < begin:
+            raise ValueError(f"end: {last:g} s is before the start, {begin:g} s")
         if not asked > 0.0 or not (last - begin) * asked < MOST_SAMPLES:
             raise ValueError(f"rate: more than 0 and at most {MOST_SAMPLES} samples in all, not {rate}")
         times = begin + np.arange(max(np.ceil((last - begin) * asked), 0.0)) / asked
@@ -342,12 +367,51 @@ class Robot:
 
     # --- kinematics ---
 
-    def fk(self, joints: ArrayLike | None = None) -> Location:
-        """The tool tip in the world: of joints (n,) or (N, n), or where the robot is now."""
-        return forward(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
+    @property
+    def model(self) -> Model:
+        """What the robot is: `model.limits` (n, 2), `.dof`, `.names`, `.poses`, in the units of this robot."""
+        return Model.of(self._model, self.units)
 
-    def ik(self, location: Location) -> Ways:
-        """Return all ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n)."""
+    @property
+    def joints(self) -> Floats:
+        """(n,): the joints now."""
+        return self.where().joints
+
+    @property
+    def tool(self) -> Location:
+        """The tool tip as the flange sees it. Give it another, a Location or (4, 4) [m], to change tools: the robot
+        does that in turn, after the motions that are commanded.
+        """
+        return Location.of(self._robot.frames.tool, self.units)
+
+    @tool.setter
+    def tool(self, location: Location | ArrayLike) -> None:
+        found = self._location(location)
+        if not isinstance(found, Location):
+            raise TypeError(f"tool: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {location!r}")
+        self._do(f"TOOL TRANS({', '.join(map(plain, numbers_of(found.transform)))})")
+
+    def fk(self, joints: ArrayLike | None = None, *, link: int | None = None) -> Location:
+        """The tool tip in the world: of joints (n,) or (N, n), or where the robot is now. `link`: the frame of that
+        link instead, 0 (the base) to n (the flange); joint i turns about z of frame i - 1. Raises ValueError.
+        """
+        q = self._any_joints(joints)
+        if link is None:
+            return forward(self._robot.arm, self._robot.frames, q, self.units)
+        if link not in range(self._model.joint_count + 1):
+            raise ValueError(f"link: 0 (the base) to {self._model.joint_count} (the flange) is wanted, not {link!r}")
+        T_world_robot = invert(self._robot.frames.base)
+        rows = [
+            compose(T_world_robot, link_frames(self._model, tuple(row))[link])
+            for row in q.reshape(-1, q.shape[-1]).tolist()
+        ]
+        return Location(np.array(rows).reshape(*q.shape[:-1], 3, 4), self.units)
+
+    def ik(self, location: Location | ArrayLike) -> Ways:
+        """Return all ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n). A
+        location may be a matrix (4, 4) or (N, 4, 4) [m].
+        """
+        location = self._location(location)  # type: ignore[assignment]
         if not isinstance(location, Location):
             raise TypeError(f"location: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {location!r}")
         return ways(self._robot.arm, self._robot.frames, location, self.units)
@@ -621,6 +685,7 @@ class Robot:
         return np.array(value) * self._scales if isinstance(value, tuple) else value
 
     def _value(self, name: str, given: float | str | Location | ArrayLike) -> Value:
+        given = self._location(given)  # type: ignore[assignment]
         if isinstance(given, Location):
             return given.transform
         if isinstance(given, str):

@@ -53,6 +53,7 @@ from vrs_cli.values.measured import Report
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.cells import cell_record
 
+MEASURED_SECONDS = 3600.0  # [s] of reports that stay in memory; the journal keeps all
 MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large
 LATELY = 1.0  # [s] in which a user counts as one who asks
 LARGEST = 50_000_000  # bytes of a file that is fetched
@@ -295,6 +296,7 @@ class ServedRobot:
                 self._journal.close()
 
     def _tell_measured(self, reports: Sequence[Report]) -> None:
+        self.session.engine.measured.forget_before(reports[-1].t - MEASURED_SECONDS)
         if self.broadcast.measure(reports):
             self.stirred()
 
