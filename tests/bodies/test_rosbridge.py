@@ -167,7 +167,7 @@ def test_an_order_to_hold_brakes_and_one_to_follow_goes_on() -> None:
     assert steps < 1.01 * TICK * max(PUMA.max_acceleration)
     run.body.order = BodyOrder(BodyMode.FOLLOWS, 3.0)  # nobody has resynchronised: it stays
     run.until(4.0)
-    assert run.body.reports[-1].mode is BodyMode.STOPPED
+    assert run.body.reports[-1].mode is BodyMode.HOLDS
     assert len(run.told) == 1
     assert "the arm does not follow: joint" in run.told[0]
     run.body.engine.stop()
@@ -189,7 +189,7 @@ def test_an_arm_that_stands_elsewhere_does_not_follow() -> None:
     run.move(*AWAY)
     run.until(3.0)
     assert not run.controller.received
-    assert {one.mode for one in run.body.reports} == {BodyMode.STOPPED}
+    assert {one.mode for one in run.body.reports} == {BodyMode.HOLDS}
     assert len(run.told) == 1
 
 
@@ -333,7 +333,7 @@ def test_a_goal_that_is_refused_is_sent_again_once_and_then_told() -> None:
     run.until(2.0)
     assert len(run.told) == 1
     assert "the controller refuses the trajectory: Action goal was rejected" in run.told[0]
-    assert run.body.reports[-1].mode is BodyMode.STOPPED
+    assert run.body.reports[-1].mode is BodyMode.HOLDS
     assert len(run.controller.received) == sent
     assert run.body.reports[-1].t > 1.9
 
@@ -356,5 +356,5 @@ def test_a_robot_that_is_paused_holds_its_arm() -> None:
     run.until(1.0)
     run.body.far.rate = None
     run.until(1.2)
-    assert run.body.reports[-1].mode is BodyMode.STOPPED
+    assert run.body.reports[-1].mode is BodyMode.HOLDS
     assert len(run.told) == 1

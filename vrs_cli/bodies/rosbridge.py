@@ -1,7 +1,7 @@
 """A body that is an arm of ros2_control: it sends each change of the timeline to joint_trajectory_controller, and
 reports its joint_states, both over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
 
-The arm follows the timeline only from where it is near it. Otherwise the body has stopped, until RESYNC has brought
+The arm follows the timeline only from where it is near it. Otherwise the body holds, until RESYNC has brought
 the timeline to the measured joints.
 """
 
@@ -87,11 +87,12 @@ class RosSettings(Struct, frozen=True):
 class RosArm:
     """The arm, as far as no socket is needed: what to send, and what becomes of what comes.
 
-    `mode`: what it reports that it does. `tell`: takes messages, each kind once in a connection.
+    `mode`: what it reports that it does; it holds too where it cannot follow, until RESYNC. `tell`: takes messages,
+    each kind once in a connection.
     """
 
     def __init__(self, body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
-        self.body, self.settings, self.mode = body, settings, BodyMode.STOPPED
+        self.body, self.settings, self.mode = body, settings, BodyMode.HOLDS
         self._tell, self._told = tell, set[str]()
         self._names = [one.name for one in settings.joints]
         self.begin(0.0)
@@ -137,7 +138,7 @@ class RosArm:
             return found + [self._sent(*one) for one in self._trajectories(now)]
         self.tell("rate", "the robot's clock does not run as fast as real time: the arm of ROS holds")
         points = self._hold(now) if self.mode is BodyMode.FOLLOWS else []
-        self.mode, self._starts = BodyMode.STOPPED, True
+        self.mode, self._starts = BodyMode.HOLDS, True
         return found + [self._sent(*one) for one in points]
 
     def _trajectories(self, now: float) -> list[Trajectory]:
@@ -159,7 +160,7 @@ class RosArm:
     def _follow(self, now: float) -> list[Trajectory]:
         far = self._apart()
         if far is not None:
-            self.mode = BodyMode.STOPPED
+            self.mode = BodyMode.HOLDS
             self._cut = inf
             self.tell(f"apart {self._order.at}", f"the arm does not follow: {far} (RESYNC brings both together)")
             return []
@@ -324,7 +325,7 @@ class RosArm:
         if self.mode is BodyMode.FOLLOWS and not self._retried:
             self._cut, self._retried, self._waiting = -inf, True, -inf
             return
-        self.mode = BodyMode.STOPPED
+        self.mode = BodyMode.HOLDS
         why = str(values.get("error_string") or values.get("error_code") or "no reason given")[:300]
         self.tell("refused", f"the controller refuses the trajectory: {why} (RESYNC makes the arm follow again)")
 
