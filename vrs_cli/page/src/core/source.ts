@@ -38,6 +38,7 @@ export interface Cell {
   scene: object;
 }
 
+const MEASURED_PERIOD = 0.2; // [s] between two looks at what is measured, where nothing else moves
 const RECALLED = 600; // [s] that are asked for at once
 
 /** A robot that is served. */
@@ -78,7 +79,11 @@ export class LiveSource implements Source {
     void this.connection.recall(before - RECALLED).finally(() => (this.recalling = false));
   }
   onChange(changed: () => void): () => void {
-    return this.connection.on(["change", "clock", "welcome", "state", "preview", "course", "contacts", "measurements", "shownmeasured", "bodystatus", "alarm"], changed);
+    let waits = 0;
+    const measured = (): void => void (waits ||= setTimeout(() => ((waits = 0), changed()), 1000 * MEASURED_PERIOD) as unknown as number);
+    const topics = ["change", "clock", "welcome", "state", "preview", "course", "contacts", "shownmeasured", "bodystatus", "alarm"];
+    const ends = [this.connection.on(topics, changed), this.connection.on("measurements", measured)];
+    return () => ends.forEach((end) => end());
   }
 }
 

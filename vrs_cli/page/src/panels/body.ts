@@ -8,7 +8,7 @@ import { assign, button, h, put } from "../dom";
 import type { Commands } from "./commands";
 
 const PERIOD = 200; // [ms] between two readings at least
-const OLD = 0.05; // [s]: the age of a report that is greater is said
+const OLD = 0.2; // [s]: the age of a report that is greater is said
 
 /** Makes the panel of the robot's body: where it is measured, who it is, alarms, and RESYNC where the server has it. It is
  * there once a body was. */
