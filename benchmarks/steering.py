@@ -57,7 +57,7 @@ def stream(engine: Engine, count: int) -> tuple[Steering, array[float]]:
     steering, times = Steering(engine), array("d")  # a list would weigh a tenth of what is measured
     for k in range(count):
         if k % KEPT == 0:
-            gc.freeze()  # as `vrs steer` does
+            gc.freeze()  # as `vrs lab steer` does
         target = swinging(engine.model.poses["ready"], k * PERIOD)
         before = process_time()
         steering.to(target, k * PERIOD)

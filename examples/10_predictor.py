@@ -1,4 +1,4 @@
-"""A viewer for `vrs experiment --viewer examples/10_predictor.py:DoubleExponential`: double exponential smoothing.
+"""A viewer for `vrs lab experiment --viewer examples/10_predictor.py:DoubleExponential`: double exponential smoothing.
 
 J. J. LaViola, Double exponential smoothing: an alternative to Kalman filter-based predictive tracking, Eurographics
 Workshop on Virtual Environments, 2003, pp. 199-206. It is as good as a Kalman filter for tracking, and much faster."""

@@ -15,6 +15,9 @@ TRIED = {  # words before the Tab key, and what completes the last of them
     "run --robot plan": ["planar2", "planar3"],
     "check here/p": ["here/pick.v2"],
     "serve --ser": [],
+    "export t --to np": ["npz"],
+    "lab st": ["steer"],
+    "lab steer --rel": ["--relative"],
 }
 COMPLETE = {
     "bash": 'source {file}; COMP_WORDS=(vrs {words}); COMP_CWORD={last}; _shtab_vrs; echo "${{COMPREPLY[@]}}"',
@@ -31,7 +34,7 @@ def test_a_shell_completes_what_is_typed(vrs: Vrs, tmp_path: Path, shell: str, w
     (tmp_path / "here").mkdir()
     (tmp_path / "here" / "pick.v2").touch()
     script = tmp_path / f"vrs.{shell}"
-    script.write_text(vrs("completion", shell).out)
+    script.write_text(vrs("tools", "completion", shell).out)
     line = COMPLETE[shell].format(file=script, words=words, last=len(words.split()))
     done = subprocess.run([program, "-c", line], capture_output=True, text=True, cwd=tmp_path, check=False)
     assert done.stdout.split() == TRIED[words], done.stderr
@@ -39,10 +42,10 @@ def test_a_shell_completes_what_is_typed(vrs: Vrs, tmp_path: Path, shell: str, w
 
 @pytest.mark.parametrize("shell", SHELLS)
 def test_every_subcommand_is_there(vrs: Vrs, shell: str) -> None:
-    ended = vrs("completion", shell)
+    ended = vrs("tools", "completion", shell)
     assert (ended.status, ended.err) == (0, "")
     assert all(word in ended.out for word in ("connect", "experiment", "select", "so100"))
 
 
 def test_a_shell_that_is_not_known(vrs: Vrs) -> None:
-    assert vrs("completion", "csh").err.startswith("vrs completion: shell: invalid choice: 'csh'")
+    assert vrs("tools", "completion", "csh").err.startswith("vrs tools completion: shell: invalid choice: 'csh'")

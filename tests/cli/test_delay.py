@@ -1,4 +1,4 @@
-"""`vrs delay` as a process between two others."""
+"""`vrs lab delay` as a process between two others."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def echo() -> Iterator[int]:
 @contextmanager
 def delayed(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """The process, and where it listens."""
-    command = (sys.executable, "-m", "vrs_cli", "delay", *arguments)
+    command = (sys.executable, "-m", "vrs_cli", "lab", "delay", *arguments)
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:
@@ -61,7 +61,7 @@ def test_what_is_sent_comes_back_later_and_a_signal_ends_it(number: signal.Signa
         assert process.returncode == (0 if number is signal.SIGINT else 143)
         assert "1: 127.0.0.1:" in out
         assert "1: over, 5 bytes there, 5 back" in out
-        assert err == ("" if number is signal.SIGINT else "vrs delay: terminated\n")
+        assert err == ("" if number is signal.SIGINT else "vrs lab delay: terminated\n")
 
 
 @pytest.mark.parametrize(
@@ -76,5 +76,5 @@ def test_what_is_sent_comes_back_later_and_a_signal_ends_it(number: signal.Signa
     ],
 )
 def test_what_is_wrong_is_told(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(("delay", *arguments)) == 2
+    assert run(("lab", "delay", *arguments)) == 2
     assert said in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""`vrs experiment delays`: tables, JSON and pictures; what is wrong with its options is told."""
+"""`vrs lab experiment delays`: tables, JSON and pictures; what is wrong with its options is told."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 
 from vrs_cli.cli.main import run
 
-SHORT = ("experiment", "delays", "--seeds", "2", "--seconds", "10")
-SHORTEST = ("experiment", "delays", "--seeds", "1", "--seconds", "5", "--rate", "2", "--jobs", "1")
+SHORT = ("lab", "experiment", "delays", "--seeds", "2", "--seconds", "10")
+SHORTEST = ("lab", "experiment", "delays", "--seeds", "1", "--seconds", "5", "--rate", "2", "--jobs", "1")
 
 
 def out_of(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> str:
@@ -101,7 +101,7 @@ def test_curves_are_drawn_into_a_picture(
     ],
 )
 def test_what_is_wrong_is_told(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert said in out_of(capsys, "experiment", *arguments, status=2)
+    assert said in out_of(capsys, "lab", "experiment", *arguments, status=2)
 
 
 def test_one_lead_is_no_curve(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_one_lead_is_no_curve(capsys: pytest.CaptureFixture[str], tmp_path: Path
 
 # --- methods ---------------------------------------------------------------------------------------------------------
 
-METHODS = ("experiment", "methods", "--seeds", "2", "--seconds", "5", "--rate", "10")
+METHODS = ("lab", "experiment", "methods", "--seeds", "2", "--seconds", "5", "--rate", "10")
 MINE = str(Path(__file__).parents[2] / "examples" / "10_predictor.py") + ":DoubleExponential"
 
 
@@ -136,7 +136,7 @@ def test_methods_as_json_have_all_figures(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_a_class_alone_is_tried(capsys: pytest.CaptureFixture[str]) -> None:
-    text = out_of(capsys, "experiment", "--viewer", MINE, *METHODS[2:], "--scenario", "stops", "--jobs", "1")
+    text = out_of(capsys, "lab", "experiment", "--viewer", MINE, *METHODS[3:], "--scenario", "stops", "--jobs", "1")
     assert "DoubleExponential" in text
 
 
@@ -147,7 +147,7 @@ def test_a_class_alone_is_tried(capsys: pytest.CaptureFixture[str]) -> None:
         (("--viewer", "vrs_cli.lab.methods:Nothing"), "has no class Nothing"),
         (("--controller", "direkt"), "'direkt' is no class"),
         (("--scenario", "wave"), "--scenario: no scenario is wave (did you mean waves?)"),
-        (("--lead", "0.2"), "--lead is of vrs experiment delays"),
+        (("--lead", "0.2"), "--lead is of vrs lab experiment delays"),
     ],
 )
 def test_what_is_wrong_with_methods_is_told(
@@ -163,12 +163,28 @@ def test_a_class_that_fails_in_another_process_is_told(capsys: pytest.CaptureFix
         "    def receive(self, t, joints): raise KeyError('x')\n    def predict(self, t): return 0\n"
     )
     said = out_of(capsys, *METHODS, "--viewer", f"{path}:Mine", "--jobs", "2", status=2)
-    assert said == f"vrs experiment: *Cannot be tried* {path}:Mine: receive(0.000) raised KeyError: 'x' (mine.py:3)\n"
+    assert (
+        said == f"vrs lab experiment: *Cannot be tried* {path}:Mine: receive(0.000) raised KeyError: 'x' (mine.py:3)\n"
+    )
 
 
 # --- twin ------------------------------------------------------------------------------------------------------------
 
-TWIN = ("experiment", "twin", "--robot", "ur5e", "--seeds", "1", "--seconds", "6", "--lead", "0.6", "--jobs", "1")
+TWIN = (
+    "lab",
+    "experiment",
+    "twin",
+    "--robot",
+    "ur5e",
+    "--seeds",
+    "1",
+    "--seconds",
+    "6",
+    "--lead",
+    "0.6",
+    "--jobs",
+    "1",
+)
 
 
 def test_a_twin_is_told_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -190,7 +206,7 @@ def test_a_twin_is_told_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path: 
         (("--scenario", "nowhere.toml"), "nowhere.toml"),
         (("--plot", "twin.png"), "--plot of twin wants a picture (--plot OUT.svg)"),
         (("--plot", "nowhere/twin.svg"), "nowhere"),
-        (("--rate", "10"), "--rate is of vrs experiment delays and methods (leave it out)"),
+        (("--rate", "10"), "--rate is of vrs lab experiment delays and methods (leave it out)"),
     ],
 )
 def test_what_is_wrong_with_a_twin_is_told(
@@ -207,7 +223,7 @@ def test_a_study_goes_on_where_it_was(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("s.toml").write_text("trials = 1\n[[condition]]\nname = 'a'\n[[condition]]\nname = 'b'\nforward = '200ms'\n")
-    dry = ("experiment", "study", "s.toml", "--dry-run")
+    dry = ("lab", "experiment", "study", "s.toml", "--dry-run")
     assert out_of(capsys, *dry).startswith("P001: 2 of 2 trials to do; results: s.dry.csv\n")
     rows = Path("s.dry.csv").read_text().splitlines(keepends=True)
     Path("s.dry.csv").write_text("".join(rows[:-1]) + rows[-1][:9])
@@ -218,7 +234,7 @@ def test_a_study_goes_on_where_it_was(
         ("a", 2, 1.0),
         ("b", 2, 1.0),
     ]
-    assert "which study?" in out_of(capsys, "experiment", "study", status=2)
-    assert "nowhere.toml" in out_of(capsys, "experiment", "study", "nowhere.toml", status=2)
-    assert "--dry-run is of vrs experiment study" in out_of(capsys, "experiment", "delays", "--dry-run", status=2)
+    assert "which study?" in out_of(capsys, "lab", "experiment", "study", status=2)
+    assert "nowhere.toml" in out_of(capsys, "lab", "experiment", "study", "nowhere.toml", status=2)
+    assert "--dry-run is of vrs lab experiment study" in out_of(capsys, "experiment", "delays", "--dry-run", status=2)
     assert "one argument too many: s.toml" in out_of(capsys, "experiment", "delays", "s.toml", status=2)

@@ -10,7 +10,7 @@ import pytest
 import vrs_cli
 from tests.cli.conftest import Vrs
 from vrs_cli.cli import main as cli_main
-from vrs_cli.cli.main import BROKEN_PIPE, INTERNAL_ERROR, INTERRUPTED, SUBCOMMANDS
+from vrs_cli.cli.main import BROKEN_PIPE, GROUPS, INTERNAL_ERROR, INTERRUPTED, SUBCOMMANDS
 from vrs_cli.errors import FileError, LocationOutOfRange
 
 VRS = [sys.executable, "-m", "vrs_cli"]
@@ -68,17 +68,53 @@ def test_help_lists_every_subcommand(vrs: Vrs, option: str) -> None:
     assert max(map(len, ended.out.splitlines())) <= 100
 
 
+TREE = """
+work: shell run check fmt
+trajectories: view where replay export verify
+class: learn grade class class token
+many: serve connect body
+more: robots lab experiment lab delay lab steer tools lsp tools completion tools config
+"""
+MOST_HELP_ROWS = 60
+MOST_HELP_WORDS = 3850  # of all helps together
+
+
+def test_the_tree_of_subcommands() -> None:
+    assert "\n".join(f"{title}: {' '.join(rows)}" for title, rows in GROUPS.items()) == TREE.strip()
+
+
+def test_helps_are_short(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    helps = [vrs("--help").out, *(vrs(*name.split(), "--help").out for name in SUBCOMMANDS)]
+    assert max(text.count("\n") for text in helps) <= MOST_HELP_ROWS
+    assert sum(len(text.split()) for text in helps) <= MOST_HELP_WORDS
+
+
 @pytest.mark.parametrize("name", list(SUBCOMMANDS))
 def test_every_subcommand_has_help(vrs: Vrs, name: str) -> None:
-    ended = vrs(name, "--help")
-    assert ended.status == 0
-    assert ended.out.startswith(f"usage: vrs {name} ")
-    assert not ended.err
+    for option in ("--help", "--help-all"):
+        ended = vrs(*name.split(), option)
+        assert ended.status == 0
+        assert ended.out.startswith(f"usage: vrs {name}")
+        assert not ended.err
+
+
+def test_rare_options_are_in_help_all_alone(vrs: Vrs) -> None:
+    assert "--max-elements" not in vrs("run", "--help").out
+    assert "--max-elements" in vrs("run", "--help-all").out
+    for name in SUBCOMMANDS:
+        assert ("the arm stands on" in vrs(*name.split(), "--help-all").out) == (name == "robots")
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
+        (["steer", "a.csv"], "vrs: vrs steer is now vrs lab steer"),
+        (["put", "a.v2"], "vrs: vrs put is now vrs connect URL --put FILE"),
+        (["lab"], "vrs: vrs lab what? (there is experiment, delay, steer)"),
+        (["tools", "lps"], "vrs: unknown subcommand tools lps (there is lsp, completion, config)"),
+        (["connect", "ws://127.0.0.1", "--as", "a.v2"], "vrs connect: --as is for --put"),
+        (["connect", "ws://127.0.0.1", "--replace"], "vrs connect: --replace is for --put and --get"),
         (["rnu"], "vrs: unknown subcommand rnu (did you mean run?)"),
         (["zzz"], "vrs: unknown subcommand zzz (see vrs --help)"),
         (["a/T.VRST"], "vrs replay: *Nonexistent file* a/T.VRST"),

@@ -26,7 +26,7 @@ DOORS = (
     ("run", "p.v2", "--robot", "pipe.urdf"),
     ("run", "p.v2", "--save", "pipe.v2"),
     ("run", "p.v2", "--csv", "pipe.v2"),
-    ("steer", "t.csv", "--robot", "pipe.toml"),
+    ("lab", "steer", "t.csv", "--robot", "pipe.toml"),
     ("robots", "pipe.toml"),
     ("shell", "--save", "pipe.v2"),
 )

@@ -247,7 +247,7 @@ def test_a_damaged_file_is_refused_and_read_leniently(vrs: Vrs, saved: Path) -> 
     [
         ("run", "p.v2", "--save", "busy.vrst"),
         ("run", "p.v2", "--csv", "busy.vrst"),
-        ("steer", "t.csv", "--save", "busy.vrst"),
+        ("lab", "steer", "t.csv", "--save", "busy.vrst"),
         ("export", "t.vrst", "-o", "busy.vrst", "--to", "csv"),
         ("replay", "t.vrst", "--csv", "busy.vrst"),
         ("fmt", "--write", "busy.vrst"),

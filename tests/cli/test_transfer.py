@@ -1,4 +1,4 @@
-"""vrs put, vrs get: files go to a robot that is served and come back, whole or not at all."""
+"""vrs connect URL --put FILE, --get NAME: files go to a robot that is served and come back, whole or not at all."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_file_there_and_back(served: Serving, here: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     data = bytes(range(256)) * 1000
     (here / "a.bin").write_bytes(data)
-    assert run(["put", "a.bin", served.address]) == 0
-    assert run(["get", "a.bin", served.address, "-o", "b.bin"]) == 0
+    assert run(["connect", served.address, "--put", "a.bin"]) == 0
+    assert run(["connect", served.address, "--get", "a.bin", "-o", "b.bin"]) == 0
     assert (here / "b.bin").read_bytes() == data
-    assert run(["put", "a.bin", served.address, "--as", "c.bin"]) == 0
-    assert run(["get", "c.bin", served.address, "-o", "-"]) == 0
+    assert run(["connect", served.address, "--put", "a.bin", "--as", "c.bin"]) == 0
+    assert run(["connect", served.address, "--get", "c.bin", "-o", "-"]) == 0
     assert capfdbinary.readouterr() == (data, b"")
 
 
@@ -46,30 +46,33 @@ def test_nothing_is_overwritten_unless_that_is_said(
     served: Serving, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (here / "d.v2").write_text("one")
-    assert run(["put", "d.v2", served.address]) == 0
+    assert run(["connect", served.address, "--put", "d.v2"]) == 0
     (here / "d.v2").write_text("two")
-    assert run(["put", "d.v2", served.address]) != 0
+    assert run(["connect", served.address, "--put", "d.v2"]) != 0
     assert "d.v2 (--replace overwrites it)" in capsys.readouterr().err
-    assert run(["get", "d.v2", served.address]) != 0
+    assert run(["connect", served.address, "--get", "d.v2"]) != 0
     assert "d.v2 (--replace overwrites it, -o names another)" in capsys.readouterr().err
     assert (here / "d.v2").read_text() == "two"
-    assert run(["get", "d.v2", served.address, "--replace"]) == 0
+    assert run(["connect", served.address, "--get", "d.v2", "--replace"]) == 0
     assert (here / "d.v2").read_text() == "one"
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["put", "none.v2", "{url}"], "none.v2 cannot be read: no such file or directory"),
-        (["get", "none.v2", "{url}"], "Nonexistent file"),
-        (["get", "../secret", "{url}"], "File outside"),
-        (["get", "a", "ws://127.0.0.1:1"], "ws://127.0.0.1:1 does not answer: connection refused"),
-        (["get", "a", "http://127.0.0.1"], "http://127.0.0.1 is no address of a robot"),
-        (["get", "a", "{url}/robots/none"], "there is no robot none"),
-        (["get", "a", "{url}/elsewhere"], "/elsewhere answers 404"),
-        (["get", "a", "{url}", "--token-file", "none"], "--token-file: none cannot be read"),
-        (["get", "a", "wss://127.0.0.1", "--ca", "none"], "none cannot be read: no such file or directory"),
-        (["get", "a"], "the following arguments are required: URL"),
+        (["connect", "{url}", "--put", "none.v2"], "none.v2 cannot be read: no such file or directory"),
+        (["connect", "{url}", "--get", "none.v2"], "Nonexistent file"),
+        (["connect", "{url}", "--get", "../secret"], "File outside"),
+        (["connect", "ws://127.0.0.1:1", "--get", "a"], "ws://127.0.0.1:1 does not answer: connection refused"),
+        (["connect", "http://127.0.0.1", "--get", "a"], "http://127.0.0.1 is no address of a robot"),
+        (["connect", "{url}/robots/none", "--get", "a"], "there is no robot none"),
+        (["connect", "{url}/elsewhere", "--get", "a"], "/elsewhere answers 404"),
+        (["connect", "{url}", "--get", "a", "--token-file", "none"], "--token-file: none cannot be read"),
+        (
+            ["connect", "wss://127.0.0.1", "--get", "a", "--ca", "none"],
+            "none cannot be read: no such file or directory",
+        ),
+        (["connect", "--get", "a"], "the following arguments are required: URL"),
     ],
 )
 def test_what_is_wrong_is_one_line(
@@ -94,8 +97,8 @@ def test_who_may_not_is_told(
 ) -> None:
     (here / "token").write_text("the token of bob\n")
     (here / "a.v2").write_text("")
-    assert run(["put", "a.v2", served.address, "--token-file", "token"]) != 0
+    assert run(["connect", served.address, "--put", "a.v2", "--token-file", "token"]) != 0
     assert "is for a supervisor" in capsys.readouterr().err
     monkeypatch.setenv("VRS_TOKEN", "no such token here")
-    assert run(["get", "b.v2", served.address]) != 0
+    assert run(["connect", served.address, "--get", "b.v2"]) != 0
     assert "this token is not known here" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Random streams of targets, as `vrs steer` feeds them: none is an error, and no joint leaves its range.
+"""Random streams of targets, as `vrs lab steer` feeds them: none is an error, and no joint leaves its range.
 
 `python -m tests.laws.streams COUNT [FIRST] [ROBOT ...]` shares so many streams among the robots, and prints the seed of
 every stream that broke the law; status 1 then.

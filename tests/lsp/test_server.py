@@ -1,4 +1,4 @@
-"""`vrs lsp` as an editor starts it: a process that is talked to over its stdin and stdout."""
+"""`vrs tools lsp` as an editor starts it: a process that is talked to over its stdin and stdout."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Editor:
 
     def __init__(self) -> None:
         environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        command = [sys.executable, "-m", "vrs_cli", "lsp", "--stdio"]
+        command = [sys.executable, "-m", "vrs_cli", "tools", "lsp", "--stdio"]
         self.log = TemporaryFile()  # noqa: SIM115 (closed with the editor)
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, env=environment

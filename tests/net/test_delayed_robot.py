@@ -1,4 +1,4 @@
-"""A served robot behind `vrs delay`'s line: real sockets, real time."""
+"""A served robot behind `vrs lab delay`'s line: real sockets, real time."""
 
 from __future__ import annotations
 

@@ -178,7 +178,7 @@ def far_robot(folder: Path, *words: str, delay: str = "") -> Iterator[tuple[str,
         address = said.split()[2].rstrip(",")
         if delay:
             ways = ("--forward", delay, "--backward", delay)
-            _, line = stack.enter_context(started(folder, "delay", "0", address.removeprefix("ws://"), *ways))
+            _, line = stack.enter_context(started(folder, "lab", "delay", "0", address.removeprefix("ws://"), *ways))
             address = f"ws://{line.split()[0]}"
         yield address, server
 

@@ -275,11 +275,26 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
     group(
         "the simulated arm",
         option("--scenario", metavar="FILE.toml", type=Path, help="disturbances, and when they begin"),
-        option("--controller", choices=("computed", "pd"), default="computed", help="computed torque, or PD"),
-        option("--bandwidth", metavar="RAD/S", type=positive, default=40.0, help="of the controller (default: 40)"),
-        option("--resolution", metavar="DEG", type=positive, help="of the encoders (default: 0.0055)"),
-        option("--noise", metavar="DEG", type=number, help="of the encoders, standard deviation (default: 0.0011)"),
-        option("--seed", metavar="N", type=whole, help="of the noise (default: the scenario's, or 0)"),
+        option(
+            "--controller", rare=True, choices=("computed", "pd"), default="computed", help="computed torque, or PD"
+        ),
+        option(
+            "--bandwidth",
+            rare=True,
+            metavar="RAD/S",
+            type=positive,
+            default=40.0,
+            help="of the controller (default: 40)",
+        ),
+        option("--resolution", rare=True, metavar="DEG", type=positive, help="of the encoders (default: 0.0055)"),
+        option(
+            "--noise",
+            rare=True,
+            metavar="DEG",
+            type=number,
+            help="of the encoders, standard deviation (default: 0.0011)",
+        ),
+        option("--seed", rare=True, metavar="N", type=whole, help="of the noise (default: the scenario's, or 0)"),
     ),
     group(
         "the arm of ROS",
@@ -293,6 +308,6 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
     ),
     group(
         "the stream",
-        option("--format", choices=("csv", "json"), default="csv", help="of set points (default: csv)"),
+        option("--format", rare=True, choices=("csv", "json"), default="csv", help="of set points (default: csv)"),
     ),
 )

@@ -195,19 +195,21 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
 
   vrs check pick.v2 place.v2
   vrs check cell                    all program files in a folder, and below it
-  vrs check "cell/**/*.v2" --ignore V056 --strict
   vrs check cell --fix              mend what is sure: parentheses, words of VAL
+\f
+
+  vrs check "cell/**/*.v2" --ignore V056 --strict
   vrs check pick.v2 --cell c.toml   what the cell fills has a value
   vrs check pick.v2 --watch         again whenever a file changes, until Ctrl-C
   vrs check cell --format github    annotations of a GitHub workflow
 """,
     option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
     option("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github"),
-    option("--select", metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05"),
+    option("--select", rare=True, metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05"),
     option("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell"),
     option("--strict", action="store_true", help="status 1 for warnings too"),
     option("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest"),
-    option("--watch", action="store_true", help="check again whenever a file changes"),
+    option("--watch", rare=True, action="store_true", help="check again whenever a file changes"),
     *ROBOT,
     DIALECT,
     CELL,

@@ -27,9 +27,15 @@ class_parser = command(
   vrs grade pick monday
   vrs class forget 9b ada                    remove ada: the token, and all files
 
+\f
 A link lets in whoever has it: give each student the own one alone. See docs/serve.md.
 """,
-    option("action", metavar="new|links|collect|forget", choices=ACTIONS, help="what to do"),
+    option(
+        "action",
+        metavar="new|links|collect|forget|token",
+        choices=(*ACTIONS, "token"),
+        help="what to do (token: see vrs class token --help)",
+    ),
     option("folder", metavar="FOLDER", help="the folder of the class"),
     option("students", metavar="NAME", nargs="*", help="of new and forget: students; of links: only theirs"),
     option("--names", metavar="FILE", help="new: names of students, one in each line"),

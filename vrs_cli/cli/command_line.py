@@ -25,6 +25,7 @@ DEFAULT_RATE = 100.0  # [Hz]
 USUAL_ROBOT = "puma560"
 FASTEST = 100_000.0  # [Hz]
 TASKS = tuple(task.value for task in ArmTask)
+MORE = "\f"  # in an epilog: what follows is in `--help-all` alone
 WIDTH = 80  # for which argparse tries each option when it is added
 
 AddOption = Callable[[argparse._ActionsContainer], object]  # adds an option, or several, to a parser or a group
@@ -40,9 +41,13 @@ class CommandLineError(UsageError):
 # --- options are rows of a table: a subcommand lists them, and several share some -------------------------
 
 
-def option(*names: str, **described: Any) -> AddOption:
-    """An option or an argument, described as for `ArgumentParser.add_argument`."""
-    return methodcaller("add_argument", *names, **described)
+def option(*names: str, rare: bool = False, **described: Any) -> AddOption:
+    """An option, described as for `ArgumentParser.add_argument`; only `--help-all` shows a `rare` one."""
+
+    def add(container: argparse._ActionsContainer) -> None:
+        container.add_argument(*names, **described).rare = rare  # type: ignore[attr-defined]
+
+    return add
 
 
 def group(title: str, *options: AddOption, about: str | None = None) -> AddOption:
@@ -65,6 +70,21 @@ def _add_to_group(
         add(inside)
 
 
+class HelpAll(argparse.Action):
+    """`--help-all`: print the help with all options, and end."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> NoReturn:
+        assert isinstance(parser, Parser)
+        parser._print_message(parser.format_help(rare=True), sys.stdout)
+        parser.exit()
+
+
+HELP_OPTIONS = (
+    option("-h", "--help", action="help", help=argparse.SUPPRESS),
+    option("--help-all", action=HelpAll, nargs=0, help="rare options too"),
+)
+
+
 class Parser(argparse.ArgumentParser):
     """An argument parser with `options`. It raises CommandLineError, and suggests the option that was perhaps meant."""
 
@@ -73,17 +93,31 @@ class Parser(argparse.ArgumentParser):
             prog=prog,
             description=description,
             epilog=epilog,
+            add_help=False,
             allow_abbrev=False,
             formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=WIDTH),
         )
         self.set_defaults(prog=prog)
-        for add in options:
+        self._positionals.title = "arguments"
+        for add in (*HELP_OPTIONS, *options):
             add(self)
 
-    def format_help(self) -> str:
-        """Return the help, as wide as the terminal: `shutil`, which knows how wide, loads compressors too."""
-        self.formatter_class = argparse.RawDescriptionHelpFormatter
-        return super().format_help()
+    def format_help(self, *, rare: bool = False) -> str:
+        """Return the help, as wide as the terminal; `rare`: with rare options, and what follows MORE in the epilog."""
+        formatter = argparse.RawDescriptionHelpFormatter(self.prog)
+        needed = [action for action in self._actions if action.required or not action.option_strings]
+        formatter.add_usage(None, needed, ())
+        formatter.add_text(self.description)
+        for section in self._action_groups:
+            shown = [action for action in section._group_actions if rare or not getattr(action, "rare", False)]
+            if shown:
+                formatter.start_section(section.title)
+                formatter.add_text(section.description)
+                formatter.add_arguments(shown)
+                formatter.end_section()
+        usual, _, more = (self.epilog or "").partition(MORE)
+        formatter.add_text(usual.rstrip() + "\n" + more if rare else usual)
+        return formatter.format_help()
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
@@ -127,26 +161,26 @@ def command(description: str, epilog: str, *options: AddOption) -> Callable[[str
     return lambda prog: Parser(prog, description, epilog, *options)
 
 
-CHOICES = (  # which arm of a URDF file, and what counts of its locations
-    option("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on"),
-    option("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange"),
-    option("--task", choices=TASKS, help="what counts of a location, whatever the file says"),
+CHOICES = (  # which arm of a URDF file, and what counts of its locations: described by `vrs robots --help`
+    option("--base", metavar="LINK", rare=True, help="see vrs robots --help"),
+    option("--tip", metavar="LINK", rare=True, help="see vrs robots --help"),
+    option("--task", metavar="TASK", choices=TASKS, rare=True, help="see vrs robots --help"),
 )
 ROBOT = (  # for `chosen_robot`
-    option("--robot", metavar="NAME|FILE", help="a robot's name (vrs robots), or its TOML or URDF file"),
+    option("--robot", metavar="NAME|FILE", help="name (vrs robots), or TOML or URDF file"),
     *CHOICES,
 )
 DIALECT = option(  # for `chosen_dialect`
     "--dialect",
     choices=("val", "val2", "vplus"),
     default="vplus",
-    help="how far the language goes, where a file does not say it: val, val2, or vplus (usual)",
+    rare=True,
+    help="where a file does not say it (default: vplus)",
 )
 CELL = option(
     "--cell",
     metavar="CELL.toml",
-    help="a TOML file: names of signals, how inputs follow outputs, parts and sensors "
-    "(default: `; cell: FILE` in the program, else NAME.toml beside NAME.v2)",
+    help="signals, parts and sensors (default: `; cell: FILE` in the program, else NAME.toml)",
 )
 
 
@@ -259,7 +293,7 @@ REALTIME = option(
     nargs="?",
     type=clock_rate,
     const=1.0,
-    help="let time pass as on a real robot, or RATE times as fast",
+    help="in real time, or RATE times as fast",
 )
 
 

@@ -1,4 +1,4 @@
-"""`vrs experiment`: what delays do to commands and to what is seen of a robot far away.
+"""`vrs lab experiment`: what delays do to commands and to what is seen of a robot far away.
 
 `delays` is here; `methods` tries the viewers and controllers of users.
 """
@@ -105,7 +105,7 @@ def experiment(options: Namespace) -> int:
                 others = " and ".join(what for what, one in EXPERIMENTS.items() if name in one.options)
                 if name == "file":
                     raise CommandLineError(f"one argument too many: {options.file}", f"see {options.prog} --help")
-                raise CommandLineError(f"--{name.replace('_', '-')} is of vrs experiment {others}", "leave it out")
+                raise CommandLineError(f"--{name.replace('_', '-')} is of vrs lab experiment {others}", "leave it out")
         elif getattr(options, name) is None:
             setattr(options, name, kind.defaults.get(name, default))
     if kind.module is None:
@@ -150,6 +150,18 @@ rate = partial(_within, 1.0, 200.0, "Hz")  # of looks
 experiment_parser = command(
     "Try what delays do to who commands a robot from afar.",
     f"""\
+methods tries your own viewers and controllers beside those of vrs; twin lets disturbances befall a simulated body;
+study is for people. All else happens in virtual time, and is the same for the same seeds (docs/experiment.md).
+
+  vrs lab experiment delays
+  vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
+  vrs lab experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
+  vrs lab experiment delays --plot delays.svg
+  vrs lab experiment methods --viewer smooth.py:Smooth --controller mine:Controller
+  vrs lab experiment twin --scenario payload storm.toml --plot twin.svg
+  vrs lab experiment study study.toml --participant 3
+\f
+
 An operator commands a motion every second or so, each for LEAD seconds after it is issued. Somebody far away sees it
   frames     by positions that are shown as they come
   predicted  by positions D_b ahead, shown when their time has come
@@ -166,15 +178,7 @@ twin lets a simulated body follow the timeline, and disturbances befall it: what
 study is for people: they drive under several delays, in the order of a Latin square, and times and errors go to a CSV
 file under pseudonyms. After a kill the same command goes on with the next trial.
 
-{KINDS}
-  vrs experiment delays
-  vrs experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
-  vrs experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
-  vrs experiment delays --plot delays.svg
-  vrs experiment methods --viewer smooth.py:Smooth --controller mine:Controller
-  vrs experiment twin --scenario payload storm.toml --plot twin.svg
-  vrs experiment study study.toml --participant 3
-""",
+{KINDS}""",
     option("what", metavar="EXPERIMENT", nargs="?", choices=(*EXPERIMENTS,), help=f"{', '.join(EXPERIMENTS)}"),
     option("file", metavar="FILE.toml", nargs="?", help="of study: its conditions and its task"),
     option("--participant", metavar="N", type=size, help="of study: who drives (default: the next who is not done)"),
@@ -190,7 +194,9 @@ file under pseudonyms. After a kill the same command goes on with the next trial
         "stop, drift, or a FILE.toml",
     ),
     option("--delay", metavar="T", type=duration, nargs="+", help="mean delays, gamma distributed (default: 200ms)"),
-    option("--jitter", metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"),
+    option(
+        "--jitter", rare=True, metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"
+    ),
     *LINE_OPTIONS,
     option(
         "--lead",
@@ -201,16 +207,23 @@ file under pseudonyms. After a kill the same command goes on with the next trial
     ),
     option(
         "--policy",
+        rare=True,
         type=str.upper,
         choices=POLICIES,
         nargs="+",
         help="what becomes of late commands (default: ABORT and POSTPONE)",
     ),
     option("--seeds", metavar="N", type=size, help="trials a row (default: 20; of methods 5, of twin 2)"),
-    option("--seconds", metavar="T", type=seconds, help="how long each is (default: 200; of methods 30, of twin 40)"),
-    option("--rate", metavar="HZ", type=rate, help="looks a second (default: 25)"),
+    option(
+        "--seconds",
+        rare=True,
+        metavar="T",
+        type=seconds,
+        help="how long each is (default: 200; of methods 30, of twin 40)",
+    ),
+    option("--rate", rare=True, metavar="HZ", type=rate, help="looks a second (default: 25)"),
     *ROBOT,
-    option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
+    option("--jobs", rare=True, metavar="N", type=size, help="processes (default: one for each core)"),
     option(
         "--plot",
         metavar="OUT.svg|png|pdf",

@@ -1,4 +1,4 @@
-"""`vrs experiment methods`: viewers and controllers of users beside those of vrs."""
+"""`vrs lab experiment methods`: viewers and controllers of users beside those of vrs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`vrs experiment study`: participants drive a robot under several delays; times and errors go to a CSV file."""
+"""`vrs lab experiment study`: participants drive a robot under several delays; times and errors go to a CSV file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`vrs experiment twin`: what an operator sees of a body that follows the timeline, beside where it is."""
+"""`vrs lab experiment twin`: what an operator sees of a body that follows the timeline, beside where it is."""
 
 from __future__ import annotations
 

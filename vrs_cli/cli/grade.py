@@ -276,6 +276,8 @@ simulated time alone: they are the same on every machine. Exit status 1: somethi
 
   vrs grade pick class                                all in a folder: ann.v2, bob.v2, carl/robot.v2
   vrs grade pick class/*.v2 --csv grades.csv --json grades.json
+\f
+
   vrs grade pick class --html pages                   a page for each student, and one for the teacher
   vrs grade pick /autograder/submission --gradescope /autograder/results/results.json
   vrs grade pick class --dask tcp://scheduler:8786
@@ -297,16 +299,21 @@ simulated time alone: they are the same on every machine. Exit status 1: somethi
         metavar="CELL.toml",
         help="with --new: what is around the robot (default: as of vrs run)",
     ),
-    option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
-    option("--dask", metavar="ADDRESS", help="grade on the workers of this Dask scheduler"),
-    option("--quiet", action="store_true", help="print no table"),
+    option("--jobs", rare=True, metavar="N", type=size, help="processes (default: one for each core)"),
+    option("--dask", rare=True, metavar="ADDRESS", help="grade on the workers of this Dask scheduler"),
+    option("--quiet", rare=True, action="store_true", help="print no table"),
     group(
         "outputs, - is standard output",
         option("--json", metavar="FILE", help="all results: marks, reasons, variants, similar submissions, digest"),
         option("--csv", metavar="FILE", help="a table for a gradebook"),
-        option("--junit", metavar="FILE", help="JUnit's XML"),
-        option("--gradescope", metavar="FILE", help="results.json of Gradescope; of several submissions a folder"),
-        option("--check50", metavar="FILE", help="the JSON of check50; of several submissions a folder"),
+        option("--junit", rare=True, metavar="FILE", help="JUnit's XML"),
+        option(
+            "--gradescope",
+            rare=True,
+            metavar="FILE",
+            help="results.json of Gradescope; of several submissions a folder",
+        ),
+        option("--check50", rare=True, metavar="FILE", help="the JSON of check50; of several submissions a folder"),
         option("--html", metavar="FOLDER", help="pages: FOLDER/students for students, FOLDER/teacher.html"),
         about="Hidden checks are in --json, --csv, --junit and teacher.html; students' files tell the points of all "
         "hidden checks together.",

@@ -29,7 +29,6 @@ learn_parser = command(
     """\
   vrs learn                 begin, or go on
   vrs learn 4               lesson 4
-  vrs learn palletising     the lesson of that name
   vrs learn --view          with the robot in a browser beside the prompt
   vrs learn my_lessons      lessons of your own: a folder of them, or one lesson
   vrs learn --check FOLDER  what is wrong with a lesson, or with all in a folder
@@ -37,6 +36,7 @@ learn_parser = command(
 At the prompt HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes
 one step back, LESSONS lists all, LESSON N goes to one; all of VAL-II works as ever.
 
+\f
 Without a terminal the lines of standard input are the learner's, and the exit status
 is 0 where the lesson is finished, 1 where it is not:
 
@@ -45,12 +45,17 @@ is 0 where the lesson is finished, 1 where it is not:
     option("lesson", metavar="LESSON|FOLDER", nargs="?", help="a number, a name, or a folder of lessons"),
     option("--list", action="store_true", help="the lessons, and where you are in each"),
     option("--reset", action="store_true", help="forget where you are: in one lesson, or in all"),
-    option("--check", metavar="FOLDER", help="try a lesson: each step with nothing done, wrong lines, its model lines"),
+    option(
+        "--check",
+        rare=True,
+        metavar="FOLDER",
+        help="try a lesson: each step with nothing done, wrong lines, its model lines",
+    ),
     group(
         "the browser",
         option("--view", action="store_true", help="show the robot in a browser"),
-        option("--no-open", action="store_true", help="print the address alone"),
-        option("--port", type=port, default=0, help="default: any that is free"),
+        option("--no-open", rare=True, action="store_true", help="print the address alone"),
+        option("--port", rare=True, type=port, default=0, help="default: any that is free"),
     ),
 )
 

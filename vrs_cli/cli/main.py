@@ -23,7 +23,8 @@ BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 class Subcommand(NamedTuple):
     """A row of the table of subcommands. For `where` the module has `where_parser(prog)` and `where(options)`, which
-    returns the status, or None where all went well. A name that is a keyword of Python has an underscore: `class_`.
+    returns the status, or None where all went well; for `lab steer` these are of `steer`. A name that is a keyword of
+    Python has an underscore: `class_`.
     """
 
     module: str
@@ -31,34 +32,47 @@ class Subcommand(NamedTuple):
     summary: str
 
 
-SUBCOMMANDS: Mapping[str, Subcommand] = {
-    "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
-    "learn": Subcommand("learn", "[LESSON]", "lessons at the prompt: VAL-II and the robot, step by step"),
-    "config": Subcommand("settings", "", "the settings of the shell, and the file that has them"),
-    "connect": Subcommand("remote", "URL", "the shell at a robot that is served"),
-    "run": Subcommand("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
-    "steer": Subcommand("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),
-    "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
-    "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
-    "grade": Subcommand("grade", "EXERCISE FILES ...", "grade submissions for an exercise"),
-    "robots": Subcommand("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
-    "completion": Subcommand("settings", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
-    "lsp": Subcommand("settings", "", "the language server, which editors start"),
-    "where": Subcommand("recorded", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
-    "verify": Subcommand("recorded", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
-    "replay": Subcommand("recorded", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
-    "delay": Subcommand("remote", "LISTEN TARGET", "a line with delays between a client and a server"),
-    "experiment": Subcommand("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
-    "serve": Subcommand("serve", "", "serve robots to others over the network"),
-    "body": Subcommand("body", "URL", "be the body of a served robot: a simulated arm, or another program"),
-    "token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),
-    "class": Subcommand("classroom", "COMMAND FOLDER", "a class in browsers: new, links, collect, forget"),
-    "put": Subcommand("remote", "FILE URL", "put a file into the folder of a robot that is served"),
-    "get": Subcommand("remote", "NAME URL", "get a file from there"),
-    "view": Subcommand("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
-    "export": Subcommand(
-        "recorded", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."
-    ),
+GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
+    "work": {
+        "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
+        "run": Subcommand("run", "FILE.v2 [PROGRAM]", "execute a program of a file, or all files of a folder"),
+        "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
+        "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    },
+    "trajectories": {
+        "view": Subcommand("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
+        "where": Subcommand("recorded", "T.vrst --at TIME ...", "where the robot is at any time"),
+        "replay": Subcommand("recorded", "T.vrst", "play it, with pause, rewind and seek"),
+        "export": Subcommand("recorded", "T.vrst --to FORMAT", "write it for other programs: csv, npz, mcap, ..."),
+        "verify": Subcommand("recorded", "T.vrst", "check that it is whole, and that the robot can do it"),
+    },
+    "class": {
+        "learn": Subcommand("learn", "[LESSON]", "lessons at the prompt: VAL-II and the robot, step by step"),
+        "grade": Subcommand("grade", "EXERCISE FILES ...", "grade submissions for an exercise"),
+        "class": Subcommand("classroom", "COMMAND FOLDER", "a class in browsers: new, links, collect, forget"),
+        "class token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),
+    },
+    "many": {
+        "serve": Subcommand("serve", "", "serve robots to others over the network"),
+        "connect": Subcommand("remote", "URL", "the shell at a served robot; --put and --get files"),
+        "body": Subcommand("body", "URL", "be the body of a served robot: a simulated arm, or a program"),
+    },
+    "more": {
+        "robots": Subcommand("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
+        "lab experiment": Subcommand("experiment", "[KIND]", "try what delays do: delays, methods, twin, study"),
+        "lab delay": Subcommand("remote", "LISTEN TARGET", "a line with delays between a client and a server"),
+        "lab steer": Subcommand("steer", "FILE.csv", "follow a stream of targets"),
+        "tools lsp": Subcommand("settings", "", "the language server, which editors start"),
+        "tools completion": Subcommand("settings", "SHELL", "the script of a shell that completes vrs with Tab"),
+        "tools config": Subcommand("settings", "", "the settings of the shell, and their file"),
+    },
+}
+SUBCOMMANDS: Mapping[str, Subcommand] = {name: row for rows in GROUPS.values() for name, row in rows.items()}
+FAMILIES = ("class", "lab", "tools")  # first words of names of two words
+MOVED: Mapping[str, str] = {  # names that were, and what is there now
+    **{name.split()[1]: f"vrs {name}" for name in SUBCOMMANDS if " " in name},
+    "put": "vrs connect URL --put FILE",
+    "get": "vrs connect URL --get NAME",
 }
 
 FILE_COMMANDS: Mapping[str, str] = {".v2": "shell", ".pg": "shell", ".vrst": "replay"}  # what a bare file opens
@@ -115,20 +129,28 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
     if not arguments or arguments[0].startswith("-"):
         return "shell", "vrs", arguments
     name = arguments[0]
-    if name in SUBCOMMANDS:
-        return name, f"vrs {name}", arguments[1:]
+    for words in (2, 1):
+        if (full := " ".join(arguments[:words])) in SUBCOMMANDS:
+            return full, f"vrs {full}", arguments[words:]
     suited = FILE_COMMANDS.get(os.path.splitext(name)[1].lower())
     if suited is not None:
         return suited, f"vrs {suited}", arguments
     from vrs_cli.cli.command_line import CommandLineError, did_you_mean
 
+    if name in FAMILIES:
+        family = [full.split()[1] for full in SUBCOMMANDS if full.startswith(f"{name} ")]
+        what = f"unknown subcommand {name} {arguments[1]}" if arguments[1:] else f"vrs {name} what?"
+        raise CommandLineError(what, f"there is {', '.join(family)}")
+    if name in MOVED:
+        raise CommandLineError(f"vrs {name} is now {MOVED[name]}")
     raise CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "vrs"))
 
 
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
     module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
-    options = getattr(module, f"{name}_parser")(prog).parse(arguments)
-    status: int | None = getattr(module, f"{name}_" if iskeyword(name) else name)(options)
+    word = name.split()[-1]
+    options = getattr(module, f"{word}_parser")(prog).parse(arguments)
+    status: int | None = getattr(module, f"{word}_" if iskeyword(word) else word)(options)
     return status or OK
 
 
@@ -140,9 +162,13 @@ def _version() -> int:
 
 
 def _help() -> int:
-    width = max(len(f"{name} {row.arguments}") for name, row in SUBCOMMANDS.items())
-    rows = (f"  vrs {f'{name} {row.arguments}':{width}}  {row.summary}" for name, row in SUBCOMMANDS.items())
-    print(HELP.format(rows="\n".join(rows)), end="")
+    names = {name: f"vrs {name} {row.arguments}" for name, row in SUBCOMMANDS.items()}
+    width = max(map(len, names.values()))
+    groups = (
+        "\n".join((f"{title}:", *(f"  {names[name]:{width}}  {row.summary}" for name, row in rows.items())))
+        for title, rows in GROUPS.items()
+    )
+    print(HELP.format(rows="\n\n".join(groups)), end="")
     return OK
 
 

@@ -58,7 +58,7 @@ OUTPUT_OPTIONS = (  # for `Outputs.of`
         metavar="OUT.html",
         help="a page to read: curves, commands, and a picture of the arm (where there is a Chromium: some seconds)",
     ),
-    option("--report-at", metavar="S", type=number, help="the moment of that picture (default: the end)"),
+    option("--report-at", rare=True, metavar="S", type=number, help="the moment of that picture (default: the end)"),
 )
 
 

@@ -33,24 +33,28 @@ def _serial(text: str) -> tuple[str, str]:
 
 OUTSIDE = group(  # for `chosen_outside`
     "units",
-    option("--allow-net", action="store_true", help="TCP ports and connections on this machine"),
+    option("--allow-net", rare=True, action="store_true", help="TCP ports and connections on this machine"),
     option(
         "--net-host",
+        rare=True,
         metavar="ADDRESS",
         type=_address,
         help="and from other machines: the address to open ports at, 0.0.0.0 for all",
     ),
     option(
         "--serial",
+        rare=True,
         metavar="N=DEVICE",
         action="append",
         default=[],
         type=_serial,
         help="what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
     ),
-    option("--patience", metavar="S", type=positive, help=f"how long a unit waits (vrs run: {PATIENCE:g} s)"),
-    option("--record-units", metavar="FILE", help="write down all that comes from there, and when"),
-    option("--replay-units", metavar="FILE", help="give the same again, or what a script says"),
+    option(
+        "--patience", rare=True, metavar="S", type=positive, help=f"how long a unit waits (vrs run: {PATIENCE:g} s)"
+    ),
+    option("--record-units", rare=True, metavar="FILE", help="write down all that comes from there, and when"),
+    option("--replay-units", rare=True, metavar="FILE", help="give the same again, or what a script says"),
     about="What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime.",
 )
 

@@ -201,6 +201,8 @@ Keys: space plays and pauses, left and right seek, r rewinds, + and - change the
 Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
 
   vrs replay pick.vrst --speed 0.25
+\f
+
   vrs replay pick.vrst --step 0.5
   vrs replay pick.vrst --plot pick.svg
 """,
@@ -230,6 +232,7 @@ Without a terminal, or with --step, a table is printed; with --csv, --plot or --
 EXPORT_EPILOG = """\
 {formats}
 
+\f
 Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
 html, png, gif and mp4 show the robot; a picture or a film is taken by the Chromium
 or Chrome of this machine. With --measured csv, json and npz have the measured joints beside the planned ones; all
@@ -247,7 +250,7 @@ def export(options: Namespace) -> None:
     """Write a saved trajectory in another format."""
     from vrs_cli.files.atomic import check_writable
 
-    exporter = _format(_formats(), options.to, options.output)
+    exporter = _format(formats(), options.to, options.output)
     if exporter.of_moment and options.rate is not None:
         raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
     if exporter.name == "html" and options.rate is not None:
@@ -255,7 +258,7 @@ def export(options: Namespace) -> None:
     if options.at is not None and not exporter.of_moment:
         raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")
     if options.cell is not None and not exporter.shows_cell:
-        shown = ", ".join(one.name for one in _formats().values() if one.shows_cell)
+        shown = ", ".join(one.name for one in formats().values() if one.shows_cell)
         raise CommandLineError(f"{exporter.name} has nothing of a cell", f"--cell is for {shown}")
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
@@ -283,7 +286,7 @@ def export(options: Namespace) -> None:
     write_export(exporter, options.output, recording.arm, timeline, given)
 
 
-def _formats() -> Mapping[str, Exporter]:
+def formats() -> Mapping[str, Exporter]:
     from vrs_cli.files.exports import EXPORTERS
     from vrs_cli.render.pictures import PICTURES
 
@@ -291,7 +294,7 @@ def _formats() -> Mapping[str, Exporter]:
 
 
 def export_parser(prog: str) -> Parser:
-    rows = "\n".join(f"  {one.name:5} {one.summary}" for one in _formats().values())
+    rows = "\n".join(f"  {one.name:5} {one.summary}" for one in formats().values())
     return Parser(
         prog,
         "Write a saved trajectory in a format of other programs.",

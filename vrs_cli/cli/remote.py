@@ -1,4 +1,4 @@
-"""Subcommands that use a network: `vrs connect`, `put`, `get` and `delay`; and what others share with them: the options
+"""Subcommands that use a network: `vrs connect` and `vrs lab delay`; and what others share with them: the options
 of a robot's address, of the token and of delays, and the end by a signal.
 """
 
@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, command, group, option, teller, whole
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, command, group, one_of, option, teller, whole
 from vrs_cli.errors import FileExists, UsageError, VrsError
 from vrs_cli.repl.interrupt import ENDINGS, SAID, Ended
 
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
 LOOPBACK = "127.0.0.1"
 LAST_PORT = 65535
 TOKEN = "VRS_TOKEN"
-TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # as `vrs token` tells one: NAME TOKEN
+TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # as `vrs class token` tells one: NAME TOKEN
 T = TypeVar("T")
 ADDRESS = "ws://HOST:PORT, ws://HOST:PORT/robots/NAME for one of several, or wss://"
 EPILOG = f"A token is taken from --token-file, or from the environment variable {TOKEN}.\n"
 CONNECTION = group(
     "the connection",
     option("--token-file", metavar="FILE", help=f"a file with the token (default: {TOKEN})"),
-    option("--name", default="", help="what others see you called, where tokens do not say that"),
-    option("--ca", metavar="FILE", type=Path, help="the certificate of the server, or of who signed it"),
+    option("--name", rare=True, default="", help="what others see you called, where tokens do not say that"),
+    option("--ca", rare=True, metavar="FILE", type=Path, help="the certificate of the server, or of who signed it"),
 )
 URL = (option("url", metavar="URL", help=ADDRESS), CONNECTION)
 
@@ -70,7 +70,7 @@ def ask_once(options: Namespace, make: Callable[[int], Request]) -> ServerMessag
 
 
 def token_of(file: str | None) -> str:
-    """Read a token from a file, alone or as `vrs token` printed it; from the environment without one. Raises
+    """Read a token from a file, alone or as `vrs class token` printed it; from the environment without one. Raises
     CommandLineError."""
     if file is None:
         return os.environ.get(TOKEN, "")
@@ -147,10 +147,10 @@ def loss(text: str) -> float:
 
 
 LINE_OPTIONS = (
-    option("--forward", metavar="DELAYS", type=delays, help="on the way to the robot"),
-    option("--backward", metavar="DELAYS", type=delays, help="on the way back"),
-    option("--loss", metavar="SHARE", type=loss, default=0.0, help="what is lost on each way, as 1%%"),
-    option("--seed", metavar="N", type=whole, default=1, help="of all that is random (default: 1)"),
+    option("--forward", rare=True, metavar="DELAYS", type=delays, help="on the way to the robot"),
+    option("--backward", rare=True, metavar="DELAYS", type=delays, help="on the way back"),
+    option("--loss", rare=True, metavar="SHARE", type=loss, default=0.0, help="what is lost on each way, as 1%%"),
+    option("--seed", rare=True, metavar="N", type=whole, default=1, help="of all that is random (default: 1)"),
 )
 
 
@@ -158,7 +158,17 @@ LINE_OPTIONS = (
 
 
 def connect(options: Namespace) -> int:
-    """Hand over to the shell; returns its exit status. Raises what the robot refuses."""
+    """Hand over to the shell, or put or get a file; returns the exit status. Raises what the robot refuses."""
+    needed = {"called": "put", "output": "get"}
+    wrong = next(
+        (name for name, action in needed.items() if getattr(options, name) and not getattr(options, action)), ""
+    )
+    if wrong or (options.replace and not (options.put or options.get)):
+        said = {"called": "--as is for --put", "output": "--output is for --get"}
+        raise CommandLineError(said.get(wrong, "--replace is for --put and --get"), f"see {options.prog} --help")
+    if options.put or options.get:
+        (_put if options.put else _get)(options)
+        return 0
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.shell import at, on_terminal
@@ -181,18 +191,32 @@ connect_parser = command(
   vrs connect ws://127.0.0.1/robots/cell1
   echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
 
-LOAD and STORE are about the files of the robot: vrs put and vrs get take files
-there and back. What concerns the connection is told on stderr.
+  vrs connect ws://127.0.0.1 --put pick.v2 --as best.v2
+  vrs connect ws://127.0.0.1 --get pick.v2 -o - | vrs check -
+
+LOAD and STORE are about the files of the robot: --put and --get take files there and back.
+What concerns the connection is told on stderr.
 
 """
     + EPILOG,
     *URL,
     option(
         "--behind",
+        rare=True,
         metavar="T",
         type=duration,
         default=0.0,
         help="a motion AT t begins T after t: what takes no longer to arrive is not too late",
+    ),
+    group(
+        "files, instead of the shell",
+        one_of(
+            option("--put", metavar="FILE", type=Path, help="put a file into the robot's folder"),
+            option("--get", metavar="NAME", help="get a file from there"),
+        ),
+        option("--as", dest="called", metavar="NAME", help="of --put: the name there (default: as here)"),
+        option("-o", "--output", metavar="FILE", help="of --get: where to write it; - for standard output"),
+        option("--replace", action="store_true", help="overwrite a file of that name"),
     ),
 )
 
@@ -210,62 +234,32 @@ def once(told: Callable[[str], None]) -> Callable[[str], None]:
     return tell
 
 
-# --- vrs put, vrs get -------------------------------------------------------------------------------------------------
+# --- vrs connect URL --put FILE, --get NAME ---------------------------------------------------------------------------
 
 
-put_parser = command(
-    "Put a file into the folder of a robot that is served.",
-    """\
-  vrs put pick.v2 ws://127.0.0.1/robots/cell1
-  vrs put pick.v2 ws://127.0.0.1 --as best.v2 --replace
-
-"""
-    + EPILOG,
-    option("file", metavar="FILE", type=Path, help="a program file, a trajectory, any other"),
-    option("--as", dest="called", metavar="NAME", help="how it is called there (default: as here)"),
-    option("--replace", action="store_true", help="a file of that name there is overwritten"),
-    *URL,
-)
-
-
-get_parser = command(
-    "Get a file from the folder of a robot that is served.",
-    """\
-  vrs get demo.vrst ws://127.0.0.1/robots/cell1
-  vrs get pick.v2 ws://127.0.0.1 -o - | vrs check -
-
-"""
-    + EPILOG,
-    option("file", metavar="NAME", help="the file there"),
-    option("-o", "--output", metavar="FILE", help="where to write it; - for standard output"),
-    option("--replace", action="store_true", help="a file of that name here is overwritten"),
-    *URL,
-)
-
-
-def put(options: Namespace) -> None:
+def _put(options: Namespace) -> None:
     """Put a file there. Raises FileError, and what the robot refuses."""
     from vrs_cli.files.opening import unreadable
     from vrs_cli.net.messages import Put
 
     try:
-        data = options.file.read_bytes()
+        data = options.put.read_bytes()
     except OSError as error:
-        raise unreadable(options.file, error) from None
-    name = options.called or options.file.name
+        raise unreadable(options.put, error) from None
+    name = options.called or options.put.name
     ask_once(options, lambda id: Put(id, name, data, options.replace))
 
 
-def get(options: Namespace) -> None:
+def _get(options: Namespace) -> None:
     """Get a file, which is written whole or not at all. Raises FileError, and what the robot refuses."""
     from vrs_cli.files.atomic import atomically
     from vrs_cli.net.messages import Fetched, Get
 
-    path = Path(options.output or Path(options.file).name)
+    path = Path(options.output or Path(options.get).name)
     if options.output != STANDARD_STREAM and path.exists() and not options.replace:
         raise FileExists(str(path), "--replace overwrites it, -o names another")
 
-    fetched = ask_once(options, lambda id: Get(id, options.file))
+    fetched = ask_once(options, lambda id: Get(id, options.get))
     assert isinstance(fetched, Fetched), "it is what was asked for"
     if options.output == STANDARD_STREAM:
         sys.stdout.buffer.write(fetched.data)
@@ -275,7 +269,7 @@ def get(options: Namespace) -> None:
         stream.write(fetched.data)
 
 
-# --- vrs delay --------------------------------------------------------------------------------------------------------
+# --- vrs lab delay ----------------------------------------------------------------------------------------------------
 
 
 def delay(options: Namespace) -> None:
@@ -303,7 +297,7 @@ Each connection has delays of its own, the same for the same seed and number. Ct
 
 {KINDS}
   vrs serve --port 7000
-  vrs delay 7001 7000 --forward "gamma 200ms 80ms" --backward "gamma 200ms 80ms" --loss 1%
+  vrs lab delay 7001 7000 --forward "gamma 200ms 80ms" --backward "gamma 200ms 80ms" --loss 1%
   vrs connect ws://127.0.0.1:7001
 """,
     option("listen", metavar="LISTEN", type=_address, help="where clients connect"),

@@ -6,7 +6,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CHOICES, chosen_robot, command, option
+from vrs_cli.cli.command_line import TASKS, chosen_robot, command, option
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
@@ -34,7 +34,9 @@ With the name of one of them, or with a TOML or URDF file: its joints, its poses
   vrs robots two_arms.urdf --tip left_tool
 """,
     option("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file"),
-    *CHOICES,
+    option("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on"),
+    option("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange"),
+    option("--task", choices=TASKS, help="what counts of a location, whatever the file says"),
 )
 
 

@@ -82,32 +82,37 @@ LIMITS = group(  # of a run, and the fence of the system round it
     "limits",
     option(
         "--max-time",
+        rare=True,
         metavar="S",
         type=positive,
         help="seconds of the robot's time (default: a day, 86400; or an hour, 3600)",
     ),
     option(
         "--max-steps",
+        rare=True,
         metavar="N",
         type=size,
         help="steps of all programs together (default: 100M, in real time any number; or 10M)",
     ),
     option(
         "--max-elements",
+        rare=True,
         metavar="N",
         type=size,
         help="what arrays and strings hold: elements and characters (default: 10M)",
     ),
-    option("--max-output", metavar="BYTES", type=size, help="what is typed (default: 100M; or 1M)"),
-    option("--max-disk", metavar="BYTES", type=size, help="what is written to files (default: 1G; or 10M)"),
+    option("--max-output", rare=True, metavar="BYTES", type=size, help="what is typed (default: 100M; or 1M)"),
+    option("--max-disk", rare=True, metavar="BYTES", type=size, help="what is written to files (default: 1G; or 10M)"),
     option(
         "--max-wall",
+        rare=True,
         metavar="SECONDS",
         type=positive,
         help="time on the wall; the machine decides where that ends a run (default: any; or 300)",
     ),
     option(
         "--max-memory",
+        rare=True,
         metavar="BYTES",
         type=size,
         help="memory of the process, where the system has such a limit (default: any; or 4G)",
@@ -126,8 +131,10 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
 
   vrs run pick.v2
   vrs run cell                      all program files in a folder, each within limits, and a summary
-  vrs run cell --keep written       the same; what each wrote is in written/NAME
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
+\f
+
+  vrs run cell --keep written       the same; what each wrote is in written/NAME
   vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
   vrs run pick.v2 --report pick.html
@@ -149,15 +156,17 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
     LIMITS,
     option(
         "--sandbox",
+        rare=True,
         metavar="FOLDER",
         help="for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
     ),
     option(
         "--keep",
+        rare=True,
         metavar="FOLDER",
         help="keep what each of several files wrote, in FOLDER/NAME (else it is removed)",
     ),
-    option("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state"),
+    option("--signals", rare=True, metavar="FILE", help="when input signals change: lines of time, signal, state"),
     REALTIME,
     OUTSIDE,
     option("--save", metavar="T.vrst", help="save the trajectory, motion by motion"),

@@ -1,4 +1,4 @@
-"""`vrs serve`: robots that others hold over the network; `vrs token`: who may enter such a server."""
+"""`vrs serve`: robots that others hold over the network; `vrs class token`: who may enter such a server."""
 
 from __future__ import annotations
 
@@ -59,16 +59,17 @@ One robot, for this machine alone:
   vrs serve
   vrs connect ws://127.0.0.1:8765        (in another terminal)
 
+Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
+
+\f
 Two robots in real time, which are there again after a crash:
 
   vrs serve --robot cell1=puma560 --robot cell2=cobra600 --realtime --journal journal
 
-A class, each with a robot of her own (vrs token makes the tokens):
+A class, each with a robot of her own (vrs class token makes the tokens):
 
   vrs serve --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem --tokens class.toml \\
             --robots-per-token 1 --journal journal --folder files
-
-Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
 """
 
 
@@ -209,23 +210,41 @@ def serve_parser(prog: str) -> Parser:
             "a class",
             option("--class", dest="class_folder", metavar="FOLDER", help="of vrs class new: all that a class needs"),
             option("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes"),
-            option("--robots-per-token", metavar="N", type=size, default=0, help="robots that each token has alone"),
             option(
-                "--own-robot", metavar="ROBOT", default=USUAL_ROBOT, help=f"what these are (default: {USUAL_ROBOT})"
+                "--robots-per-token",
+                rare=True,
+                metavar="N",
+                type=size,
+                default=0,
+                help="robots that each token has alone",
+            ),
+            option(
+                "--own-robot",
+                rare=True,
+                metavar="ROBOT",
+                default=USUAL_ROBOT,
+                help=f"what these are (default: {USUAL_ROBOT})",
             ),
         ),
         group(
             "time",
             REALTIME,
-            option("--causality", choices=("ABORT", "POSTPONE"), help="what becomes of commands that come too late"),
+            option(
+                "--causality",
+                rare=True,
+                choices=("ABORT", "POSTPONE"),
+                help="what becomes of commands that come too late",
+            ),
             option(
                 "--when-driver-goes",
+                rare=True,
                 choices=("go-on", "pause", "abort"),
                 default="go-on",
                 help="what a program does then (default: go-on)",
             ),
             option(
                 "--idle",
+                rare=True,
                 metavar="SECONDS",
                 type=_idle,
                 help="pause a robot that works while nobody has held or watched it for so long; 0: never"
@@ -236,23 +255,39 @@ def serve_parser(prog: str) -> Parser:
             "what is kept",
             option("--journal", metavar="DIR", help="what robots do and know: there again when the server is"),
             option("--folder", metavar="DIR", help="the files of robots, one folder for each (default: temporary)"),
-            option("--audit", metavar="FILE", help="a line for each command (default: audit.jsonl in --journal)"),
+            option(
+                "--audit", rare=True, metavar="FILE", help="a line for each command (default: audit.jsonl in --journal)"
+            ),
         ),
         group(
             "the network",
             option("--tls-cert", metavar="FILE", help="the certificate of this server, with its chain (PEM)"),
-            option("--tls-key", metavar="FILE", help="its key (default: in the same file)"),
-            option("--insecure", action="store_true", help="other machines too, though all can be read on the way"),
+            option("--tls-key", rare=True, metavar="FILE", help="its key (default: in the same file)"),
+            option(
+                "--insecure",
+                rare=True,
+                action="store_true",
+                help="other machines too, though all can be read on the way",
+            ),
             option("--pages", action="store_true", help="show the robots in browsers, at the same address"),
-            option("--origin", metavar="URL", action="append", default=[], help="pages of this site may connect too"),
-            option("--nats", metavar="URL", help="publish all robots there, to look at: nats://HOST:4222"),
+            option(
+                "--origin",
+                rare=True,
+                metavar="URL",
+                action="append",
+                default=[],
+                help="pages of this site may connect too",
+            ),
+            option("--nats", rare=True, metavar="URL", help="publish all robots there, to look at: nats://HOST:4222"),
         ),
         group(
             "limits",
-            option("--max-connections", metavar="N", type=size, help="in all (default: 4000)"),
-            option("--max-folder", metavar="BYTES", type=size, help="in a robot's folder (default: 100M)"),
-            option("--max-segments", metavar="N", type=size, help="of a robot's timeline (default: 2M)"),
-            option("--max-steps", metavar="N", type=size, help="of one run of a program (default: any number)"),
+            option("--max-connections", rare=True, metavar="N", type=size, help="in all (default: 4000)"),
+            option("--max-folder", rare=True, metavar="BYTES", type=size, help="in a robot's folder (default: 100M)"),
+            option("--max-segments", rare=True, metavar="N", type=size, help="of a robot's timeline (default: 2M)"),
+            option(
+                "--max-steps", rare=True, metavar="N", type=size, help="of one run of a program (default: any number)"
+            ),
             about="K, M and G are 1000, 1000K and 1000M.",
         ),
     )
@@ -314,11 +349,13 @@ def _check(options: Namespace) -> None:
     if options.tls_key and not options.tls_cert:
         raise CommandLineError("--tls-key without --tls-cert", "give both")
     if options.robots_per_token and not options.tokens:
-        raise CommandLineError("--robots-per-token without --tokens", "vrs token makes tokens")
+        raise CommandLineError("--robots-per-token without --tokens", "vrs class token makes tokens")
     if is_local(options.host):
         return
     if not options.tokens:
-        raise CommandLineError(f"--host {options.host} without --tokens: anybody could drive", "vrs token makes tokens")
+        raise CommandLineError(
+            f"--host {options.host} without --tokens: anybody could drive", "vrs class token makes tokens"
+        )
     if not options.tls_cert and not options.insecure:
         what = f"--host {options.host} without TLS: tokens and all else could be read on the way"
         raise CommandLineError(what, "--tls-cert and --tls-key, or --insecure if you know the network")
@@ -403,16 +440,16 @@ def _warm() -> None:
         session.perform(line)
 
 
-# --- vrs token ------------------------------------------------------------------------------------------------------
+# --- vrs class token ------------------------------------------------------------------------------------------------
 
 
 TOKEN_EPILOG = """\
 The file holds hashes of tokens: what is printed here is told once. A server reads the file again when it changes.
 
-  vrs token ada bob carl --file class.toml
-  vrs token tom --file class.toml --role teacher
-  vrs token eve --file class.toml --role observer --robots cell1 --expires 2027-07-31
-  vrs token ada --file class.toml --revoke
+  vrs class token ada bob carl --file class.toml
+  vrs class token tom --file class.toml --role teacher
+  vrs class token eve --file class.toml --role observer --robots cell1 --expires 2027-07-31
+  vrs class token ada --file class.toml --revoke
 """
 
 
@@ -442,7 +479,7 @@ def token_parser(prog: str) -> Parser:
         option("--file", metavar="FILE", required=True, help="the file of tokens, made if need be"),
         option("--role", choices=roles, default="supervisor", help="what they may do (default: supervisor)"),
         option("--robots", metavar="A,B", help="the shared robots that they may hold (default: all)"),
-        option("--expires", metavar="DAY", type=_day, help="until the end of that day, or an instant"),
+        option("--expires", rare=True, metavar="DAY", type=_day, help="until the end of that day, or an instant"),
         option("--revoke", action="store_true", help="take the tokens of these names out of the file"),
     )
 

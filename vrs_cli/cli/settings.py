@@ -1,4 +1,4 @@
-"""Settings: `vrs config` for those of the vrs shell, `vrs completion` for bash, zsh and fish, `vrs lsp` for editors."""
+"""`vrs tools`: the settings of the shell, `completion` for bash, zsh and fish, `lsp` for editors."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 from argparse import Action, ArgumentParser, Namespace
 from importlib import import_module
 from importlib.util import find_spec
+from typing import Any
 
 from vrs_cli.cli.command_line import ROBOT, CommandLineError, Parser, chosen_robot, command, option
 from vrs_cli.cli.main import FAILED, OK, SUBCOMMANDS
@@ -34,14 +35,14 @@ config_parser = command(
     """\
 What it prints can be the file itself. What is wrong in the file is told on standard error, and the status is 1.
 
-  vrs config
-  mkdir -p "$(dirname "$(vrs config --path)")" && vrs config > my.toml && mv my.toml "$(vrs config --path)"
+  vrs tools config
+  vrs tools config --path     where the file belongs
 """,
     option("--path", action="store_true", help="print the name of the file alone"),
 )
 
 
-# --- vrs completion -------------------------------------------------------------------------------------------------
+# --- vrs tools completion -------------------------------------------------------------------------------------------
 
 
 SHELLS = ("bash", "zsh", "fish")
@@ -56,20 +57,28 @@ def completion(options: Namespace) -> None:
     whole = ArgumentParser(prog="vrs")
     whole.add_argument("--version", action="store_true", help="the version")
     subcommands = whole.add_subparsers()
+    families: dict[str, Any] = {}
     for name, row in SUBCOMMANDS.items():
-        own: Parser = getattr(import_module(f"vrs_cli.cli.{row.module}"), f"{name}_parser")(f"vrs {name}")
+        first, _, second = name.partition(" ")
+        own: Parser = getattr(import_module(f"vrs_cli.cli.{row.module}"), f"{second or first}_parser")(f"vrs {name}")
         for action in own.arguments():
             _teach(action, shtab.FILE, shtab.DIRECTORY)
-        subcommands.add_parser(name, help=row.summary, parents=[own], add_help=False)
+        if second and first in SUBCOMMANDS:  # `class token`: what completes is of `class`
+            continue
+        if second and first not in families:
+            rows = ", ".join(name.split()[1] for name in SUBCOMMANDS if name.startswith(f"{first} "))
+            families[first] = subcommands.add_parser(first, help=rows).add_subparsers()
+        place = families[first] if second else subcommands
+        place.add_parser(second or first, help=row.summary, parents=[own], add_help=False)
     print(shtab.complete(whole, options.shell))
 
 
 completion_parser = command(
     "Print what a shell needs to complete vrs with the Tab key.",
     """\
-  eval "$(vrs completion bash)"                                      in ~/.bashrc
-  vrs completion zsh > ~/.zfunc/_vrs                                 with ~/.zfunc in fpath
-  vrs completion fish > ~/.config/fish/completions/vrs.fish
+  eval "$(vrs tools completion bash)"                                      in ~/.bashrc
+  vrs tools completion zsh > ~/.zfunc/_vrs                                 with ~/.zfunc in fpath
+  vrs tools completion fish > ~/.config/fish/completions/vrs.fish
 """,
     option("shell", choices=SHELLS, help="of which shell"),
 )
@@ -77,16 +86,19 @@ completion_parser = command(
 
 def _teach(action: Action, file: object, folder: object) -> None:
     """Say what completes an argument."""
+    from vrs_cli.cli.recorded import formats
     from vrs_cli.kinematics.robot_file import robot_names
 
     stands = str(action.metavar)
     if "--robot" in action.option_strings:
         action.choices = robot_names()
+    elif "--to" in action.option_strings and stands == "FORMAT":
+        action.choices = tuple(formats())
     elif any(part in stands for part in (*FILES, *FOLDERS)):
         action.complete = folder if any(part in stands for part in FOLDERS) else file  # type: ignore[attr-defined]
 
 
-# --- vrs lsp --------------------------------------------------------------------------------------------------------
+# --- vrs tools lsp --------------------------------------------------------------------------------------------------
 
 
 def lsp(options: Namespace) -> None:

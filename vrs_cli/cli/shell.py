@@ -44,6 +44,7 @@ def shell(options: Namespace) -> int:
 shell_parser = command(
     "The interactive VAL-II shell of a virtual robot.",
     """\
+\f
 Without a terminal on standard input its lines are executed one after another:
 
   echo WHERE | vrs

@@ -144,7 +144,9 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing that can be measured
 
 
-LENIENT = option("--lenient", action="store_true", help="read what can be read of a damaged file, with warnings")
+LENIENT = option(
+    "--lenient", rare=True, action="store_true", help="read what can be read of a damaged file, with warnings"
+)
 
 
 def is_recording(name: str) -> bool:

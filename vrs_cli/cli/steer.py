@@ -1,4 +1,4 @@
-"""`vrs steer`: the robot follows a stream of targets, from a file or from another program."""
+"""`vrs lab steer`: the robot follows a stream of targets, from a file or from another program."""
 
 from __future__ import annotations
 
@@ -52,16 +52,17 @@ EPILOG = """\
 A line is a time and the joints [s, deg; mm where a joint slides]; or the first line names the columns:
 t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them. Each target is followed from
 its time on, within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
+  vrs lab steer taught.csv --csv followed.csv
+  vrs lab steer taught.csv --save followed.vrst --json
+  robot_logger | vrs lab steer - --realtime
+  vrs lab steer ws://lab:8000/robots/left taught.csv
+  robot_logger | vrs lab steer ws://lab:8000
+\f
 A line that is no target is named and left out.
 
 A robot that is served follows in its own real time; each target is sent ahead, and due so many seconds after its time
 as --lead says.
 
-  vrs steer taught.csv --csv followed.csv
-  vrs steer taught.csv --save followed.vrst --json
-  robot_logger | vrs steer - --realtime
-  vrs steer ws://lab:8000/robots/left taught.csv
-  robot_logger | vrs steer ws://lab:8000
 """
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
@@ -91,7 +92,7 @@ def _takes_address(options: Namespace) -> str | None:
         return None
     if not options.url.startswith(ADDRESSES) or options.file.startswith(ADDRESSES):
         what = options.file if options.file.startswith(ADDRESSES) else options.url
-        raise CommandLineError(f"one argument too many: {what}", "vrs steer ws://HOST:PORT FILE.csv")
+        raise CommandLineError(f"one argument too many: {what}", "vrs lab steer ws://HOST:PORT FILE.csv")
     given = [name for name in LOCAL if getattr(options, name) is not None]
     if given:
         name = given[0].replace("_", "-")
@@ -110,16 +111,21 @@ def steer_parser(prog: str) -> Parser:
         EPILOG,
         option("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)"),
         option("url", metavar="URL", nargs="?", help=f"the robot to steer, where it is served: {ADDRESS}"),
-        option("--lead", metavar="S", type=positive, help="of a served robot (default: round trip + 0.35 s)"),
+        option(
+            "--lead", rare=True, metavar="S", type=positive, help="of a served robot (default: round trip + 0.35 s)"
+        ),
         *ROBOT,
         option("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed"),
         option(
             "--profile",
+            rare=True,
             type=str.upper,
             choices=PROFILES,
             help="LSPB: without limits of jerk; the others: with them (default: as the robot's file says)",
         ),
-        option("--relative", action="store_true", help="times count from the first one (in real time, always)"),
+        option(
+            "--relative", rare=True, action="store_true", help="times count from the first one (in real time, always)"
+        ),
         REALTIME,
         option("--save", metavar="T.vrst", help="save the trajectory, target by target"),
         *OUTPUT_OPTIONS,

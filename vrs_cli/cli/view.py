@@ -50,6 +50,7 @@ one that executes a program; a trajectory; a robot that is served.
 
 The page is for this machine alone. Ctrl-C, or SIGTERM, ends it (in the shell: EXIT).
 
+\f
 On the terminal: space plays and pauses, left and right seek, r rewinds, f follows
 the robot again, + and - change the rate, Ctrl-X aborts what others have it do, q leaves.
 
@@ -97,15 +98,20 @@ def view_parser(prog: str) -> Parser:
         group(
             "the browser",
             option("--no-open", action="store_true", help="print the address alone"),
-            option("--port", type=port, default=0, help="default: any that is free"),
-            option("--host", default="127.0.0.1", help="an address of this machine alone (default: 127.0.0.1)"),
+            option("--port", rare=True, type=port, default=0, help="default: any that is free"),
+            option(
+                "--host", rare=True, default="127.0.0.1", help="an address of this machine alone (default: 127.0.0.1)"
+            ),
         ),
         *ROBOT,
         option("--cell", metavar="CELL.toml", help=CELL_HELP),
-        option("--rate", metavar="R", type=clock_rate, default=1.0, help="seconds of it in one (default: 1)"),
-        option("--no-run", action="store_true", help="load the file, and execute nothing"),
+        option(
+            "--rate", rare=True, metavar="R", type=clock_rate, default=1.0, help="seconds of it in one (default: 1)"
+        ),
+        option("--no-run", rare=True, action="store_true", help="load the file, and execute nothing"),
         option(
             "--window",
+            rare=True,
             metavar="S",
             type=positive,
             default=WINDOW,
@@ -113,6 +119,7 @@ def view_parser(prog: str) -> Parser:
         ),
         option(
             "--ahead",
+            rare=True,
             metavar="T|auto",
             type=_ahead,
             default=Ahead.PRESENT,

@@ -1,6 +1,6 @@
 """Files of which each line says what is to be at a time, in fields between commas.
 
-The stream of `vrs steer`: where the robot is to be, one target a line, in the columns of our tables.
+The stream of `vrs lab steer`: where the robot is to be, one target a line, in the columns of our tables.
 
     t,jt1,jt2,jt3,jt4,jt5,jt6         s, deg; mm where a joint slides
     t,x,y,z,o,a,t_angle               s, mm, deg

@@ -171,7 +171,7 @@ class ChunkSteering:
         self._new = 0  # targets that were not sent yet
         self.refused: VrsError | None = None
         self._sent: SimpleQueue[tuple[int, int, Callable[[], FollowReport]] | None] = SimpleQueue()
-        self._hearing = Thread(target=self._hear, name="vrs steer", daemon=True)
+        self._hearing = Thread(target=self._hear, name="vrs lab steer", daemon=True)
         self._hearing.start()
 
     def to(self, target: Joints | Transform, t: float) -> None:

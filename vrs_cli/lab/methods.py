@@ -1,4 +1,4 @@
-"""Viewers and controllers that users bring to `vrs experiment methods`, and those that they are compared with.
+"""Viewers and controllers that users bring to `vrs lab experiment methods`, and those that they are compared with.
 
 A viewer shows a robot from frames that come late; a controller sends it set points that come late. Each is a class with
 two methods. A class of a user may derive from Predictor or RemoteController, or just have their methods.

@@ -48,7 +48,7 @@ KEYS: tuple[tuple[str, str], ...] = (
     ("Ctrl-A, Ctrl-E", "go to the begin, to the end of the line"),
     ("Ctrl-W, Ctrl-K, Ctrl-U", "cut the word before the cursor, all behind it, all of the line; Ctrl-Y puts it back"),
     ("Ctrl-_", "undo what was typed"),
-    ("vi keys", 'set keys = "vi" in the file that vrs config names'),
+    ("vi keys", 'set keys = "vi" in the file that vrs tools config names'),
 )
 
 # topics beside the groups of the overview: what each is called, its title and rows
