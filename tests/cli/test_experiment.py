@@ -236,5 +236,7 @@ def test_a_study_goes_on_where_it_was(
     ]
     assert "which study?" in out_of(capsys, "lab", "experiment", "study", status=2)
     assert "nowhere.toml" in out_of(capsys, "lab", "experiment", "study", "nowhere.toml", status=2)
-    assert "--dry-run is of vrs lab experiment study" in out_of(capsys, "experiment", "delays", "--dry-run", status=2)
-    assert "one argument too many: s.toml" in out_of(capsys, "experiment", "delays", "s.toml", status=2)
+    assert "--dry-run is of vrs lab experiment study" in out_of(
+        capsys, "lab", "experiment", "delays", "--dry-run", status=2
+    )
+    assert "one argument too many: s.toml" in out_of(capsys, "lab", "experiment", "delays", "s.toml", status=2)

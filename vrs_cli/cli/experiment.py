@@ -155,7 +155,6 @@ study is for people. All else happens in virtual time, and is the same for the s
 
   vrs lab experiment delays
   vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
-  vrs lab experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
   vrs lab experiment delays --plot delays.svg
   vrs lab experiment methods --viewer smooth.py:Smooth --controller mine:Controller
   vrs lab experiment twin --scenario payload storm.toml --plot twin.svg
@@ -178,12 +177,31 @@ twin lets a simulated body follow the timeline, and disturbances befall it: what
 study is for people: they drive under several delays, in the order of a Latin square, and times and errors go to a CSV
 file under pseudonyms. After a kill the same command goes on with the next trial.
 
-{KINDS}""",
+{KINDS}
+  vrs lab experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
+""",
     option("what", metavar="EXPERIMENT", nargs="?", choices=(*EXPERIMENTS,), help=f"{', '.join(EXPERIMENTS)}"),
     option("file", metavar="FILE.toml", nargs="?", help="of study: its conditions and its task"),
-    option("--participant", metavar="N", type=size, help="of study: who drives (default: the next who is not done)"),
-    option("--out", metavar="FILE.csv", help="of study: the results (default: FILE.csv, of --dry-run FILE.dry.csv)"),
-    option("--dry-run", action="store_true", default=None, help="of study: a scripted participant, in virtual time"),
+    option(
+        "--participant",
+        rare=True,
+        metavar="N",
+        type=size,
+        help="of study: who drives (default: the next who is not done)",
+    ),
+    option(
+        "--out",
+        rare=True,
+        metavar="FILE.csv",
+        help="of study: the results (default: FILE.csv, of --dry-run FILE.dry.csv)",
+    ),
+    option(
+        "--dry-run",
+        rare=True,
+        action="store_true",
+        default=None,
+        help="of study: a scripted participant, in virtual time",
+    ),
     option("--viewer", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
     option("--controller", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
     option(

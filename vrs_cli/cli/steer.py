@@ -52,17 +52,18 @@ EPILOG = """\
 A line is a time and the joints [s, deg; mm where a joint slides]; or the first line names the columns:
 t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them. Each target is followed from
 its time on, within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
+
   vrs lab steer taught.csv --csv followed.csv
   vrs lab steer taught.csv --save followed.vrst --json
   robot_logger | vrs lab steer - --realtime
   vrs lab steer ws://lab:8000/robots/left taught.csv
   robot_logger | vrs lab steer ws://lab:8000
 \f
+
 A line that is no target is named and left out.
 
 A robot that is served follows in its own real time; each target is sent ahead, and due so many seconds after its time
 as --lead says.
-
 """
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
