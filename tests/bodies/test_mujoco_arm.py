@@ -141,6 +141,16 @@ def test_push_moves_it_aside_for_a_while() -> None:
     assert np.max(np.abs(errors(after[-30:], standing))) < radians(0.1)  # dry friction
 
 
+def test_a_push_ends_when_it_is_released() -> None:
+    arm = arm_at()
+    arm.disturb(Push(force=(0.0, 300.0, 0.0)))
+    pushed = arm.advance(0.5, standing)
+    arm.disturb(Release(Push))
+    after = arm.advance(1.5, standing)
+    assert np.max(np.abs(errors(pushed[-30:], standing))) > radians(1.0)
+    assert np.max(np.abs(errors(after[-30:], standing))) < radians(0.3)  # dry friction
+
+
 def test_push_at_a_joint_is_the_torque_that_its_motor_gives_against_it() -> None:
     arm = MujocoArm(PUMA, joints=PLACE, settings=EXACT)
     before = arm.advance(1.0, standing)[-1].effort

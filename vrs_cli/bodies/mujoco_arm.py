@@ -338,7 +338,7 @@ class MujocoArm:
 
     def _disturbances_now(self) -> None:
         """Begin and end what is due, and find what pushes now."""
-        if not (self._waiting or self._active):
+        if not (self._waiting or self._active or self._pushed):
             return
         while self._waiting and _begin(self._waiting[0]) <= self.time + 1e-9:
             self._begin(self._waiting.pop(0))
