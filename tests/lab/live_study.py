@@ -37,7 +37,7 @@ def main(participants: int = 2) -> int:
 
 def drive(study: Path, participant: int, *, killed: bool = False) -> None:
     """Do all trials of a participant, each by one motion; or kill the study in the first one."""
-    words = ("experiment", "study", str(study), "--participant", str(participant))
+    words = ("lab", "experiment", "study", str(study), "--participant", str(participant))
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-m", "vrs_cli", *words], stdin=pipe, stdout=pipe, text=True) as child:
         assert child.stdin is not None

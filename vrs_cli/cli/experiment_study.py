@@ -41,7 +41,7 @@ def run(options: Namespace) -> int:
     from vrs_cli.lab.study import DryRun, Results, load_study, pseudonym, study_trials
 
     if options.file is None:
-        raise CommandLineError("which study?", "vrs experiment study FILE.toml")
+        raise CommandLineError("which study?", f"{options.prog} study FILE.toml")
     study = load_study(Path(options.file))
     path = Path(options.out or Path(options.file).with_suffix(".dry.csv" if options.dry_run else ".csv"))
     results = Results(path, study)
@@ -154,7 +154,9 @@ class _People:
         condition, self._condition = trial.condition, trial.condition
         self._line.close()
         ways = ("--forward", condition.forward, "--backward", condition.backward, "--seed", str(self._study.seed))
-        child = self._line.enter_context(_child("delay", self._at, self._server, *ways, "--quiet", end=Popen.kill))
+        child = self._line.enter_context(
+            _child("lab", "delay", self._at, self._server, *ways, "--quiet", end=Popen.kill)
+        )
         at = _first_line(child).split()[0]
         if self._at == "0":
             page = f"in a browser, http://{at}/view/arm, or " if BUILT_PAGE.exists() else ""
