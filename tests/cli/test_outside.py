@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+from math import inf
 from pathlib import Path
 
 import pytest
 
 from tests.cli.conftest import Vrs
+from tests.live import PATIENCE
 from vrs_cli.cli.main import OK, USAGE
+from vrs_cli.cli.outside import chosen_outside
+from vrs_cli.cli.run import run_parser
 from vrs_cli.errors import DeviceNotReady, NetworkTimeout
 
 SERVER = """\
@@ -84,3 +91,23 @@ def test_a_sandbox_has_peers_that_are_written_down(vrs: Vrs, server: str, tmp_pa
     (tmp_path / "peers.jsonl").write_text(PEER)
     run = vrs("run", server, "--sandbox", str(tmp_path / "box"), "--replay-units", str(tmp_path / "peers.jsonl"))
     assert " 1 100\n" in run.out
+
+
+def test_a_driver_serves_until_it_is_stopped(server: str) -> None:
+    command = [sys.executable, "-m", "vrs_cli", "run", server, "--allow-net"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        told = process.stdout.readline()
+        assert "TCP port" in told, told
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode != OK
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("words", "patience"),
+    [(["--allow-net"], inf), (["--allow-net", "--patience", "5"], 5.0), (["--serial", "1=pty"], inf)],
+)
+def test_how_long_units_wait(words: list[str], patience: float) -> None:
+    assert chosen_outside(run_parser("vrs run").parse(["a.v2", *words])).patience == patience

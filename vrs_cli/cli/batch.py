@@ -21,7 +21,7 @@ from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_d
 from vrs_cli.cli.fence import Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
-from vrs_cli.cli.outside import PATIENCE, chosen_outside
+from vrs_cli.cli.outside import chosen_outside
 from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, read_source, robot_of, tidy
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
@@ -194,7 +194,7 @@ class Batch(Struct, frozen=True):
 
     def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:
         model = chosen_robot(self.options, robot_of(self.options.prog, self.source))
-        outside = chosen_outside(self.options, patience=PATIENCE)
+        outside = chosen_outside(self.options)
         clock, limits = clock_of(self.options.realtime), self._limits()
         station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
         station.dialect = chosen_dialect(self.options)
@@ -215,6 +215,8 @@ class Batch(Struct, frozen=True):
         """The limits of the options; the usual ones where none is given."""
         options = self.options
         own = OWN if options.realtime is None else ATTENDED
+        if options.allow_net or options.serial:
+            own = structs.replace(own, max_time=None)  # a driver serves until it is stopped
         usual = Limits() if options.apart or options.sandbox is not None else own
         return structs.replace(
             usual, **{name: most for name in COUNTED if (most := getattr(options, name)) is not None}

@@ -11,7 +11,7 @@ from vrs_cli.cli.command_line import CommandLineError, group, option, positive
 if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
 
-PATIENCE = 60.0  # [s] that a unit of `vrs run` waits; at a prompt somebody is there to end it
+PATIENCE = 60.0  # [s] that a unit waits for a peer that is written down
 
 
 def _address(text: str) -> str:
@@ -51,7 +51,11 @@ OUTSIDE = group(  # for `chosen_outside`
         help="what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
     ),
     option(
-        "--patience", rare=True, metavar="S", type=positive, help=f"how long a unit waits (vrs run: {PATIENCE:g} s)"
+        "--patience",
+        rare=True,
+        metavar="S",
+        type=positive,
+        help=f"how long a unit waits (with --replay-units {PATIENCE:g} s)",
     ),
     option("--record-units", rare=True, metavar="FILE", help="write down all that comes from there, and when"),
     option("--replay-units", rare=True, metavar="FILE", help="give the same again, or what a script says"),
@@ -59,7 +63,7 @@ OUTSIDE = group(  # for `chosen_outside`
 )
 
 
-def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Outside:
+def chosen_outside(options: argparse.Namespace) -> Outside:
     """Return the devices that programs may attach, by the options OUTSIDE. Real devices set `options.realtime`.
 
     Raises CommandLineError, FileError.
@@ -73,7 +77,7 @@ def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Out
         raise CommandLineError("--net-host says where ports are opened", "give --allow-net too")
     if options.record_units is not None and not live and options.replay_units is None:
         raise CommandLineError("--record-units has nothing to record", "give --allow-net or --serial too")
-    patience = options.patience or patience
+    patience = options.patience or (inf if live else PATIENCE)
     outside: Outside
     if live:
         from vrs_cli.devices.sockets import LOOPBACK, Sockets
