@@ -17,7 +17,16 @@ from tests.repl.afar import remote_front_end
 
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
-WITHOUT_EXAMPLES = {"CONTRIBUTING.md", "design.md", "editors.md", "kinds.md", "messages.md", "view.md", "words.md"}
+WITHOUT_EXAMPLES = {
+    "CONTRIBUTING.md",
+    "design.md",
+    "editors.md",
+    "install.md",
+    "kinds.md",
+    "messages.md",
+    "view.md",
+    "words.md",
+}
 AT_A_FRONT_END = ("vrs", "val2", "toml", "xml")  # sessions, and the files that they have
 CI = ROOT / ".ci" / "run"
 
