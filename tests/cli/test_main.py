@@ -112,6 +112,7 @@ def test_rare_options_are_in_help_all_alone(vrs: Vrs) -> None:
         (["steer", "a.csv"], "vrs: vrs steer is now vrs lab steer"),
         (["put", "a.v2"], "vrs: vrs put is now vrs connect URL --put FILE"),
         (["lab"], "vrs: vrs lab what? (there is experiment, delay, steer)"),
+        (["tools", "--help"], "vrs: vrs tools what? (there is lsp, completion, config)"),
         (["tools", "lps"], "vrs: unknown subcommand tools lps (there is lsp, completion, config)"),
         (["connect", "ws://127.0.0.1", "--as", "a.v2"], "vrs connect: --as is for --put"),
         (["connect", "ws://127.0.0.1", "--replace"], "vrs connect: --replace is for --put and --get"),

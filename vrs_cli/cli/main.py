@@ -68,6 +68,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
     },
 }
 SUBCOMMANDS: Mapping[str, Subcommand] = {name: row for rows in GROUPS.values() for name, row in rows.items()}
+HELPS = (["--help"], ["-h"], ["--help-all"])
 FAMILIES = ("class", "lab", "tools")  # first words of names of two words
 MOVED: Mapping[str, str] = {  # names that were, and what is there now
     **{name.split()[1]: f"vrs {name}" for name in SUBCOMMANDS if " " in name},
@@ -139,7 +140,7 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
 
     if name in FAMILIES:
         family = [full.split()[1] for full in SUBCOMMANDS if full.startswith(f"{name} ")]
-        what = f"unknown subcommand {name} {arguments[1]}" if arguments[1:] else f"vrs {name} what?"
+        what = f"vrs {name} what?" if arguments[1:] in ([], *HELPS) else f"unknown subcommand {name} {arguments[1]}"
         raise CommandLineError(what, f"there is {', '.join(family)}")
     if name in MOVED:
         raise CommandLineError(f"vrs {name} is now {MOVED[name]}")
