@@ -453,39 +453,40 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 62_225  # of Python, in all
+MAX_STATEMENTS = 64_549  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 213,
     "extras": 36,
     "page": 133,
     "kinematics": 6270,
-    "values": 1684,
-    "trajectory": 3372,
-    "engine": 5047,
-    "language": 6822,
-    "wire": 1078,
-    "files": 3236,
+    "values": 1699,
+    "trajectory": 3377,
+    "engine": 5059,
+    "language": 6862,
+    "wire": 1140,
+    "files": 3255,
     "world": 1329,
     "devices": 968,
     "contacts": 1029,
-    "twin": 744,
-    "interfaces": 8124,
-    "net": 7340,
-    "bodies": 480,
-    "render": 2202,
+    "twin": 748,
+    "interfaces": 8304,
+    "net": 7167,
+    "bodies": 987,
+    "render": 2211,
     "repl": 2262,
-    "api": 1091,
+    "api": 1173,
+    "lab": 1077,
     "highlight": 37,
     "lsp": 604,
     "teach": 4778,
-    "cli": 3302,
+    "cli": 3787,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 438  # with content
+MAX_FILES = 451  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
-MAX_TYPESCRIPT_LINES = {"src": 7_579, "test": 2_000}  # of the page
+MAX_TYPESCRIPT_LINES = {"src": 7_896, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 62  # modules that `import vrs_cli.net.protocol` loads
 
 
