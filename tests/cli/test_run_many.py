@@ -142,7 +142,7 @@ def test_an_endless_loop_of_a_folder_run_ends_by_its_limit(vrs: Vrs, logs: Path)
 
 
 def test_help_says_what_limits_hold(vrs: Vrs) -> None:
-    told = " ".join(vrs("run", "--help").out.split())
+    told = " ".join(vrs("run", "--help-all").out.split())
     usual, own = Limits(), OWN
     assert (usual.max_time, own.max_time) == (3600.0, 86_400.0)
     assert "(default: a day, 86400; or an hour, 3600)" in told

@@ -217,8 +217,8 @@ TYPED_BEFORE = {
     "REDO": ("MOVE part", "UNDO"),
     "REPLAY": ("SAVE demo.vrst",),
 }
-# they need the shell, real time, or a program that runs while something is typed
-TRIED_ELSEWHERE = {"SEE", "LOG", "PLOT", "CLOCK", "CYCLE.END", "PCEND"}
+# they need the shell, a body, real time, or a program that runs while something is typed
+TRIED_ELSEWHERE = {"SEE", "RESYNC", "LOG", "PLOT", "CLOCK", "CYCLE.END", "PCEND"}
 COMMANDS_THERE = [row for row in COMMANDS.values() if row.state is State.SUPPORTED and row.name not in TRIED_ELSEWHERE]
 
 

@@ -14,13 +14,16 @@ from tests.net.cable import cable
 from tests.net.serving import serving
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import RequestRefused, RoleWanted
+from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.net.body_client import BodyClient
 from vrs_cli.net.body_messages import Embodied, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.messages import BodyOrder, BodyReleased, BodyStatus, Hello, Line, Refused, Subscribe
+from vrs_cli.net.served_robot import MEASURED_SECONDS
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.net.told_measured import MAX_REMEMBERED, MeasuredTeller
+from vrs_cli.trajectory.reports import CHUNK
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import BodyMode, Report, ReportCounts
 from vrs_cli.wire.codec import Encoding, encode
@@ -302,3 +305,17 @@ def test_a_slow_viewer_is_told_no_old_reports_and_holds_nobody() -> None:
     assert sum(len(batch.message.times) for batch in batches) <= MAX_REMEMBERED + 50
     assert batches[-1].end == teller.count == 100_000
     assert batches[-1].message.first == 99_950
+
+
+def test_a_server_keeps_the_last_hour_in_memory_and_all_in_the_journal(tmp_path: Path) -> None:
+    with serving(tmp_path, realtime=1.0) as it:
+        record = it.hub.rooms["cell1"].session.engine.measured
+        for begin in range(0, 8000, 100):
+            record.add([Report(float(t), (0.1,) * 6) for t in range(begin, begin + 100)])
+        seen = record.seen
+        assert seen.start is not None
+        assert 8000 - MEASURED_SECONDS - CHUNK <= seen.start <= 8000 - MEASURED_SECONDS
+        assert seen.end == 7999.0
+    (journal,) = (tmp_path / "journal").glob("*.vrst")
+    kept = read_trajectory(journal).measured
+    assert (len(kept), kept.start, kept.end) == (8000, 0.0, 7999.0)

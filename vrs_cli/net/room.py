@@ -357,8 +357,7 @@ class Room(ServedRobot):
             self.broadcast.course.tick()
         self.served_body.tick()
         if self._unwritten:
-            write = self._journaling_reports()
-            self._call(lambda _session: write())
+            self._call(lambda _session: self._write_reports())
         ran, self._ran = self._ran, session.running
         if ran and not self._ran:  # what a program that has ended has changed is written down
             self._call(lambda _session: self.durable_log.note())

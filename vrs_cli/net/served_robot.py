@@ -287,7 +287,7 @@ class ServedRobot:
             self.broadcast.course.close()
         self.session.close()
         try:
-            self._journaling_reports()()
+            self._write_reports()
             self.durable_log.settle()
         finally:
             if self._memory is not None:
@@ -303,11 +303,12 @@ class ServedRobot:
     def _leave_unwritten(self, reports: Sequence[Report]) -> None:
         self._unwritten += reports
 
-    def _journaling_reports(self) -> Callable[[], None]:
-        """Return what writes the reports since the last call into the journal, in the robot's thread."""
-        reports, self._unwritten = self._unwritten, []
-        journal = self._journal
-        return lambda: journal.add_reports(reports) if journal is not None and reports else None
+    def _write_reports(self) -> None:
+        """Write the reports that have come into the journal: in the robot's thread, or when that has ended."""
+        reports = self._unwritten[:]
+        if self._journal is not None and reports:
+            self._journal.add_reports(reports)
+        del self._unwritten[: len(reports)]  # others may have come meanwhile, in another thread
 
     def binding(self, lease: RobotLease) -> RobotLease | None:
         """The lease that restricts commands: none for a robot of one user, until somebody asks to drive alone."""

@@ -75,7 +75,7 @@ BEFORE = {  # what an example needs to have happened
     "PLOT": ["MOVE part"],
     "SAVE": ["MOVE part"],
 }
-ELSEWHERE = {"SEE", "REPLAY", "EDIT", "LOG", "CLOCK"}  # they need a screen, a shell, or a clock on the wall
+ELSEWHERE = {"SEE", "REPLAY", "EDIT", "LOG", "CLOCK", "RESYNC"}  # they need a screen, a shell, a body, or a wall clock
 SAMPLE = '.PROGRAM other()\n    TYPE "other"\n.END\n'
 
 
