@@ -139,22 +139,35 @@ def test_a_journal_that_is_removed_goes_on_elsewhere_with_all_reports(path: Path
         assert list(read_trajectory(path.with_name("day-2.vrst")).measured) == reports(0, 300)
 
 
-def test_a_restart_from_a_checkpoint_has_the_reports_since_then(path: Path) -> None:
+@pytest.mark.parametrize("ended", [True, False])
+def test_a_restart_from_a_checkpoint_has_all_reports(path: Path, ended: bool) -> None:
+    """Reports from before the last checkpoint and after it. `ended`: else the process was killed."""
     with small_parts():
         it = Robot(path)
-        for k in range(0, 600, 20):
+        it.move(1)
+        it.engine.measured.add(reports(0, 80))  # lines of reports that follow each other
+        it.engine.measured.add(reports(80, 160))
+        for k in range(160, 600, 20):
             it.engine.measured.add(reports(k, k + 20))
             it.move(2)
-        it.end()
-        again = Robot(path)
+        if ended:
+            it.end()
+        left = path.with_name("left.vrst")  # as a process that is killed leaves its file
+        left.write_bytes(path.read_bytes())
+        written = list(read_trajectory(left).measured)
+        again = Robot(left)
         assert again.from_checkpoint
         seen = again.engine.measured.seen
-        assert list(seen) == reports(600 - len(seen), 600)
-        assert 0 < len(seen) < 600
-        again.engine.measured.add(reports(600, 700))
+        assert list(seen) == written == reports(0, len(written))
+        assert len(written) == 600 if ended else len(written) > 500
+        for t in (0.5, 1.3, 2.2, 6.0):  # the checkpoint is far behind 2.2 s
+            assert seen.joints_at(t) is not None
+        again.engine.measured.add(reports(len(written), 700))
         again.move(1)
         again.end()
-    assert list(read_trajectory(path).measured) == reports(0, 700)
+        if not ended:
+            it.end()
+    assert list(read_trajectory(left).measured) == reports(0, 700)
 
 
 def test_reports_wait_while_the_disk_is_full(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,7 @@ from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
 from vrs_cli.wire.codec import decode
 from vrs_cli.wire.lines import (
     CHECKPOINT,
+    REPORTS,
     CheckpointRecord,
     Checksums,
     HeaderRecord,
@@ -244,7 +245,7 @@ def _checksums(file: GrowingFile, place: int) -> Checksums:
 class Resumed(Struct, frozen=True):
     """A course of events as its journal has it. `size`: the bytes of whole lines;
     `checksum`: of the last. `version`: of the checkpoint that it was read from;
-    `measured`: the reports since then.
+    `measured`: all reports of its body.
     """
 
     model: RobotModel
@@ -318,7 +319,10 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
     past, motions, measured = Past(file, form, record.deltas, place), Motions(), MeasuredRecord(form.joint_count)
     known, new, size = list[TimelineDelta](), list[TimelineDelta](), 0
     parts, more = divmod(record.checkpoint, PART)
-    for line in lines(file, past.places[parts] if more else place):
+    begin = past.places[parts] if more else place
+    for reports in _reports_before(file, begin):
+        measured.add_columns(decode_reports(reports, form))
+    for line in lines(file, begin):
         size = line.end
         if line.record.startswith(CHECKPOINT):
             past.checkpoint = line.place
@@ -349,6 +353,25 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
         version=record.checkpoint,
         measured=measured.seen,
     )
+
+
+def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
+    """Yield the lines of reports that begin before a place; no other line is read. Raises RecordError."""
+    mark, begin = b"\n" + REPORTS, 0
+    while begin < end:
+        found = file.read(begin, CHUNK + len(mark)).find(mark)
+        if found < 0:
+            begin += CHUNK
+            continue
+        for line in lines(file, begin + found + 1):
+            if line.place >= end or not has_reports(line.record):
+                break
+            begin = line.end - 1  # the mark of the next line begins with the end of this one
+            yield line.record
+        else:
+            return
+        if line.place >= end:
+            return
 
 
 def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row]]:
