@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -91,6 +92,13 @@ def test_a_process_that_is_ended_costs_its_item_alone(monkeypatch: pytest.Monkey
     assert found["fail"] == "vrs itself failed: ValueError: a fault"
     assert "File too large" in found["overflow"]
     assert found["die"] == "its process was ended by SIGKILL"
+
+
+def test_objects_that_the_caller_has_frozen_stay_frozen() -> None:
+    gc.freeze()
+    frozen = gc.get_freeze_count()
+    results(["a"])
+    assert gc.get_freeze_count() >= frozen * 0.9
 
 
 @posix

@@ -139,16 +139,20 @@ def _why(status: int | None, late: bool, fence: Fence) -> str:
 
 @contextmanager
 def _shared_memory() -> Iterator[None]:
-    """Let forked processes share what there is now: the garbage collector leaves it alone."""
+    """Let forked processes share what there is now: the garbage collector leaves it alone. Objects that the caller has
+    frozen stay frozen.
+    """
     if not FORK:
         yield
         return
+    frozen_by_caller = gc.get_freeze_count()
     gc.collect()
     gc.freeze()
     try:
         yield
     finally:
-        gc.unfreeze()
+        if not frozen_by_caller:
+            gc.unfreeze()
 
 
 @contextmanager

@@ -55,7 +55,16 @@ def test_where_nobody_waits_it_is_freed_at_once() -> None:
     assert there() == 0
 
 
+def test_objects_that_the_caller_has_frozen_stay_frozen() -> None:
+    gc.freeze()
+    frozen = gc.get_freeze_count()
+    with collect_in_small_parts():
+        pass
+    assert gc.get_freeze_count() >= frozen * 0.9
+
+
 def test_a_process_is_as_before_when_it_no_longer_serves() -> None:
+    gc.unfreeze()  # what the run of the tests has frozen
     before, running = gc.get_threshold(), active_count()
     with collect_in_small_parts():
         assert gc.get_threshold() != before

@@ -34,9 +34,10 @@ def pause_collector() -> Iterator[None]:
 @contextmanager
 def collect_in_small_parts() -> Iterator[None]:
     """While others wait for this process: what has outlived two collections is looked at no more, so that none takes
-    long, however much there is (0.2 s for a million values). A cycle of values that old stays until the block ends.
+    long, however much there is (0.2 s for a million values). A cycle of values that old stays until the block ends,
+    and longer where the caller has frozen objects: they stay frozen.
     """
-    thresholds = gc.get_threshold()
+    thresholds, frozen_by_caller = gc.get_threshold(), gc.get_freeze_count()
     gc.set_threshold(COLLECT_AFTER, COLLECTIONS)
     gc.callbacks.append(_leave_alone)
     Thread(target=_free, name="free", daemon=True).start()
@@ -45,7 +46,8 @@ def collect_in_small_parts() -> Iterator[None]:
     finally:
         gc.callbacks.remove(_leave_alone)
         gc.set_threshold(*thresholds)
-        gc.unfreeze()
+        if not frozen_by_caller:
+            gc.unfreeze()
         _unused.put(())
 
 
