@@ -15,6 +15,7 @@ from vrs_cli.kinematics.masses import LinkMasses
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, LinkShape, MeshFile, Slab
 from vrs_cli.kinematics.transform import rotation_about, translation
+from vrs_cli.twin.dynamics import torques
 from vrs_cli.twin.inertia import balanced, inertial_model, point_masses, solid_of_link
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -138,6 +139,27 @@ def test_robots_with_masses_have_bodies_for_links(name: str) -> None:
         assert row.shape == (model.joint_count,)
         assert np.all(row >= 0.0)
     assert np.all(found.max_torque > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "kilograms", "holding"),
+    [
+        ("iiwa14", 25.61, (0.0, -22.289, -5.216, -9.758, 0.035, -0.807, 0.0)),
+        ("panda", 16.0621, (0.0, -10.246, -2.784, -12.490, -0.542, 0.227, -0.059)),
+        ("so100", 0.608965, (0.0, 0.321, -0.109, 0.097, -0.001)),
+        ("ur5e", 16.9949, (0.0, -37.279, -3.989, 1.257, -0.056, 0.0)),
+        ("xarm6", 7.7536, (0.0, -0.506, 8.719, 0.168, 0.453, 0.0)),
+    ],
+)
+def test_masses_load_the_joints_as_in_their_source(name: str, kilograms: float, holding: tuple[float, ...]) -> None:
+    """Torques that hold the arm at 0.3, 0.5, 0.7, ... rad: slopes of the potential energy along the source's chain of
+    bodies. The source of the UR5e has lengths in whole millimetres.
+    """
+    model = load_robot(name)
+    found = inertial_model(model)
+    q = np.array([[0.3 + 0.2 * i for i in range(len(holding))]])
+    assert found.mass.sum() == pytest.approx(kilograms, abs=1e-4)
+    assert torques(model, found, q, 0.0 * q, 0.0 * q)[0] == pytest.approx(holding, abs=0.05 if name == "ur5e" else 1e-3)
 
 
 def test_all_links_without_a_mass_are_told_at_once() -> None:

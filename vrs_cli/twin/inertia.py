@@ -35,7 +35,7 @@ ROUNDING = 1e-12  # of a moment of inertia
 LEAST = 1e-6  # [kg m2] a moment of inertia
 POSES, SEED = 100, 1  # random ones, for what nobody says of a drive
 RESERVE = 2.0  # ours: how many times the torque that gravity and the greatest acceleration ask for a drive has
-ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of the greatest inertia, and of the greatest torque
+ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of the greatest inertia, and of RESERVE torques
 ROUND = 24  # places of slices along half a circle: second moments of a slab to 1e-4
 
 
@@ -107,10 +107,11 @@ def _with_drives(
     gear = said((link.gear for link in known), none + 1.0)
     armature = said((link.rotor for link in known), ROTOR_SHARE * own / gear**2) * gear**2
     needed = holding + (own + armature) * np.array(model.max_acceleration)
-    max_torque = said((link.max_torque for link in known), RESERVE * needed)
-    damping = VISCOUS_SHARE * max_torque / np.array(model.max_velocity)
+    usual = RESERVE * needed
+    max_torque = said((link.max_torque for link in known), usual)
+    damping = VISCOUS_SHARE * usual / np.array(model.max_velocity)
     viscous = said((link.viscous for link in known), damping / gear**2) * gear**2
-    coulomb = said((link.coulomb for link in known), COULOMB_SHARE * max_torque / gear) * gear
+    coulomb = said((link.coulomb for link in known), COULOMB_SHARE * usual / gear) * gear
     return bare._replace(armature=armature, viscous=viscous, coulomb=coulomb, max_torque=max_torque)
 
 
