@@ -101,6 +101,16 @@ def test_a_body_that_holds_by_an_order_is_not_compared() -> None:
     assert not [a for one in rows if (a := watch.take(engine.timeline, one))]
 
 
+def test_a_body_that_holds_by_itself_raises_an_alarm_once_the_timeline_leaves_it() -> None:
+    engine, watch = standing()
+    near = reports(engine, 0.0, 500, 0.0, BodyMode.HOLDS)
+    assert not [a for one in near if (a := watch.take(engine.timeline, one, ordered=False))]
+    rows = reports(engine, 5.0, 500, 0.5, BodyMode.HOLDS)
+    (alarm,) = [a for one in rows if (a := watch.take(engine.timeline, one, ordered=False))]
+    assert alarm.cause is DivergenceCause.STOPPED
+    assert alarm.detail == "the body says that it holds, and nobody ordered that"
+
+
 def test_older_and_frequent_reports_are_passed_over() -> None:
     engine, watch = standing()
     rows = reports(engine, 0.0, 300)

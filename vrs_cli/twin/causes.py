@@ -54,7 +54,7 @@ class Evidence(NamedTuple):
     g: PositionArrays
     healthy: Floats
     noise: Floats
-    stopped: bool
+    mode: BodyMode
 
     @property
     def times(self) -> Floats:
@@ -85,8 +85,10 @@ class Evidence(NamedTuple):
 
 def likely_cause(it: Evidence) -> Likely:
     """Return the likely cause, and a sentence that says what it is concluded from."""
-    if it.stopped:
+    if it.mode is BodyMode.STOPPED:
         return DivergenceCause.STOPPED, "the body says that it has stopped"
+    if it.mode is BodyMode.HOLDS:
+        return DivergenceCause.STOPPED, "the body says that it holds, and nobody ordered that"
     for judge in (_lost_or_late, _standing, _payload, _moved):
         found = judge(it)
         if found is not None:

@@ -90,9 +90,9 @@ class DivergenceWatch:
         self._bounds: dict[int, tuple[Floats, Floats]] = {}
         self.diverged = False
 
-    def take(self, timeline: Timeline, report: Report) -> DivergenceAlarm | None:
+    def take(self, timeline: Timeline, report: Report, *, ordered: bool = True) -> DivergenceAlarm | None:
         """Compare a report with the timeline of the robot as it is now; return an alarm if one is due. Reports that are
-        older than the last one are passed over, and so are those of a body that holds by an order.
+        older than the last one are passed over, and so are those of a body that holds, if that was `ordered`.
         """
         last = self._samples[-1].t if self._samples else -inf
         if timeline is not self._timeline:
@@ -101,9 +101,10 @@ class DivergenceWatch:
             self._timeline = timeline
         if report.t < last + APART:
             return None
-        if report.mode is BodyMode.HOLDS or report.t > last + GAP > -inf:
+        holds = ordered and report.mode is BodyMode.HOLDS
+        if holds or report.t > last + GAP > -inf:
             self.reset()
-            if report.mode is BodyMode.HOLDS:
+            if holds:
                 return None
         alarm = None
         if self._cell and floor(report.t / BLOCK) != floor(self._cell[0][0] / BLOCK):
@@ -199,8 +200,8 @@ class DivergenceWatch:
         healthy = self.healthy.predict(Blocks(times, measured, velocity, acceleration, load))
         befores = tuple(before for _, before in reversed(self._befores))
         noise: Floats = SAMPLE_NOISE * healthy.deviation.mean(axis=0)
-        stopped = samples[-1].mode is BodyMode.STOPPED
-        return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, stopped)
+        mode = samples[-1].mode
+        return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, mode)
 
 
 def _joined(blocks: list[Blocks]) -> Blocks:

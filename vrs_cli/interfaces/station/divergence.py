@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 PARAMETER = "DIVERGENCE"  # has the name of an OnAlarm
 STANDS_WITHIN = 5.0  # [s] a body that is told to hold stands still, and its reports of that have come
 DELAYS, MARGIN = 2.0, 0.1  # times the delay of reports, and [s]: in that time an order to follow gets to the body
+SETTLES = 1.0  # [s] more for a body that enters, or is told to follow, to begin
 NEAR = 5e-3  # [rad, m] a body that enters so near to the timeline follows it at once
 AGAIN_AFTER = 10.0  # [s] an alarm that comes sooner after RESYNC is one that RESYNC does not help against
 # a body that differs for one of these is brought back by RESYNC; a blocked joint or a payload would stay
@@ -57,6 +58,7 @@ class DivergenceGuard:
         self._watch: DivergenceWatch | None = None
         self._last: DivergenceAlarm | None = None
         self._due = False  # RESYNC by itself, when the body is no longer stopped
+        self._entered = -inf  # [s] when a client became the body
         self._synchronised = -inf  # [s] when RESYNC was done by itself last
         body.told.append(self._hear)
 
@@ -84,12 +86,18 @@ class DivergenceGuard:
             self._watch = DivergenceWatch(self._engine.arm)
         timeline = self._timeline()
         for report in reports:
-            alarm = self._watch.take(timeline, report)
+            alarm = self._watch.take(timeline, report, ordered=self._may_hold(report.t))
             if alarm is not None:
                 self._raise(alarm)
         if self._due and reports[-1].mode is not BodyMode.STOPPED:
             self._due = False
             self.ask(self._resync_by_itself(), False)
+
+    def _may_hold(self, t: float) -> bool:
+        """Return whether a body may hold at time t [s]: by an order, or because it has only just got one to follow."""
+        body = self._body
+        since = max(body.ordered_at, self._entered)
+        return body.order is BodyMode.HOLDS or t < since + DELAYS * body.clock.delay + SETTLES
 
     def _raise(self, alarm: DivergenceAlarm) -> None:
         """Tell an alarm, and do what is set."""
@@ -107,7 +115,7 @@ class DivergenceGuard:
     def _hear(self, what: object) -> None:
         """Let a body that enters hold until RESYNC, if that is set."""
         if isinstance(what, BodyChange) and what.name != what.before:
-            self._watch, self._due = None, False
+            self._watch, self._due, self._entered = None, False, self._body.now()
             if what.name and self.on_alarm is OnAlarm.RESYNC:
                 self._due = True
                 self._body.command(BodyMode.HOLDS)
