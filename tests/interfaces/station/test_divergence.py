@@ -15,7 +15,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station import divergence
 from vrs_cli.interfaces.station.body import BodyChange, BodyNews
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.values.measured import BodyMode, DivergenceAlarm, OnAlarm, Report, ResyncReport
+from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, OnAlarm, Report, ResyncReport
 from vrs_cli.values.replies import Resynchronised
 
 STEP = 0.02
@@ -59,6 +59,18 @@ def test_an_alarm_is_told_and_nothing_else_is_done(bench: Bench) -> None:
     (alarm,) = bench.alarms()
     assert (alarm.joint, bench.body.order) == (2, BodyMode.FOLLOWS)
     assert bench.session.divergence.alarm is alarm
+
+
+def test_a_body_that_holds_without_an_order_is_told(bench: Bench) -> None:
+    bench.report(300)
+    bench.report(50, OFF, BodyMode.HOLDS)
+    (alarm,) = bench.alarms()
+    assert alarm.cause is DivergenceCause.STOPPED
+    bench.body.command(BodyMode.HOLDS, bench.session.engine.now)
+    bench.report(50, OFF, BodyMode.HOLDS)
+    bench.body.command(BodyMode.FOLLOWS, bench._t)
+    bench.report(25, OFF, BodyMode.HOLDS)  # the order is on its way
+    assert bench.alarms() == [alarm]
 
 
 def test_nobody_looks_if_it_is_off(bench: Bench) -> None:
