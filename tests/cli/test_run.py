@@ -120,6 +120,16 @@ def test_the_extension_may_be_left_out_and_cycles_given(vrs: Vrs) -> None:
     assert vrs("run", "pick", "other", "--cycles", 3, "--quiet").out == "other\n" * 3
 
 
+def test_a_sample_runs_from_any_folder_and_writes_there(
+    vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "Program completed" in vrs("run", "log").out
+    assert (tmp_path / "parts.csv").exists()
+    (tmp_path / "log.v2").write_text('.PROGRAM log\n  TYPE "mine"\n.END\n')
+    assert vrs("run", "log").out.startswith("mine")
+
+
 def test_json_is_one_object(vrs: Vrs) -> None:
     ended = vrs("run", "pick.v2", "--json")
     assert (ended.status, ended.err) == (0, "begin\nat 1\nat 2\nProgram completed\n")

@@ -7,7 +7,8 @@ import pytest
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, check_writable, write_atomically
-from vrs_cli.files.program_file import LARGEST, read_program_file
+from vrs_cli.files.opening import Folder
+from vrs_cli.files.program_file import LARGEST, find_program_file, is_sample, read_program_file, sample_programs
 
 TEXT = '.PROGRAM p\n  TYPE "é"\n.END\n'
 
@@ -42,6 +43,26 @@ def test_a_file_of_exactly_that_name_comes_first(tmp_path: Path) -> None:
     (tmp_path / "pick").write_text("exact")
     (tmp_path / "pick.v2").write_text("extended")
     assert read_program_file(tmp_path / "pick") == "exact"
+
+
+@pytest.mark.parametrize("name", ["hello", "hello.v2", "HELLO"])
+def test_a_sample_program_is_found_by_its_name(tmp_path: Path, name: str) -> None:
+    folder = Folder(tmp_path, closed=True)
+    found = find_program_file(tmp_path / name, folder)
+    assert is_sample(found)
+    assert found in sample_programs()
+    assert ".PROGRAM hello" in read_program_file(found, folder)
+    (tmp_path / "hello.v2").write_text(TEXT)
+    (tmp_path / "HELLO").write_text(TEXT)
+    assert find_program_file(tmp_path / name, folder).parent == tmp_path
+
+
+@pytest.mark.parametrize("name", ["below/hello", "../hello", "hanoi.toml", "exercises"])
+def test_a_sample_program_has_no_other_names(tmp_path: Path, name: str) -> None:
+    with pytest.raises(NonexistentFile):
+        find_program_file(tmp_path / name, Folder(tmp_path))
+    with pytest.raises(NonexistentFile):
+        find_program_file(tmp_path / "hello")
 
 
 def test_what_is_no_program_is_refused(tmp_path: Path) -> None:

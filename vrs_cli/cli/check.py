@@ -251,7 +251,7 @@ def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
     from vrs_cli.interfaces.inspection import inspect
     from vrs_cli.kinematics.robot_file import load_robot
 
-    source = read_source(path)
+    source = read_source(path, samples=False)
     named = None if options.robot else robot_of(options.prog, source)
     its, cell = load_robot(named) if named else model, _cell(options, source)
 
@@ -303,7 +303,7 @@ def fmt(options: Namespace) -> int:
     if options.write and STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
     dialect = chosen_dialect(options)
-    sources = map(read_source, program_files(options.files))
+    sources = (read_source(path, samples=False) for path in program_files(options.files))
     formatted = [(source, _canonical(source, dialect)) for source in sources]
     for source, text in formatted:
         if text is None:

@@ -55,14 +55,18 @@ class Source(Struct, frozen=True):
         return f"{told}{rest} more (vrs check {self.path} shows all)\n" if rest else told
 
 
-def read_source(path: str) -> Source:
-    """A program file, or standard input for `-`. Raises NonexistentFile, FileError, FileDamaged."""
+def read_source(path: str, *, samples: bool = True) -> Source:
+    """A program file, or standard input for `-`. `samples`: the name of a sample program of vrs is one too, where no
+    file of this name is here. Raises NonexistentFile, FileError, FileDamaged.
+    """
+    from vrs_cli.files.opening import FREE
     from vrs_cli.files.program_file import decode_program, find_program_file, read_program_file
 
     if path == STANDARD_STREAM:
         text = decode_program("standard input", sys.stdin.buffer.read())
         return Source("standard input", text, is_file=False)
-    return Source(str(find_program_file(path)), read_program_file(path))
+    found = find_program_file(path, FREE if samples else None)
+    return Source(str(found), read_program_file(found))
 
 
 def robot_of(prog: str, source: Source) -> str | None:

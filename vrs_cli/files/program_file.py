@@ -6,6 +6,7 @@ import codecs
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
+from vrs_cli.extras import shipped_folder
 from vrs_cli.files.opening import FREE, Folder, check_length, neighbours, text_of, unreadable
 from vrs_cli.language.text.source import DISK_END, named_above
 
@@ -22,7 +23,7 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
     """
     found = find_program_file(path)
     try:
-        with within.open_to_read(found) as stream:
+        with (FREE if is_sample(found) else within).open_to_read(found) as stream:
             data = stream.read(LARGEST + 1)
     except OSError as error:
         raise unreadable(found, error) from error
@@ -49,8 +50,9 @@ def decode_program(name: str, data: bytes) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n").rstrip(DISK_END)
 
 
-def find_program_file(path: str | Path) -> Path:
-    """The file of that name, or else of that name with `.v2` or `.V2` at its end.
+def find_program_file(path: str | Path, samples: Folder | None = None) -> Path:
+    """The file of that name, or else of that name with `.v2` or `.V2` at its end. `samples`: for a name in this folder
+    that has no file, return the sample program of vrs that has the name.
 
     Raises NonexistentFile, FileError.
     """
@@ -60,9 +62,23 @@ def find_program_file(path: str | Path) -> Path:
         candidate = Path(f"{named}{suffix}")
         if candidate.exists() and not candidate.is_dir():
             return candidate
+    if samples is not None and named.parent == samples.root:
+        for sample in sample_programs():
+            if named.name.lower() in (sample.stem, sample.name):
+                return sample
     if named.is_dir():
         raise FileError(f"{named} is a folder", "name a program file")
     raise NonexistentFile(str(named), _near(named))
+
+
+def sample_programs() -> list[Path]:
+    """The sample programs that come with vrs, by name."""
+    return sorted(shipped_folder("programs").glob(f"*{EXTENSION}"))
+
+
+def is_sample(path: Path) -> bool:
+    """Return whether a path is that of a sample program, as `find_program_file` returns it."""
+    return path.parent == shipped_folder("programs")
 
 
 def _near(path: Path) -> str:

@@ -41,9 +41,9 @@ def load(station: Station, named: Path) -> Dialogue[None]:
     """Load a file. Programs that are in memory are replaced where the user agrees, else they stay as they are;
     variables are overwritten. Where no program was run yet, EXECUTE alone runs the first program of the file.
 
-    Raises NonexistentFile, FileError, FileDamaged.
+    A sample program of vrs is found by its name from every folder. Raises NonexistentFile, FileError, FileDamaged.
     """
-    path = find_program_file(named)
+    path = find_program_file(named, station.folder)
     if path.suffix.lower() == EXTENSION:
         yield from _load_trajectory(station, path)
         return
