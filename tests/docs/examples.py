@@ -35,6 +35,7 @@ from difflib import ndiff
 from pathlib import Path
 from traceback import format_exception_only
 from typing import Protocol
+from unittest.mock import patch
 
 from tests.docs.people import People
 from tests.engine.wall import ManualWall
@@ -177,7 +178,8 @@ class Reader:
 
     def differences(self, name: str, text: str) -> list[str]:
         """What is not as the page says, in order."""
-        with chdir(self.folder), closing(People(self.folder)) as self._people:
+        state = patch.dict(os.environ, XDG_STATE_HOME=f"{self.folder}-state")  # nothing of the user's own is read
+        with state, chdir(self.folder), closing(People(self.folder)) as self._people:
             return [difference for block in blocks(name, text) for difference in LANGUAGES[block.language](self, block)]
 
     # --- command lines ---
@@ -221,8 +223,7 @@ class Reader:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             input=given,
-            env=os.environ
-            | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8", "XDG_STATE_HOME": f"{Path.cwd()}-state"},
+            env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"},
             text=True,
             encoding="utf-8",
             check=False,

@@ -91,8 +91,8 @@ def test_every_sample_program_is_in_the_table() -> None:
             "python3 -m venv .venv && .venv/bin/pip install -q -e '.[dev]' && .venv/bin/python -m pytest -q -n 2",
         ),
         (
-            "vrs run",
-            "python3 -m venv .venv && .venv/bin/pip install -q . && .venv/bin/vrs run programs/pick_and_place.v2",
+            "vrs demo",
+            "python3 -m venv .venv && .venv/bin/pip install -q . && .venv/bin/vrs demo",
         ),
     ],
 )

@@ -187,7 +187,11 @@ class Batch(Struct, frozen=True):
         if not options.apart:
             yield Folder(beside) if box is None else Folder(Path(box), closed=True)
             return
-        name = Path("standard input") if given else Path(os.path.relpath(beside / Path(self.source.path).name, options.common))
+        name = (
+            Path("standard input")
+            if given
+            else Path(os.path.relpath(beside / Path(self.source.path).name, options.common))
+        )
         source, kept = (beside, options.keep) if box is None else (Path(box), options.keep or box)
         with working_folder(source, None if kept is None else Path(kept, name), below=box is None) as folder:
             yield folder

@@ -35,6 +35,7 @@ class Subcommand(NamedTuple):
 GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
     "work": {
         "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
+        "demo": Subcommand("demo", "", "see the arm move, then try it yourself"),
         "run": Subcommand("run", "FILE.v2 [PROGRAM]", "execute a program of a file, or all files of a folder"),
         "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
         "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),

@@ -95,7 +95,7 @@ def host_robot(
     return hosted
 
 
-def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Callable[[str], Cell]) -> None:
+def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Callable[[str], Cell]) -> Hosted:
     """Serve a new robot with the programs of a file, and the cell around it; the first page executes the first of them.
     Raises FileError, and what is wrong with the file.
     """
@@ -107,7 +107,7 @@ def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Call
     if found is not None and options.cell is None:
         teller(options.prog)("the cell is {} ({})".format(*found))
     model = chosen_robot(options, robot_of(options.prog, source))
-    host_robot(options, stack, at, model, cell, Define(source.text, f"{source.path}:"))
+    return host_robot(options, stack, at, model, cell, Define(source.text, f"{source.path}:"))
 
 
 # --- what others did, or do -------------------------------------------------------------------------------------------

@@ -136,7 +136,7 @@ def _world(options: Namespace, arm: RobotArm) -> World | None:
         return None
     from vrs_cli.world.world import World
 
-    return World(arm, _read_cell(options.cell))
+    return World(arm, read_cell(options.cell))
 
 
 async def _watch(options: Namespace) -> None:
@@ -230,21 +230,21 @@ def show(options: Namespace) -> int:
     from vrs_cli.cli.page import host_program, host_robot, page_place, relay_robot, serve_recording
 
     at_page, url = page_place(options), options.url or ""
-    cell = None if is_program(url) or options.cell is None else _read_cell(options.cell)
+    cell = None if is_program(url) or options.cell is None else read_cell(options.cell)
     with ExitStack() as stack:
         if is_program(url):
-            host_program(options, stack, at_page, _read_cell)
+            host_program(options, stack, at_page, read_cell)
         elif is_recording(url):
             serve_recording(options, stack, at_page, cell)
         elif url:
             relay_robot(options, stack, at_page, cell)
         else:
-            return _beside(options, stack, host_robot(options, stack, at_page, chosen_robot(options), cell, None))
+            return run_beside(options, stack, host_robot(options, stack, at_page, chosen_robot(options), cell, None))
         asyncio.run(signal_comes())
     return 0
 
 
-def _beside(options: argparse.Namespace, stack: ExitStack, hosted: Hosted) -> int:
+def run_beside(options: argparse.Namespace, stack: ExitStack, hosted: Hosted) -> int:
     """Run the shell beside the page; on a pipe, the page stays when the lines are done."""
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
@@ -258,7 +258,7 @@ def _beside(options: argparse.Namespace, stack: ExitStack, hosted: Hosted) -> in
     return status
 
 
-def _read_cell(path: str) -> Cell:
+def read_cell(path: str) -> Cell:
     from vrs_cli.files.cell_file import read_cell
 
     return read_cell(path)

@@ -57,8 +57,8 @@ ALIVE = 3.0  # [s] after which a silent driver is asked whether it is there
 
 class Room(ServedRobot):
     """A served robot with its users. `wake` is called, in any thread, when `pump` is due in the thread of the
-    connections. `life` names this run of the robot. `first_line`: what the next client at which somebody sits carries
-    out, as if its user had typed it.
+    connections. `life` names this run of the robot. `first_line`: what the next page carries out, as if its user had
+    typed it.
     """
 
     def __init__(
@@ -118,7 +118,8 @@ class Room(ServedRobot):
             before.flush()
         title = BODY if grant.body else grant.role.title
         role = (TEACHER if grant.teacher else title) if grant.name else grant.role.title
-        first, self.first_line = (self.first_line, "") if hello.attended else ("", self.first_line)
+        is_page = hello.attended and hello.rendered is not None
+        first, self.first_line = (self.first_line, "") if is_page else ("", self.first_line)
         said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant), first_line=first)
         connection.welcome(said, client.delivery_log, now)
         link.flush()  # before the first that is told to all
