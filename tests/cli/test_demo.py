@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import webbrowser
-from pathlib import Path
+from io import StringIO
 from typing import NoReturn
 
 import pytest
@@ -13,6 +13,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.cli import demo
 from vrs_cli.cli.demo import PROGRAM, TRY, DemoPlace, has_browser
 from vrs_cli.errors import NonexistentFile
+from vrs_cli.interfaces.monitor.help import TUTORIAL
 from vrs_cli.net.hosted import Hosted
 from vrs_cli.repl.place import Place
 
@@ -80,11 +81,9 @@ def test_the_page_executes_the_sample_and_the_shell_beside_it_does_not(
     assert first_lines == ["", f"EXECUTE {PROGRAM}"]
 
 
-def test_the_lines_to_try_are_carried_out(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "lines").write_text("\n".join(TRY.splitlines()[2:]))
-    with (tmp_path / "lines").open() as stream:
-        monkeypatch.setattr("sys.stdin", stream)
-        assert vrs("shell").status == 0
+def test_the_lines_to_try_are_carried_out(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", StringIO("\n".join(TRY.splitlines()[2:])))
+    assert vrs("shell").status == 0
 
 
 @pytest.mark.parametrize(
@@ -110,3 +109,18 @@ def test_a_browser_of_the_terminal_is_none(
     monkeypatch.setattr(webbrowser, "get", get)
     monkeypatch.setattr("os.environ", environment)
     assert has_browser() is opens
+
+
+def test_the_lines_of_the_tutorial_are_carried_out(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = [line for line, _ in TUTORIAL if not line.startswith("vrs ")]
+    monkeypatch.setattr("sys.stdin", StringIO("\n".join(lines)))
+    ended = vrs("shell")
+    assert ended.status == 0
+    assert "Hello from" in ended.out, "the sample program was executed"
+
+
+@pytest.mark.parametrize("line", ["VIEW", "PICTURE", "vrs view", "HELP view", "HELP picture"])
+def test_a_newcomer_finds_the_picture(vrs: Vrs, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
+    monkeypatch.setattr("sys.stdin", StringIO(line))
+    told = vrs("shell").out
+    assert "SHOW" in told or "HELP VIEW" in told

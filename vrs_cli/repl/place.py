@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from vrs_cli.values.dialect import Dialect
 
 
-BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
+BANNER = f"""\
+vrs {__version__}: VAL-II for a virtual robot. HELP TUTORIAL has lines to begin with, EXIT leaves.
+SHOW pictures the arm here; vrs view, typed outside this prompt, in a browser."""
 
 
 class Place(Protocol):

@@ -51,6 +51,23 @@ KEYS: tuple[tuple[str, str], ...] = (
     ("vi keys", 'set keys = "vi" in the file that vrs tools config names'),
 )
 
+SEEING = (
+    ("SHOW", "a picture of the arm on this terminal"),
+    ("vrs view", "the arm in a browser; type it outside this prompt, as all that begins with vrs"),
+    ("vrs view hello.v2", "the same, with a program"),
+    ("vrs demo", "a sample program moves the arm"),
+)
+TUTORIAL = (
+    ("SHOW", "see the arm"),
+    ("DRIVE 1, 30, 50", "turn joint 1 by 30 degrees, at half speed"),
+    ("WHERE", "where the tool is: X Y Z in mm, and the joints in degrees"),
+    ("MOVE #PPOINT(30, -60, 120, 0, 0, 0)", "move to joint angles"),
+    ("UNDO", "take that back"),
+    ("LOAD hello", "load a sample program"),
+    ("EXECUTE hello", "execute it"),
+    ("vrs learn", "thirteen lessons that see what you do; type it outside this prompt"),
+)
+
 # topics beside the groups of the overview: what each is called, its title and rows
 EDITING = "EDITING"
 
@@ -63,6 +80,8 @@ def _topics() -> Mapping[str, HelpTopic]:
     groups = {title.upper(): HelpTopic(title, tuple(map(_said, rows))) for title, rows in _groups().items()}
     return {
         **{_SHORT.get(title, title): topic for title, topic in groups.items()},
+        "TUTORIAL": HelpTopic("First lines to type", TUTORIAL),
+        **dict.fromkeys(("PICTURE", "VIEW"), HelpTopic("See the arm", SEEING)),
         "KEYS": HelpTopic("Keys at the prompt", KEYS),
         EDITING: HelpTopic("Lines of EDIT", (*letters, *leaving, *empty)),
     }

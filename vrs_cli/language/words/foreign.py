@@ -57,6 +57,12 @@ _ADVICE: Mapping[str, str] = {
     "NEW": "EDIT name begins a program; ZERO deletes all programs and variables",
     **dict.fromkeys(("RESTART", "RERUN", "AGAIN"), "EXECUTE runs the last program again, PROCEED goes on after a stop"),
     **dict.fromkeys(("ROBOT", "ROBOTS"), "STATUS names the robot; vrs shell --robot NAME chooses another"),
+    **dict.fromkeys(
+        ("VIEW", "PICTURE", "BROWSER", "PLOT"),
+        "SHOW pictures the arm here; HELP VIEW tells of a picture in a browser",
+    ),
+    **dict.fromkeys(("TUTORIAL", "LEARN", "LESSON", "DEMO"), "HELP TUTORIAL has lines to begin with"),
+    "VRS": "vrs begins a command of your system's shell: EXIT leaves this prompt; HELP VIEW tells of pictures here",
     **dict.fromkeys(("DEF", "FUNCTION", "PROC", "SUB", "FUNC"), ".PROGRAM name begins a program, .END ends it"),
     **dict.fromkeys(("IMPORT", "INCLUDE", "USE"), "LOAD file reads programs from a file"),
     **dict.fromkeys(("LET", "VAR", "DIM", "INT", "FLOAT", "NUM", "DECL"), "x = 5 makes a variable"),
