@@ -453,7 +453,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_549  # of Python, in all
+MAX_STATEMENTS = 64_658  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 213,
@@ -463,15 +463,15 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "values": 1699,
     "trajectory": 3377,
     "engine": 5059,
-    "language": 6862,
+    "language": 6863,
     "wire": 1140,
-    "files": 3255,
+    "files": 3285,
     "world": 1329,
     "devices": 968,
     "contacts": 1029,
-    "twin": 748,
-    "interfaces": 8304,
-    "net": 7167,
+    "twin": 752,
+    "interfaces": 8313,
+    "net": 7168,
     "bodies": 987,
     "render": 2211,
     "repl": 2262,
@@ -479,12 +479,12 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "lab": 1077,
     "highlight": 37,
     "lsp": 604,
-    "teach": 4778,
-    "cli": 3787,
+    "teach": 4780,
+    "cli": 3849,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 451  # with content
+MAX_FILES = 452  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
 MAX_TYPESCRIPT_LINES = {"src": 7_896, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 62  # modules that `import vrs_cli.net.protocol` loads
