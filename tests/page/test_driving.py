@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from signal import SIGKILL
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.live import until as until_here
 from tests.net.serving import Serving, serving
-from tests.page.browser import address, alone, drawn, open_robot, until, window
+from tests.page.browser import CHROMIUM, FLAGS, address, alone, drawn, open_robot, until, window
 from vrs_cli.net.pages import ServedPage
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.render.text import styled_lines
@@ -202,6 +205,34 @@ def test_the_arm_is_slid_stepped_held_and_stopped(ada: Driver) -> None:
     assert page.evaluate(ends) == stands, "nothing moves it after STOP until the button is pressed anew"
     ada.press("Undo")
     ada.sees("UNDO")
+
+
+def test_the_arm_stops_when_a_browser_is_killed_that_holds_jog(ada: Driver, chromium: Browser, served: Serving) -> None:
+    """Each word of a held button leads 0.5 s ahead; the arm needs a moment more to slow down. The lease is kept."""
+    room = served.hub.rooms["cell1"]
+    engine = room.session.engine
+    killed = chromium.browser_type.launch(executable_path=CHROMIUM, args=list(FLAGS))
+    processes = killed.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
+    (process,) = [one["id"] for one in processes if one["type"] == "browser"]
+    page = killed.new_page()
+    open_robot(page, served)
+    until(page, "app.surveyed !== null")
+    eve = Driver(page)
+    eve.tab("Move")
+    eve.press("Joints")
+    page.get_by_role("button", name="plus joint 1", exact=True).focus()
+    page.keyboard.down("Enter")
+    until(page, "app.source.timeline.end > 2")
+    os.kill(process, SIGKILL)
+    ahead = engine.timeline.end - engine.now
+    until_here(lambda: len(served.server._links) == 1, "the server knows that one page is gone")
+    stands = engine.timeline.end
+    assert 0 < ahead < 1, "it was held, and is led no farther"
+    assert room.driving.lease.holder == "browser-2"
+    until(ada.page, "app.connection.now() > x", stands + 0.5)
+    assert engine.timeline.end == stands
+    ada.type("JOG 1, 5")
+    ada.sees("browser-2 drives", "[data-slot=drives]")
 
 
 def test_signals_are_lamps_and_switches(ada: Driver) -> None:
