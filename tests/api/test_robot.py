@@ -225,6 +225,20 @@ def test_kinematics_with_tool_and_base(new: New) -> None:
     assert any(np.allclose(row, r.where().joints, atol=1e-6) for row in best)
 
 
+def test_the_speed_of_all_motions(new: New) -> None:
+    r = new()
+    assert r.speed == 100.0
+    full = r.move(30, -90, 90, 0, 0, 0, at=0).end
+    r.undo()
+    r.speed = 50
+    assert r.speed == 50.0
+    assert r.move(30, -90, 90, 0, 0, 0, at=0).end > 1.2 * full
+    for wrong in (0, -1, 328, inf, nan):
+        with pytest.raises(vrs.VrsError):
+            r.speed = wrong
+    assert r.speed == 50.0
+
+
 def test_a_robot_whose_joints_slide() -> None:
     r = vrs.Robot("cobra600")
     q = r.where().joints

@@ -21,7 +21,7 @@ from vrs_cli.api.measured import Measured
 from vrs_cli.api.model import Model
 from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
-from vrs_cli.errors import JointOutOfRange, UsageError
+from vrs_cli.errors import IllegalValue, JointOutOfRange, UsageError
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
@@ -390,6 +390,19 @@ class Robot:
         if not isinstance(found, Location):
             raise TypeError(f"tool: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {location!r}")
         self._do(f"TOOL TRANS({', '.join(map(plain, numbers_of(found.transform)))})")
+
+    @property
+    def speed(self) -> float:
+        """The speed of all motions [% of full], as the dial of a controller: each motion has its own speed on top. Give
+        it another, 0.01 to 327; motions that are commanded already keep theirs. Raises IllegalValue.
+        """
+        return float(str(self["SPEED(1)"]))
+
+    @speed.setter
+    def speed(self, percent: float) -> None:
+        if not np.isfinite(percent):
+            raise IllegalValue(f"speed {percent}", "it is a number of percent, from 0.01 to 327")
+        self._do(f"SPEED {plain(float(percent))}")
 
     def fk(self, joints: ArrayLike | None = None, *, link: int | None = None) -> Location:
         """The tool tip in the world: of joints (n,) or (N, n), or where the robot is now. `link`: the frame of that
