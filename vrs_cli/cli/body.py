@@ -255,10 +255,12 @@ KINDS: Mapping[str, Callable[[Namespace], Coroutine[Any, Any, int]]] = {
 body_parser = command(
     "Be the body of a robot that is served: follow its timeline, and report where the arm really is.",
     """\
+  vrs body ws://127.0.0.1:8000 --mujoco
+\f
+
 A simulated arm takes disturbances on standard input while it runs: push, payload, block, slip, stop, drift, release.
 --scenario FILE has them with their times (docs/twin.md).
 
-  vrs body ws://127.0.0.1:8000 --mujoco
   echo 'payload mass = 2' | vrs body ws://127.0.0.1:8000 --mujoco
   vrs body ws://lab:8000/robots/left --stream --format json --rate 50
   vrs body ws://lab:8000 --rosbridge ws://arm:9090 --joints pan,lift,elbow,wrist_1,wrist_2,wrist_3
@@ -300,11 +302,15 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
         "the arm of ROS",
         option("--joints", metavar="NAMES", help="a,b,... or FILE.toml: its joints, in order (default: joint_1, ...)"),
         option(
-            "--ros-controller", metavar="NAME", default="joint_trajectory_controller", help="(default: %(default)s)"
+            "--ros-controller",
+            rare=True,
+            metavar="NAME",
+            default="joint_trajectory_controller",
+            help="(default: %(default)s)",
         ),
-        option("--joint-states", metavar="TOPIC", default="joint_states", help="(default: %(default)s)"),
-        option("--action", action="store_true", help="send goals to its action, not messages to its topic"),
-        option("--replacement", action="store_true", help="it has allow_trajectory_replacement: true"),
+        option("--joint-states", rare=True, metavar="TOPIC", default="joint_states", help="(default: %(default)s)"),
+        option("--action", rare=True, action="store_true", help="send goals to its action, not messages to its topic"),
+        option("--replacement", rare=True, action="store_true", help="it has allow_trajectory_replacement: true"),
     ),
     group(
         "the stream",

@@ -184,19 +184,19 @@ def _codes(text: str) -> tuple[str, ...]:
 check_parser = command(
     "Find all mistakes in program files. Nothing is run.",
     """\
+  vrs check pick.v2 place.v2
+  vrs check cell                    all program files in a folder, and below it
+  vrs check cell --fix              mend what is sure: parentheses, words of VAL
+
+Exit status: 0 without errors (there may be warnings; with --strict there are none), else 1.
+
+\f
 Codes are V and digits; the first of these stand for all that begin so. Errors are always told: a program
 with one does not run. A comment at the end of a line does without its warnings, one anywhere without those of
 the file:
 
     MOVE part        ; vrs: ignore V401
     ; vrs: ignore-file V056, V058
-
-Exit status: 0 without errors (there may be warnings; with --strict there are none), else 1.
-
-  vrs check pick.v2 place.v2
-  vrs check cell                    all program files in a folder, and below it
-  vrs check cell --fix              mend what is sure: parentheses, words of VAL
-\f
 
   vrs check "cell/**/*.v2" --ignore V056 --strict
   vrs check pick.v2 --cell c.toml   what the cell fills has a value

@@ -20,7 +20,6 @@ class_parser = command(
     "A class in browsers: each student has a robot, and enters by a link. Nobody but the teacher needs Python.",
     """\
   vrs class new 9b ada bob carl              make the folder 9b, with a token for each and one for the teacher
-  vrs class new 9b --names names.txt         names from a file, one in each line; to add some, do it again
   vrs serve --class 9b --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem
   vrs class links 9b --at https://robots.school:8765
   vrs class collect 9b --to monday           the newest program of each, as vrs grade takes them
@@ -28,6 +27,8 @@ class_parser = command(
   vrs class forget 9b ada                    remove ada: the token, and all files
 
 \f
+  vrs class new 9b --names names.txt         names from a file, one in each line; to add some, do it again
+
 A link lets in whoever has it: give each student the own one alone. See docs/serve.md.
 """,
     option(

@@ -154,12 +154,12 @@ methods tries your own viewers and controllers beside those of vrs; twin lets di
 study is for people. All else happens in virtual time, and is the same for the same seeds (docs/experiment.md).
 
   vrs lab experiment delays
+\f
   vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
   vrs lab experiment delays --plot delays.svg
   vrs lab experiment methods --viewer smooth.py:Smooth --controller mine:Controller
   vrs lab experiment twin --scenario payload storm.toml --plot twin.svg
   vrs lab experiment study study.toml --participant 3
-\f
 
 An operator commands a motion every second or so, each for LEAD seconds after it is issued. Somebody far away sees it
   frames     by positions that are shown as they come

@@ -270,13 +270,14 @@ def _reason(grading: Grading) -> str:
 
 grade_parser = command(
     "Grade submissions for an exercise: run each in all variants, and mark what it did.",
-    """A submission is a .v2 file, or a folder with one; it is called after its student. EXERCISE is a folder
-with the folders exercise and teacher, or the name of one that comes with vrs. Marks depend on steps and
-simulated time alone: they are the same on every machine. Exit status 1: something could not be graded.
-
+    """\
   vrs grade pick class                                all in a folder: ann.v2, bob.v2, carl/robot.v2
   vrs grade pick class/*.v2 --csv grades.csv --json grades.json
 \f
+
+A submission is a .v2 file, or a folder with one; it is called after its student. EXERCISE is a folder
+with the folders exercise and teacher, or the name of one that comes with vrs. Marks depend on steps and
+simulated time alone: they are the same on every machine. Exit status 1: something could not be graded.
 
   vrs grade pick class --html pages                   a page for each student, and one for the teacher
   vrs grade pick /autograder/submission --gradescope /autograder/results/results.json

@@ -30,13 +30,13 @@ learn_parser = command(
   vrs learn                 begin, or go on
   vrs learn 4               lesson 4
   vrs learn --view          with the robot in a browser beside the prompt
+\f
   vrs learn my_lessons      lessons of your own: a folder of them, or one lesson
   vrs learn --check FOLDER  what is wrong with a lesson, or with all in a folder
 
 At the prompt HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes
 one step back, LESSONS lists all, LESSON N goes to one; all of VAL-II works as ever.
 
-\f
 Without a terminal the lines of standard input are the learner's, and the exit status
 is 0 where the lesson is finished, 1 where it is not:
 

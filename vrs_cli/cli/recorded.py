@@ -198,10 +198,11 @@ replay_parser = command(
     "Play a saved trajectory on the terminal.",
     """\
 Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
-Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
 
   vrs replay pick.vrst --speed 0.25
 \f
+
+Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
 
   vrs replay pick.vrst --step 0.5
   vrs replay pick.vrst --plot pick.svg

@@ -191,6 +191,7 @@ connect_parser = command(
   vrs connect ws://127.0.0.1/robots/cell1
   echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
 
+\f
   vrs connect ws://127.0.0.1 --put pick.v2 --as best.v2
   vrs connect ws://127.0.0.1 --get pick.v2 -o - | vrs check -
 
@@ -295,11 +296,11 @@ delay_parser = command(
 Whoever connects to LISTEN is connected to TARGET; both are HOST:PORT, or a PORT of this machine (0: one that is free).
 Each connection has delays of its own, the same for the same seed and number. Ctrl-C ends it.
 
-{KINDS}
-  vrs serve --port 7000
   vrs lab delay 7001 7000 --forward "gamma 200ms 80ms" --backward "gamma 200ms 80ms" --loss 1%
-  vrs connect ws://127.0.0.1:7001
-""",
+\f
+  vrs connect ws://127.0.0.1:7001       to a robot of vrs serve --port 7000
+
+{KINDS}""",
     option("listen", metavar="LISTEN", type=_address, help="where clients connect"),
     option("target", metavar="TARGET", type=_address, help="the server"),
     *LINE_OPTIONS,

@@ -54,11 +54,11 @@ t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them.
 its time on, within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
 
   vrs lab steer taught.csv --csv followed.csv
+\f
   vrs lab steer taught.csv --save followed.vrst --json
   robot_logger | vrs lab steer - --realtime
   vrs lab steer ws://lab:8000/robots/left taught.csv
   robot_logger | vrs lab steer ws://lab:8000
-\f
 
 A line that is no target is named and left out.
 
