@@ -71,6 +71,9 @@ test("it plays at its rate, to the end or over and over", () => {
   expect(playback.time).toBe(3);
   wall += 9;
   expect([playback.time, playback.playing]).toEqual([5, false]);
+  playback.play();
+  playback.seek(5);
+  expect(playback.playing).toBe(false); // at once: the next play begins at the start
   playback.loop = true;
   playback.play();
   wall += 0.5;

@@ -71,6 +71,7 @@ export class Playback {
     this.at = Math.min(Math.max(t, this.begin), this.end);
     this.since = this.wall();
     this.following = false;
+    if (this.at >= this.end && !this.loop) this.playing = false;
     this.wake();
   }
   play(): void {
