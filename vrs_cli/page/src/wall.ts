@@ -50,7 +50,7 @@ class Tile {
     this.lamp.ariaLabel = this.lamp.title = `${lit ? "" : "not "}${student ? "here" : "connected"}`;
     const at = handedInAt(student?.handed_in?.at(-1) ?? "");
     this.says.textContent = [
-      this.connection ? "" : "has not been here yet",
+      this.connection ? "" : "is not here",
       student?.lesson ? `${student.lesson}${student.of ? `, step ${Math.min((student.step ?? 0) + 1, student.of)} of ${student.of}` : ""}` : "",
       activity.programs?.length ? `runs ${activity.programs.join(", ")}` : "",
       activity.driver && activity.driver !== this.name ? `${activity.driver} drives` : "",
