@@ -48,4 +48,4 @@ def test_every_subcommand_is_there(vrs: Vrs, shell: str) -> None:
 
 
 def test_a_shell_that_is_not_known(vrs: Vrs) -> None:
-    assert vrs("tools", "completion", "csh").err.startswith("vrs tools completion: shell: invalid choice: 'csh'")
+    assert vrs("tools", "completion", "csh").err.startswith("vrs tools completion: SHELL: invalid choice: 'csh'")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli.command_line import CommandLineError, command, group, number, one_of, option, positive, teller, whole
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.remote import EPILOG, URL, signal_comes, token_of
+from vrs_cli.cli.remote import URL, signal_comes, token_of
 from vrs_cli.errors import IllegalValue, UsageError, VrsError
 from vrs_cli.repl.interrupt import ENDINGS, Ended
 
@@ -256,6 +256,7 @@ body_parser = command(
     "Be the body of a robot that is served: follow its timeline, and report where the arm really is.",
     """\
   vrs body ws://127.0.0.1:8000 --mujoco
+  vrs body ws://lab:8000 --rosbridge ws://arm:9090
 \f
 
 A simulated arm takes disturbances on standard input while it runs: push, payload, block, slip, stop, drift, release.
@@ -264,9 +265,7 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
   echo 'payload mass = 2' | vrs body ws://127.0.0.1:8000 --mujoco
   vrs body ws://lab:8000/robots/left --stream --format json --rate 50
   vrs body ws://lab:8000 --rosbridge ws://arm:9090 --joints pan,lift,elbow,wrist_1,wrist_2,wrist_3
-
-"""
-    + EPILOG,
+""",
     *URL,
     one_of(
         option("--mujoco", action="store_true", help="a simulated arm (extra physics)"),
@@ -300,7 +299,12 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
     ),
     group(
         "the arm of ROS",
-        option("--joints", metavar="NAMES", help="a,b,... or FILE.toml: its joints, in order (default: joint_1, ...)"),
+        option(
+            "--joints",
+            rare=True,
+            metavar="NAMES",
+            help="its joints: a,b,... or FILE.toml (default: joint_1, ...)",
+        ),
         option(
             "--ros-controller",
             rare=True,

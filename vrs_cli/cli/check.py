@@ -187,16 +187,15 @@ check_parser = command(
   vrs check pick.v2 place.v2
   vrs check cell                    all program files in a folder, and below it
   vrs check cell --fix              mend what is sure: parentheses, words of VAL
-
-Exit status: 0 without errors (there may be warnings; with --strict there are none), else 1.
-
 \f
-Codes are V and digits; the first of these stand for all that begin so. Errors are always told: a program
-with one does not run. A comment at the end of a line does without its warnings, one anywhere without those of
-the file:
+
+Codes are V and digits; the first of these stand for all that begin so. A program with an error does not run: errors
+are always told. A comment at the end of a line silences its warnings; `ignore-file` silences those of the file:
 
     MOVE part        ; vrs: ignore V401
     ; vrs: ignore-file V056, V058
+
+Exit status: 0 without errors (with --strict: without warnings too), else 1.
 
   vrs check "cell/**/*.v2" --ignore V056 --strict
   vrs check pick.v2 --cell c.toml   what the cell fills has a value
@@ -204,7 +203,7 @@ the file:
   vrs check cell --format github    annotations of a GitHub workflow
 """,
     option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
-    option("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github"),
+    option("--format", metavar="FORMAT", choices=tuple(FORMATS), default="text", help="text (default), json or github"),
     option("--select", rare=True, metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05"),
     option("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell"),
     option("--strict", action="store_true", help="status 1 for warnings too"),
@@ -358,12 +357,13 @@ def _show(lines: Iterable[str]) -> None:
 fmt_parser = command(
     "Print program files as canonical VAL-II text: one layout, comments kept.",
     """\
-A file with mistakes is left as it is. Formatting twice changes nothing more.
+A file with mistakes is left as it is.
 
   vrs fmt pick.v2
-  vrs fmt --write pick.v2 place.v2
   vrs fmt --write cell              all program files in a folder, and below it
-  vrs fmt --diff pick.v2            what would change
+\f
+Formatting twice changes nothing more.
+
   vrs fmt --check pick.v2 || echo "run vrs fmt --write"
 """,
     option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),

@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 ACTIONS = ("new", "links", "collect", "forget")
 
 class_parser = command(
-    "A class in browsers: each student has a robot, and enters by a link. Nobody but the teacher needs Python.",
+    "A class in browsers: each student has a robot, and enters by a link.",
     """\
-  vrs class new 9b ada bob carl              make the folder 9b, with a token for each and one for the teacher
-  vrs serve --class 9b --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem
+  vrs class new 9b ada bob carl       make the folder 9b, with a token for each and the teacher
   vrs class links 9b --at https://robots.school:8765
-  vrs class collect 9b --to monday           the newest program of each, as vrs grade takes them
-  vrs grade pick monday
-  vrs class forget 9b ada                    remove ada: the token, and all files
+  vrs class collect 9b --to monday    the newest program of each
+  vrs class forget 9b ada             remove ada: the token, and all files
 
 \f
-  vrs class new 9b --names names.txt         names from a file, one in each line; to add some, do it again
+  vrs class new 9b --names names.txt  names from a file; to add some, do it again
+  vrs serve --class 9b --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem
+  vrs grade pick monday
 
 A link lets in whoever has it: give each student the own one alone. See docs/serve.md.
 """,

@@ -180,7 +180,7 @@ DIALECT = option(  # for `chosen_dialect`
 CELL = option(
     "--cell",
     metavar="CELL.toml",
-    help="signals, parts and sensors (default: `; cell: FILE` in the program, else NAME.toml)",
+    help="signals, parts and sensors (default: see docs/cell.md)",
 )
 
 

@@ -150,13 +150,14 @@ rate = partial(_within, 1.0, 200.0, "Hz")  # of looks
 experiment_parser = command(
     "Try what delays do to who commands a robot from afar.",
     f"""\
-methods tries your own viewers and controllers beside those of vrs; twin lets disturbances befall a simulated body;
-study is for people. All else happens in virtual time, and is the same for the same seeds (docs/experiment.md).
+methods tries viewers and controllers of your own; twin disturbs a simulated body; study is for people.
 
-  vrs lab experiment delays
-\f
-  vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
   vrs lab experiment delays --plot delays.svg
+\f
+
+All but study happens in virtual time, and is the same for the same seeds (docs/experiment.md).
+
+  vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
   vrs lab experiment methods --viewer smooth.py:Smooth --controller mine:Controller
   vrs lab experiment twin --scenario payload storm.toml --plot twin.svg
   vrs lab experiment study study.toml --participant 3
@@ -202,10 +203,11 @@ file under pseudonyms. After a kill the same command goes on with the next trial
         default=None,
         help="of study: a scripted participant, in virtual time",
     ),
-    option("--viewer", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
-    option("--controller", metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
+    option("--viewer", rare=True, metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
+    option("--controller", rare=True, metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
     option(
         "--scenario",
+        rare=True,
         metavar="NAME",
         nargs="+",
         help="of methods: moves, steps, waves, stops; of twin: healthy, push, payload, blocked, "
@@ -249,7 +251,7 @@ file under pseudonyms. After a kill the same command goes on with the next trial
         const=STANDARD_STREAM,
         help="draw curves over the lead: into a file, or in letters",
     ),
-    option("--json", action="store_true", help="print one JSON object and nothing else"),
+    option("--json", action="store_true", help="print one JSON object"),
 )
 
 

@@ -271,13 +271,16 @@ def _reason(grading: Grading) -> str:
 grade_parser = command(
     "Grade submissions for an exercise: run each in all variants, and mark what it did.",
     """\
+A submission is a .v2 file, or a folder with one, called after its student.
+Exit status 1: something could not be graded.
+
   vrs grade pick class                                all in a folder: ann.v2, bob.v2, carl/robot.v2
   vrs grade pick class/*.v2 --csv grades.csv --json grades.json
 \f
 
-A submission is a .v2 file, or a folder with one; it is called after its student. EXERCISE is a folder
-with the folders exercise and teacher, or the name of one that comes with vrs. Marks depend on steps and
-simulated time alone: they are the same on every machine. Exit status 1: something could not be graded.
+EXERCISE is a folder with the folders exercise and teacher, or the name of one that comes with vrs. Marks depend
+on steps and simulated time alone: they are the same on every machine. Hidden checks are in --json, --csv, --junit and
+teacher.html; students' files tell the points of all hidden checks together.
 
   vrs grade pick class --html pages                   a page for each student, and one for the teacher
   vrs grade pick /autograder/submission --gradescope /autograder/results/results.json
@@ -292,11 +295,13 @@ simulated time alone: they are the same on every machine. Exit status 1: somethi
     ),
     option(
         "--new",
+        rare=True,
         metavar="NAME",
         help="propose the exercise NAME, a new folder, from a solution: its checks are what the solution does",
     ),
     option(
         "--cell",
+        rare=True,
         metavar="CELL.toml",
         help="with --new: what is around the robot (default: as of vrs run)",
     ),
@@ -316,7 +321,5 @@ simulated time alone: they are the same on every machine. Exit status 1: somethi
         ),
         option("--check50", rare=True, metavar="FILE", help="the JSON of check50; of several submissions a folder"),
         option("--html", metavar="FOLDER", help="pages: FOLDER/students for students, FOLDER/teacher.html"),
-        about="Hidden checks are in --json, --csv, --junit and teacher.html; students' files tell the points of all "
-        "hidden checks together.",
     ),
 )

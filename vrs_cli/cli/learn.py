@@ -29,13 +29,15 @@ learn_parser = command(
     """\
   vrs learn                 begin, or go on
   vrs learn 4               lesson 4
-  vrs learn --view          with the robot in a browser beside the prompt
+
+At the prompt: HINT, AGAIN, SKIP, BACK, LESSONS, LESSON N, and all of VAL-II.
+
 \f
   vrs learn my_lessons      lessons of your own: a folder of them, or one lesson
   vrs learn --check FOLDER  what is wrong with a lesson, or with all in a folder
 
-At the prompt HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes
-one step back, LESSONS lists all, LESSON N goes to one; all of VAL-II works as ever.
+HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes one step back,
+LESSONS lists all, LESSON N goes to one.
 
 Without a terminal the lines of standard input are the learner's, and the exit status
 is 0 where the lesson is finished, 1 where it is not:

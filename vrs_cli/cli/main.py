@@ -37,7 +37,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
         "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
         "demo": Subcommand("demo", "", "see the arm move, then try it yourself"),
         "run": Subcommand("run", "FILE.v2 [PROGRAM]", "execute a program of a file, or all files of a folder"),
-        "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
+        "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files"),
         "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
     },
     "trajectories": {
@@ -59,7 +59,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
         "body": Subcommand("body", "URL", "be the body of a served robot: a simulated arm, or a program"),
     },
     "more": {
-        "robots": Subcommand("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
+        "robots": Subcommand("robots", "[NAME|FILE]", "all robots, or all about one"),
         "lab experiment": Subcommand("experiment", "[KIND]", "try what delays do: delays, methods, twin, study"),
         "lab delay": Subcommand("remote", "LISTEN TARGET", "a line with delays between a client and a server"),
         "lab steer": Subcommand("steer", "FILE.csv", "follow a stream of targets"),
@@ -91,8 +91,7 @@ A VAL-II shell and batch runner for a virtual PUMA 560 and other robots.
   vrs SUBCOMMAND --help    all about one of them
   vrs --version            the version
 
-Exit status: 0 all went well; 1 a program stopped with an error, or a file has mistakes;
-2 the command line is wrong, or names a file that is not there.
+Exit status: 1 a program stopped with an error, or a file has mistakes; 2 the command line is wrong.
 """
 
 

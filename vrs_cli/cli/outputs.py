@@ -45,18 +45,18 @@ STYLE = (
 
 def rate_option(beside: str = "") -> AddOption:
     """The option --rate. `beside`: what else than rows of a table is counted."""
-    told = f"rows of the table per second (default {DEFAULT_RATE:g}){beside}"
+    told = f"rows per second (default {DEFAULT_RATE:g}){beside}"
     return option("--rate", metavar="HZ", type=sampling_rate, help=told)
 
 
 OUTPUT_OPTIONS = (  # for `Outputs.of`
-    option("--csv", metavar="OUT", help="write a table of joints and tool positions (- is standard output)"),
+    option("--csv", metavar="OUT", help="write a table of joints and tool (- is standard output)"),
     rate_option(),
-    option("--plot", metavar="OUT.svg|png|pdf", help="draw joints, velocities and the tool over time"),
+    option("--plot", metavar="OUT.svg|png|pdf", help="draw the curves"),
     option(
         "--report",
         metavar="OUT.html",
-        help="a page to read: curves, commands, and a picture of the arm (where there is a Chromium: some seconds)",
+        help="write a page with curves and a picture",
     ),
     option("--report-at", rare=True, metavar="S", type=number, help="the moment of that picture (default: the end)"),
 )

@@ -103,11 +103,10 @@ def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
 where_parser = command(
     "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
     """\
-Before the first motion, after the last and between motions the robot stands still.
-
   vrs where pick.vrst --at 1.0 2.5
-  vrs where pick.vrst --at 2.5 --json
-  vrs where pick.vrst --at 2.5 --measured
+\f
+
+Before the first motion, after the last and between motions the robot stands still.
 """,
     option("file", metavar="T.vrst", help="a saved trajectory"),
     option(
@@ -147,12 +146,13 @@ def verify(options: Namespace) -> int:
 verify_parser = command(
     "Whether a saved trajectory is whole, and one that the robot can do.",
     """\
-Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
-this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
-Exit status 1 when something is.
+Exit status 1: something is wrong.
 
   vrs verify pick.vrst
-  vrs verify day.vrst --json
+\f
+
+Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
+this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
 """,
     option("file", metavar="T.vrst", help="a saved trajectory"),
     option("--json", action="store_true", help="print one JSON object: sound, checksums, reports, faults"),

@@ -31,8 +31,7 @@ LAST_PORT = 65535
 TOKEN = "VRS_TOKEN"
 TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # as `vrs class token` tells one: NAME TOKEN
 T = TypeVar("T")
-ADDRESS = "ws://HOST:PORT, ws://HOST:PORT/robots/NAME for one of several, or wss://"
-EPILOG = f"A token is taken from --token-file, or from the environment variable {TOKEN}.\n"
+ADDRESS = "ws://HOST:PORT or ws://HOST:PORT/robots/NAME; wss:// too"
 CONNECTION = group(
     "the connection",
     option("--token-file", metavar="FILE", help=f"a file with the token (default: {TOKEN})"),
@@ -189,17 +188,15 @@ connect_parser = command(
     "The VAL-II shell at a robot that is served.",
     """\
   vrs connect ws://127.0.0.1/robots/cell1
-  echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
-
-\f
   vrs connect ws://127.0.0.1 --put pick.v2 --as best.v2
+\f
+
+  echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
   vrs connect ws://127.0.0.1 --get pick.v2 -o - | vrs check -
 
 LOAD and STORE are about the files of the robot: --put and --get take files there and back.
 What concerns the connection is told on stderr.
-
-"""
-    + EPILOG,
+""",
     *URL,
     option(
         "--behind",
@@ -294,13 +291,15 @@ delay_parser = command(
     "Let a line between a client and a server be slow, uneven and lossy.",
     f"""\
 Whoever connects to LISTEN is connected to TARGET; both are HOST:PORT, or a PORT of this machine (0: one that is free).
-Each connection has delays of its own, the same for the same seed and number. Ctrl-C ends it.
+Ctrl-C ends it.
 
-  vrs lab delay 7001 7000 --forward "gamma 200ms 80ms" --backward "gamma 200ms 80ms" --loss 1%
+  vrs lab delay 7001 7000 --forward "gamma 200ms 80ms" --loss 1%
+  vrs connect ws://127.0.0.1:7001
 \f
-  vrs connect ws://127.0.0.1:7001       to a robot of vrs serve --port 7000
 
-{KINDS}""",
+{KINDS}
+Each connection has delays of its own, the same for the same seed and number.
+""",
     option("listen", metavar="LISTEN", type=_address, help="where clients connect"),
     option("target", metavar="TARGET", type=_address, help="the server"),
     *LINE_OPTIONS,

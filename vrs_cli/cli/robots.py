@@ -26,11 +26,7 @@ def robots(options: Namespace) -> None:
 robots_parser = command(
     "The robots that are built in, or all about one robot.",
     """\
-With the name of one of them, or with a TOML or URDF file: its joints, its poses, and how its locations are solved.
-
-  vrs robots
   vrs robots cobra600
-  vrs robots arm.urdf
   vrs robots two_arms.urdf --tip left_tool
 """,
     option("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file"),

@@ -127,8 +127,13 @@ run_parser = command(
     """\
   vrs run pick.v2
   vrs run cell                      all program files in a folder, each within limits, and a summary
-\f
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
+\f
+
+What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
+standard input. With --json, or --csv -, the result stands alone on standard output and all else goes to
+standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
+
   vrs run cell --keep written       the same; what each wrote is in written/NAME
   vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
@@ -136,10 +141,6 @@ run_parser = command(
   vrs run pick.v2 --json | jq .duration_s
   vrs run theirs.v2 --sandbox box
   vrs run driver.v2 --allow-net --record-units peers.jsonl
-
-What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
-standard input. With --json, or --csv -, the result stands alone on standard output and all else goes to
-standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
 """,
     option(
         "files",

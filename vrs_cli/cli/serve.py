@@ -195,7 +195,7 @@ def serve_parser(prog: str) -> Parser:
             type=_robot,
             action="append",
             default=[],
-            help="a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated",
+            help="a robot that all may hold, and its name or file (vrs robots); may be repeated",
         ),
         *CHOICES,
         option(
@@ -444,10 +444,14 @@ def _warm() -> None:
 
 
 TOKEN_EPILOG = """\
-The file holds hashes of tokens: what is printed here is told once. A server reads the file again when it changes.
+The file holds hashes of tokens: what is printed here is told once.
+
+  vrs class token tom --file class.toml --role teacher
+\f
+
+A server reads the file again when it changes.
 
   vrs class token ada bob carl --file class.toml
-  vrs class token tom --file class.toml --role teacher
   vrs class token eve --file class.toml --role observer --robots cell1 --expires 2027-07-31
   vrs class token ada --file class.toml --revoke
 """

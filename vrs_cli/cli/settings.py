@@ -33,10 +33,10 @@ def config(options: Namespace) -> int:
 config_parser = command(
     "The settings of the shell: keys, pager, suggestions, colours.",
     """\
-What it prints can be the file itself. What is wrong in the file is told on standard error, and the status is 1.
+What it prints can be the file itself.
+\f
 
-  vrs tools config
-  vrs tools config --path     where the file belongs
+What is wrong in the file is told on standard error, and the status is 1.
 """,
     option("--path", action="store_true", help="print the name of the file alone"),
 )
@@ -45,7 +45,7 @@ What it prints can be the file itself. What is wrong in the file is told on stan
 # --- vrs tools completion -------------------------------------------------------------------------------------------
 
 
-SHELLS = ("bash", "zsh", "fish")
+SHELLS = ("bash", "zsh", "fish", "powershell")
 FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # in what stands for an argument
 FOLDERS = ("FOLDER", "DIR", "EXERCISE")
 
@@ -79,8 +79,9 @@ completion_parser = command(
   eval "$(vrs tools completion bash)"                                      in ~/.bashrc
   vrs tools completion zsh > ~/.zfunc/_vrs                                 with ~/.zfunc in fpath
   vrs tools completion fish > ~/.config/fish/completions/vrs.fish
+  vrs tools completion powershell | Out-String | Invoke-Expression         in $PROFILE
 """,
-    option("shell", choices=SHELLS, help="of which shell"),
+    option("shell", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS)),
 )
 
 

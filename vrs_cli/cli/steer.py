@@ -49,16 +49,19 @@ MOST_TOLD = 5  # lines that are no targets, or out of reach, that are named
 LONGEST_LINE = 1 << 16  # characters: a longer one is no target, and is not kept whole
 
 EPILOG = """\
-A line is a time and the joints [s, deg; mm where a joint slides]; or the first line names the columns:
-t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them. Each target is followed from
-its time on, within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
+A line is a time and the joints [s, deg; mm where a joint slides]; or the first line names the columns, as
+vrs run --csv writes them: t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg].
 
   vrs lab steer taught.csv --csv followed.csv
+  robot_logger | vrs lab steer ws://lab:8000
 \f
+
   vrs lab steer taught.csv --save followed.vrst --json
   robot_logger | vrs lab steer - --realtime
   vrs lab steer ws://lab:8000/robots/left taught.csv
-  robot_logger | vrs lab steer ws://lab:8000
+
+Each target is followed from its time on, within all limits, until the next one; at the end, or after Ctrl-C,
+the robot stops at the last one.
 
 A line that is no target is named and left out.
 
@@ -130,7 +133,7 @@ def steer_parser(prog: str) -> Parser:
         REALTIME,
         option("--save", metavar="T.vrst", help="save the trajectory, target by target"),
         *OUTPUT_OPTIONS,
-        option("--json", action="store_true", help="print one JSON object and nothing else"),
+        option("--json", action="store_true", help="print one JSON object"),
         CONNECTION,
     )
 

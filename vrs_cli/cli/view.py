@@ -21,7 +21,6 @@ from vrs_cli.cli.command_line import (
     teller,
 )
 from vrs_cli.cli.remote import ADDRESS, CONNECTION, client_of, duration, signal_comes
-from vrs_cli.cli.remote import EPILOG as TOKENS
 from vrs_cli.cli.serve import port
 from vrs_cli.cli.sources import LENIENT, is_program, is_recording, read_recording
 from vrs_cli.repl.shell import on_terminal
@@ -36,16 +35,10 @@ if TYPE_CHECKING:
     from vrs_cli.world.world import World
 
 
-CELL_HELP = (
-    "what is around the robot: parts, fixtures and sensors (default: of a program file, as in vrs run; else nothing)"
-)
-EPILOG = f"""\
-In the browser: a new robot, which the VAL-II shell in this terminal drives too;
-one that executes a program; a trajectory; a robot that is served.
-
+CELL_HELP = "parts, fixtures and sensors (default: of a program file, as in vrs run)"
+EPILOG = """\
   vrs view
   vrs view pick.v2 --rate 0.5
-  vrs view day.vrst --cell day.toml
   vrs view ws://127.0.0.1:8765
 
 The page is for this machine alone. Ctrl-C, or SIGTERM, ends it (in the shell: EXIT).
@@ -57,8 +50,7 @@ the robot again, + and - change the rate, Ctrl-X aborts what others have it do, 
   vrs view --terminal ws://127.0.0.1:8765
   vrs view --terminal --ahead auto ws://far.example:8765
   vrs view --terminal day.vrst
-
-{TOKENS}"""
+"""
 
 
 def view(options: Namespace) -> int:
