@@ -453,7 +453,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_658  # of Python, in all
+MAX_STATEMENTS = 64_663  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 213,
@@ -475,18 +475,18 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "bodies": 987,
     "render": 2211,
     "repl": 2262,
-    "api": 1173,
+    "api": 1180,
     "lab": 1077,
     "highlight": 37,
     "lsp": 604,
     "teach": 4780,
-    "cli": 3849,
+    "cli": 3847,
     "__main__": 29,
     "__init__": 13,
 }
 MAX_FILES = 452  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
-MAX_TYPESCRIPT_LINES = {"src": 7_896, "test": 2_000}  # of the page
+MAX_TYPESCRIPT_LINES = {"src": 7_897, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 62  # modules that `import vrs_cli.net.protocol` loads
 
 
