@@ -52,6 +52,33 @@ COMMANDS = """(app.source.timeline.segments.filter((s, i, all) => i && s.motion.
     .map((s) => s.start).filter((start) => start > app.playback.begin))"""
 
 
+REACHED = """() => {
+    window.reached ??= new Set();
+    const e = document.activeElement, ring = e.closest('.prompt-line, .editor') ?? e, box = e.getBoundingClientRect();
+    reached.add(e);
+    const seen = getComputedStyle(ring).outlineStyle !== 'none' && box.bottom > 0 && box.top < innerHeight;
+    return e === document.body ? 'end' : seen ? '' : `${e.tagName}.${e.className} has the focus unseen`;
+}"""
+UNREACHED = """[...document.querySelectorAll('button, input, select, a[href], [role=slider], [contenteditable=true]')]
+    .filter((e) => e.checkVisibility() && !e.disabled && e.tabIndex >= 0 && !reached.has(e))
+    .map((e) => `${e.tagName}.${e.className} ${e.ariaLabel ?? e.textContent}`)"""
+
+
+def walk(page: Page) -> None:
+    """Reach every control with Tab, and leave each; fields in which Tab has a meaning are left with Escape."""
+    page.evaluate("window.reached = undefined; document.body.tabIndex = -1; document.body.focus()")
+    at = ""
+    for _ in range(150):
+        if page.evaluate("document.activeElement.classList.contains('cm-content')"):
+            page.keyboard.press("Escape")
+        page.keyboard.press("Tab")
+        at = page.evaluate(REACHED)
+        if at:
+            break
+    assert at == "end", at or "Tab goes in a circle"
+    assert page.evaluate(UNREACHED) == []
+
+
 @pytest.mark.parametrize(("size", "scheme"), [((1280, 720), "light"), ((390, 844), "dark")])
 def test_axe_finds_nothing(chromium: Browser, served: Serving, size: tuple[int, int], scheme: Any) -> None:
     """An accessibility check of the page, at each of its tabs, with the menu open, and in the other colours too."""
@@ -72,6 +99,7 @@ def test_axe_finds_nothing(chromium: Browser, served: Serving, size: tuple[int, 
         for tab in page.get_by_role("tab").all():
             tab.click()
             assert page.evaluate(FAULTS) == [], tab.text_content()
+            walk(page)
 
 
 @pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
