@@ -36,6 +36,7 @@ from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
+from vrs_cli.language.words.foreign import FOREIGN_FUNCTIONS
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
@@ -152,7 +153,11 @@ class Expressions(NameFindings):
     def _variable(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         self.check(variable)
         for index in variable.indexes or ():
-            self._kind(index, REAL)
+            if variable.sigil == "$" and isinstance(index, ast.Binary) and index.operator == ":":
+                hint = f"$MID(${variable.name}, 1, 2) is a part of a text"
+                self.fault(IllegalExpression, index.span, ": is no range", hint)
+            else:
+                self._kind(index, REAL)
         if variable.many:
             self.fault(IllegalExpression, variable.span, f"{variable.name}[] is an array", "give an index")
         return self.read(variable, wanted)
@@ -202,7 +207,7 @@ class Expressions(NameFindings):
     def _call(self, call: ast.Call) -> Kind | None:
         function = FUNCTIONS.get(call.name)
         if function is None:
-            hint = did_you_mean(call.name, usable_names(FUNCTIONS))
+            hint = FOREIGN_FUNCTIONS.get(call.name) or did_you_mean(call.name, usable_names(FUNCTIONS))
             if not hint and len(call.arguments) == 1:
                 hint = f"an element of an array is {call.name}[index]"
             self.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)

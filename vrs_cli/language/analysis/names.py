@@ -158,6 +158,17 @@ _ARTICLES = {
 }
 
 
+_NAMED = (ast.Variable, ast.Number, ast.StringConstant)
+_SAMPLES = {Kind.REAL: "x", Kind.STRING: "$s", Kind.LOCATION: "p", Kind.PRECISION: "#p"}
+_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # of a kind, and the kinds wanted in its place
+    (Kind.REAL, STRING): "$ENCODE(NAME) is one",
+    (Kind.STRING, REAL): "VAL(NAME) is one",
+    (Kind.LOCATION, REAL): "DX(NAME) is one; SHIFT(NAME BY 0, 0, 50) is a place 50 mm higher",
+    (Kind.PRECISION, LOCATION): "HERE p keeps the place where the arm stands as one",
+    (Kind.PRECISION, REAL): "DECOMPOSE j[1] = NAME gives its joints",
+}
+
+
 def with_article(kinds: Collection[Kind]) -> str:
     """`a transformation or a precision point`."""
     return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
@@ -316,9 +327,9 @@ class NameFindings(DiagnosticCollector):
     def define(self, variable: ast.Variable, wanted: Kinds) -> None:
         """Note that a variable is given a value of one of the kinds."""
         self.given.add(variable.key)
-        self._decide(variable, wanted)
+        self._decide(variable, wanted, is_read=False)
 
-    def _decide(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
+    def _decide(self, variable: ast.Variable, wanted: Kinds, *, is_read: bool = True) -> Kind | None:
         """Return the kind of a name. If nothing has decided it yet, this use does where it leaves one choice; a warning
         tells if the variable has a value of the other kind now.
         """
@@ -342,7 +353,7 @@ class NameFindings(DiagnosticCollector):
                     f"{name} is used as {_ARTICLES[decided.kind]}, and has the value of {_ARTICLES[now]} now",
                 )
         if decided.kind not in wanted:
-            self.mismatch(variable, decided.kind, wanted, decided.step)
+            self.mismatch(variable, decided.kind, wanted, decided.step, is_read=is_read)
         return decided.kind
 
     def _decided(self, variable: ast.Variable) -> Decided | None:
@@ -352,11 +363,19 @@ class NameFindings(DiagnosticCollector):
         kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
         return None if kind is None else Decided(kind, None)
 
-    def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:
+    def mismatch(
+        self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None, *, is_read: bool = True
+    ) -> None:
         """Report an expression of a kind that is not wanted. `step`: the one that decided the kind."""
         text = expression_text(expression)
         shown = text if len(text) <= MAX_SHOWN_CHARS else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""
+        hint = f"{with_article(wanted)} is wanted"
+        example = _EXAMPLES.get((kind, wanted), "") if is_read else ""
+        example = example.replace("NAME", shown if isinstance(expression, _NAMED) else _SAMPLES[kind])
         self.fault(
-            TypeMismatch, expression.span, f"{shown} is {_ARTICLES[kind]}{since}", f"{with_article(wanted)} is wanted"
+            TypeMismatch,
+            expression.span,
+            f"{shown} is {_ARTICLES[kind]}{since}",
+            f"{hint}: {example}" if example else hint,
         )

@@ -100,7 +100,8 @@ class Structure(DiagnosticCollector):
         """Check that EXIT or NEXT stands inside as many loops as it names."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
-            self._fault(statement.span, f"{statement.word} takes a whole number of loops", f"{statement.word} 2")
+            hint = f"{statement.word} 2; END ends the steps of a loop"
+            self._fault(statement.span, f"{statement.word} takes a whole number of loops", hint)
         elif wanted > around:
             loops = "no loop" if not around else "1 loop" if around == 1 else f"{around} loops"
             self._fault(
@@ -150,7 +151,8 @@ class Structure(DiagnosticCollector):
         """End the innermost block of that sort. Blocks inside it have no end of their own."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
-            self._fault(statement.span, f"{word} without {openers}{inside}")
+            hint = ".END ends the program" if word == "END" and not inside else ""
+            self._fault(statement.span, f"{word} without {openers}{inside}", hint)
             return
         while self._open[-1].closing != word:
             block = self._open.pop()

@@ -22,7 +22,17 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.language.words.foreign import FOREIGN_COMMENT, FOREIGN_SIGNS, OWN_COMMENT, POWER, QUOTES, way
+from vrs_cli.language.words.foreign import (
+    FOREIGN_COMMENT,
+    FOREIGN_SIGNS,
+    LINE_COMMENT,
+    NO_UNIT,
+    OWN_COMMENT,
+    POWER,
+    QUOTES,
+    UNITS,
+    way,
+)
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
     INSTRUCTIONS,
@@ -240,7 +250,7 @@ class Lexer:
         self._skip_blanks()
         match = _WORD.match(self._text, self._at)
         if match is None:
-            self._refuse_foreign_comment(self._at)
+            self._refuse_foreign_comment(self._at, LINE_COMMENT)
             if kind is not UsageError and self._patterns.next.match(self._text, self._at) is None:
                 raise self._unreadable()
             raise self._refusal(kind, self._at, max(self._glued(self._at), self._at + 1), detail, hint)
@@ -281,6 +291,8 @@ class Lexer:
         )
         if near and len(word) > 1:
             return near
+        if glued := re.match(r"[- ]?[ \t]*([A-Za-z0-9_]\w*)[ \t]*=(?!=)", rest):
+            return f"a name has letters, digits, . and _: {word}_{glued[1]} = ..."
         if rest and rest[0] != "(":
             return "an abbreviation has two letters at least" if len(word) == 1 else ""
         if at_prompt:
@@ -407,8 +419,7 @@ class Lexer:
                 self._sign(text, start, end)
             case "NUMBER":
                 if (glued := self._glued(end)) > end:
-                    hint = POWER if "^" in self._text[start:glued] else QUOTES if text[0] == "'" else ""
-                    raise self._refusal(InvalidNumber, start, glued, self._text[start:glued], hint)
+                    raise self._refusal(InvalidNumber, start, glued, self._text[start:glued], self._number_hint(start))
                 self._add(kind, text, start, end)
             case "STRING":
                 self._add(kind, text[1:-1], start, end)
@@ -416,6 +427,17 @@ class Lexer:
                 row = self._row
                 comma = row is not None and row.comma == text and self._place() == row.before_comma - 1
                 self._add("COMMA" if comma else kind, text, start, end)
+
+    def _number_hint(self, start: int) -> str:
+        """Say what was meant by letters and signs behind a number."""
+        text = self._text[start : self._glued(start)]
+        if "^" in text:
+            return POWER
+        if text[0] == "'":
+            return QUOTES
+        if text.lstrip("0123456789.").upper() in UNITS:
+            return NO_UNIT
+        return "a name begins with a letter" if text[0].isdigit() and re.search("[A-Za-z]", text) else ""
 
     def _named(self, text: str, end: int) -> tuple[str, str]:
         """The type and the value of a word inside a line, which ends at an index."""
@@ -501,9 +523,9 @@ class Lexer:
     def _refusal(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
         return refusal(kind, Span(self._line, start + 1, end + 1), detail, hint)
 
-    def _refuse_foreign_comment(self, at: int) -> None:
-        """A comment as C and Python write it."""
-        sign = re.compile(FOREIGN_COMMENT).match(self._text, at)
+    def _refuse_foreign_comment(self, at: int, signs: str = FOREIGN_COMMENT) -> None:
+        """A comment as other languages write it."""
+        sign = re.compile(signs).match(self._text, at)
         if sign is not None:
             raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", OWN_COMMENT)
 

@@ -25,9 +25,10 @@ from vrs_cli.language.text.builder import Builder, signed_number
 from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
+from vrs_cli.language.words.foreign import NO_UNIT, SIDES, UNITS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import MODIFIERS, Shape
+from vrs_cli.language.words.word import MODIFIERS, Shape, Word
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
 
 GRAMMAR = "val2.lark"
@@ -166,6 +167,7 @@ _VALUES = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RAW"})
 _BEGINS_VALUE = _VALUES | {"PREFIX", "LPAR", "LGROUP", "LSQB"}
 _ENDS_VALUE = _VALUES | {"RPAR", "RGROUP", "RSQB"}
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
+_MOVES = [row for row in INSTRUCTIONS.values() if row.arguments and row.arguments[0].shape is Shape.PLACE]
 
 
 class Complaint:
@@ -175,6 +177,7 @@ class Complaint:
 
     def __init__(self, tokens: Sequence[Token], token: Token | None, accepted: frozenset[str], start: str) -> None:
         self._before = before = tokens if token is None else tokens[: tokens.index(token)]
+        self._after = tokens[len(before) :]
         self._accepted = accepted
         self._start = start
         self._last = before[-1] if before else None
@@ -214,6 +217,8 @@ class Complaint:
             return None
         if last.type in CONTROL:
             return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
+        if last.text == ":" and not self._type and self._head is not None and self._head.type in CONTROL:
+            return self._say(CannotInterpret, "a : ends no line", f"the form is {CONTROL[self._head.type].form}", last)
         if last.type != "COMMA" and END in self._accepted:
             return None  # nothing need follow
         if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
@@ -238,6 +243,13 @@ class Complaint:
             row = self._head.row if self._head is not None else None
             moves = row is not None and row.arguments and row.arguments[0].shape is Shape.PLACE
             hint = "a place is TRANS(x, y, z) or a name" if moves and self._type == "COMMA" else ""
+            closing = _OPENING[opened[-1].type]
+            if self._type == "COMMA" and any(one.text == closing for one in self._after):
+                if row is not None and self._before[1] is opened[-1]:
+                    hint = hint or f"the form is {row.form}"
+                    return self._say(CannotInterpret, f"{row.name} takes no parentheses", hint, opened[-1])
+                return self._say(IllegalExpression, "a comma has no place in these parentheses", hint)
+            hint = hint or f"every {opened[-1].text} needs its {closing}"
             return self._say(MissingParenthesis, f"{opened[-1].text} is not closed", hint, opened[-1])
         return None
 
@@ -293,6 +305,8 @@ class Complaint:
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
         if relation := RELATIONS_OF_VAL.get(self._text.upper()):
             return self._say(IllegalExpression, self._said, f"write {relation}", mend=relation)
+        if meant := self._meant_beside(last, row):
+            return self._say(IllegalExpression, self._said, meant)
         if row is not None and self._type == "NAME":  # nearly a word that may follow: SPEED 30 ALWYS
             modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
             words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
@@ -301,10 +315,25 @@ class Complaint:
             IllegalExpression, self._said, hint or f"an operator or a comma is missing before {self._text}"
         )
 
+    def _meant_beside(self, last: Token, row: Word | None) -> str:
+        """Say what was meant by MOVE Z 100, 30 DEG and f"x={x}", as a hint."""
+        if last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES and row in _MOVES:
+            return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
+        if last.type == "NUMBER" and self._text.upper() in UNITS:
+            speed = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
+            return speed if row is not None and row.name == "SPEED" else NO_UNIT
+        if last.type == "NAME" and self._type == "STRING" and len(last.text) == 1:
+            return 'commas separate texts and values: TYPE "x =", x'
+        return ""
+
     def _other(self) -> Diagnostic:
         head, last = self._head, self._last
         if head is None or last is None:
             return self._say(CannotInterpret, self._said)
+        if self._type == "LSQB" and last.type == "EQUAL":
+            return self._say(
+                CannotInterpret, "[...] is no value", f"each element is assigned by itself: {head.text}[1] = ..."
+            )
         if last.type == "THEN":
             return self._say(
                 CannotInterpret, f"{self._said} after THEN", "THEN ends the line; what is done stands on the next ones"
@@ -313,6 +342,8 @@ class Complaint:
         form = f"the form is {row.form}" if row is not None else ""
         if head.type in CONTROL and (head is last or last.type in ("DO", "OF", "COLON")):
             hint = form if CONTROL[head.type].arguments else f"{head.type} stands alone"
+            if head.type == "ELSE" and self._text.upper() == "IF":
+                hint = "IF ... THEN stands on the next line and has an END of its own"
             return self._say(CannotInterpret, f"{self._said} after {last.text.upper()}", hint)
         if head.type == "NAME" and self._start in ("step", "prompt"):
             form = "a variable is followed by = and its value"

@@ -13,9 +13,37 @@ FOREIGN_SIGNS = {
     "&&": "AND is both",
     "||": "OR is either",
     "%": "MOD gives the rest of a division: 7 MOD 3",
+    "{": "THEN, DO or OF begins a block, END ends it",
+    "}": "END ends a block",
 }
 POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
-FOREIGN_COMMENT, OWN_COMMENT = r"//|#(?![A-Za-z])", "a comment begins with ;"
+FOREIGN_COMMENT, OWN_COMMENT = r"//|/\*|#(?![A-Za-z])", "a comment begins with ;"
+LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"  # at the start of a line: MATLAB, BASIC, RAPID, Lua
+_UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
+UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
+SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # MOVE Z 100
+
+# functions of other languages, and what says it here
+_NUMBER_TEXT = "$ENCODE(5) is the text of a number"
+FOREIGN_FUNCTIONS: Mapping[str, str] = {
+    **dict.fromkeys(("STR", "STRING", "NUM2STR", "TOSTRING", "FORMAT", "STR$", "$STR"), _NUMBER_TEXT),
+    **dict.fromkeys(("FLOAT", "STR2NUM", "STR2DOUBLE", "TONUMBER", "NUM"), 'VAL("5") is the number of a text'),
+    **dict.fromkeys(("ROUND", "FLOOR", "CEIL"), "INT(x) cuts the decimals off: INT(x + 0.5) rounds"),
+    "POW": POWER,
+    "MOD": "MOD stands between its numbers: 7 MOD 3",
+    **dict.fromkeys(("RAND", "RND"), "RANDOM is a number from 0 to 1"),
+    **dict.fromkeys(("ATAN", "ASIN", "ACOS", "ARCTAN"), "ATAN2(y, x) is the inverse function here"),
+    **dict.fromkeys(("RADIANS", "DEGREES", "DEG", "RAD"), "angles are in degrees; x * 180 / PI converts radians"),
+    **dict.fromkeys(("SUBSTR", "LEFT", "RIGHT", "MID", "$LEFT", "$RIGHT"), "$MID($s, 1, 2) is a part of a text"),
+    **dict.fromkeys(("CHR", "CHAR"), "$CHR(65) is a character"),
+    **dict.fromkeys(("FIND", "INSTR", "INDEX"), "POS($s, $part) finds a part of a text"),
+    **dict.fromkeys(("UPPER", "LOWER", "SPLIT"), "$MID, $DECODE and POS take texts apart"),
+    **dict.fromkeys(("POSE", "LOC", "LOCATION", "POINT", "XYZ"), "TRANS(x, y, z, o, a, t) is a place"),
+    **dict.fromkeys(("JOINTS", "PPOINT", "JOINT", "J"), "#PPOINT(j1, j2, j3, j4, j5, j6) is a place by its joints"),
+    **dict.fromkeys(("INPUT", "DIN", "GETDI", "DI", "SIGNAL"), "SIG(1001) reads a signal"),
+    **dict.fromkeys(("EXP", "LOG", "LN", "LOG10"), "2.718282 ** x is the exponential function; there is no logarithm"),
+    **dict.fromkeys(("DIST", "NORM"), "DISTANCE(a, b) is the distance of two places"),
+}
 
 # the word that does it here, and the words that do it elsewhere
 _SAME = {
