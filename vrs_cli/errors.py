@@ -219,6 +219,14 @@ class AngleUnit(ProgramError, code=63, text="Angle in degrees"):
     """A warning: an angle that looks like one in radians."""
 
 
+class LengthUnit(ProgramError, code=65, text="Length in millimetres"):
+    """A warning: a place whose coordinates look like metres."""
+
+
+class FixedCondition(ProgramError, code=66, text="Condition that never changes"):
+    """A warning: the number of a signal where its state is meant."""
+
+
 class AboveFullSpeed(ProgramError, code=64, text="More than full speed"):
     """A warning: a speed or an acceleration above 100 %, of which no more than 100 % is used."""
 
@@ -232,7 +240,7 @@ class PauseOfArm(ProgramError, code=60, text="Pause of the arm"):
 
 
 class WithoutEffect(ProgramError, code=61, text="No effect here"):
-    """A warning: a switch or a parameter that means nothing to a virtual robot."""
+    """A warning: a switch or a parameter that means nothing to a virtual robot, or a step that does nothing."""
 
 
 class NoProgramSpecified(ProgramError, code=-301, text="No program specified"):

@@ -179,7 +179,7 @@ def test_check_goes_on_after_a_file_that_cannot_be_read(vrs: Vrs, tmp_path: Path
     (tmp_path / "bad.v2").write_text(BAD)
     ended = vrs("check", "none.v2", "bad.v2")
     assert ended.status == 2
-    assert ended.err == "vrs check: *Nonexistent file* none.v2\n"
+    assert ended.err == "vrs check: *Nonexistent file* none.v2 (its folder has bad.v2, good.v2)\n"
     assert "bad.v2:2:" in ended.out
 
 

@@ -41,7 +41,11 @@ def test_a_run_of_several_does_what_each_does_alone(vrs: Vrs) -> None:
 
 def test_a_file_that_is_not_there_holds_up_no_other(vrs: Vrs) -> None:
     ended = vrs("run", "none.v2", "cell/1.v2", "--quiet")
-    assert (ended.status, ended.out, ended.err) == (2, "one\n", "vrs run: *Nonexistent file* none.v2\n")
+    assert (ended.status, ended.out, ended.err) == (
+        2,
+        "one\n",
+        "vrs run: *Nonexistent file* none.v2 (its folder has no program file)\n",
+    )
 
 
 def test_a_name_behind_one_file_is_its_program(vrs: Vrs) -> None:

@@ -60,6 +60,72 @@ PUMA = load_robot("puma560")
             "IF after ELSE",
             "IF ... THEN stands on the next line and has an END of its own",
         ),
+        ('TYPE "x is %d", 5', "%d is typed as it stands", 'TYPE "x =", x types a value'),
+        ('TYPE "{x}"', "{x} is typed as it stands", 'TYPE "x =", x types a value'),
+        (
+            'TYPE "a\\n"',
+            "\\n is typed as it stands",
+            "every TYPE ends its line, TYPE alone types an empty one",
+        ),
+        ("DRIVE 1, PI / 2, 50", "DRIVE takes degrees", "half a turn is 180; x * 180 / PI converts radians"),
+        ("MOVE #PPOINT(1.5708, 0)", "#PPOINT takes degrees", "half a turn is 180; x * 180 / PI converts radians"),
+        ("SET p = TRANS(500, 0, 0, PI)", "TRANS takes degrees", "half a turn is 180; x * 180 / PI converts radians"),
+        ("TYPE COS(3.14159), SIN(-1.5708)", "SIN takes degrees", "half a turn is 180; x * 180 / PI converts radians"),
+        ("TYPE COS(3.14159 / 4)", "COS takes degrees", "half a turn is 180; x * 180 / PI converts radians"),
+        ("SET p = TRANS(0.3, 0.45, -0.2)", "TRANS takes millimetres", "0.3 m is 300"),
+        ("SET home = #PPOINT(0, -90)", "home cannot hold a precision point", "SET #home = ... holds one"),
+        ("SET #home = HERE", "#home cannot hold a transformation", "SET home = ... holds one"),
+        (
+            "SET TRANS(0, 550) = p",
+            "a variable is wanted here",
+            "SET p = TRANS(x, y, z) gives a place the name p",
+        ),
+        ("DRIVE J1, 10, 50", "J1 is given a value nowhere", "a joint is a number: DRIVE 1, 30"),
+        ("TYPE a.x", "a.x is given a value nowhere", "DX(a) is the X of a place"),
+        (
+            "SIGNAL 1 = TRUE",
+            "SIGNAL takes no = here",
+            "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off",
+        ),
+        ("IF 1001 == TRUE GOTO 10", "1001 is a number here", "SIG(1001) reads the signal"),
+        ("IF 1001 GOTO 10", "1001 is a number here", "SIG(1001) reads the signal"),
+        (
+            "MOVE HERE, 50",
+            "MOVE: too many arguments",
+            "the form is MOVE location [AT t | IN dt]; SPEED 50 before it sets the speed",
+        ),
+        ("WHILE TRUE DO\nBREAK\nEND", "BREAK waits for a motion, and there is none", "EXIT leaves a loop"),
+        ("FOR i = 3 TO 1\nEND", "no step of this loop is ever carried out", "STEP -1 counts down"),
+        ("FOR i = 1 TO 3 STEP -1\nEND", "no step of this loop is ever carried out", "STEP 1 counts up"),
+        ("FOR i = 3 DOWNTO 1", "DOWNTO", "a negative STEP counts down: FOR i = 3 TO 1 STEP -1"),
+        ("CASE x OF\nDEFAULT:", "DEFAULT", "ANY begins what is done for all other values of a CASE"),
+        ("CASE 1:", "a : ends no line", "VALUE 1: begins a case"),
+        ("CALL u 5", "5", "arguments stand in parentheses: u(5)"),
+        (
+            "x = p(3)",
+            "there is no function p",
+            "CALL p(...) runs the program, which gives values back by its parameters",
+        ),
+        ("CALL hello", "hello is not in memory", "LOAD hello reads it from hello.v2"),
+        (
+            "DRIVE 1, 10, 50 AT",
+            "a value is missing after AT",
+            "a time is in seconds: AT 2 is a time of the clock, IN 2 is two seconds from now",
+        ),
+        (
+            "DRIVE 1, 10, 50 AFTER 2",
+            "AFTER",
+            "a time is in seconds: AT 2 is a time of the clock, IN 2 is two seconds from now",
+        ),
+        ("AT 2 DRIVE 1, 10", "AT", "a time stands at the end of a line: DRIVE 1, 30 AT 2"),
+        ("DRIVE 1, 10 AT 12:30", ": joins places, no numbers", "a time is in seconds: 90"),
+        ("BASE HERE", "HERE is a transformation", "the form is BASE [dx][, dy][, dz][, rotation]"),
+        (
+            "SET b = INVERSE(#a)",
+            "#a is a precision point",
+            "a transformation is wanted: HERE p keeps the place where the arm stands as one",
+        ),
+        ('$s = "a" & "b"', "& is no sign of VAL-II", "+ joins texts, AND is both"),
         ("END", "END without IF, WHILE, FOR or CASE", ".END ends the program"),
         ("NEXT i", "NEXT takes a whole number of loops", "NEXT 2; END ends the steps of a loop"),
         ("DELAY 0,5", "DELAY: too many arguments", "a decimal number has a point: 0.5"),
@@ -89,8 +155,28 @@ def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) 
         "x = 3 ; y is 4 later",
         "x = 3 ; y == 4 holds",
         "OPENI ; open the hand",
+        "TYPE SIN(1.57 * 180 / 3.14159), COS(1.05), TAN(0.5)",
+        "SET p = TRANS(0.5, 0, 250, 90, 90, 3)\nMOVE p:TRANS(0.1, -0.2, 0.3)",
+        'TYPE "50% done, 100%d {} C:\\\\new"',
+        "WHILE x < 3 DO\nMOVE HERE\nBREAK\nx = x + 1\nEND",
+        "FOR x = 3 TO 1 STEP -1\nTYPE x\nEND",
+        "IF x == 1001 THEN\nTYPE TRUE\nEND\nWHILE TRUE DO\nx = 1\nEND",
+        "IF (1 == x) == TRUE THEN\nWAIT SIG(1001) == TRUE\nEND",
         "a[1] = 1\na[2] = -1\nTYPE a[1], - -a[2]",
     ],
 )
 def test_usual_lines_are_not(line: str) -> None:
     assert [str(one) for one in inspect(f".PROGRAM p\nx = 0\ny = 0\n{line}\n.END\n", PUMA)] == []
+
+
+@pytest.mark.parametrize("heading", ["t(a = 5)", "t(real a)"])
+def test_a_parameter_is_a_name_alone(heading: str) -> None:
+    found = inspect(f".PROGRAM {heading}\n.END\n", PUMA)
+    assert found[0].hint == "a parameter is a name alone: .PROGRAM name(a, $text, #joints)"
+
+
+def test_an_argument_of_another_kind() -> None:
+    found = inspect('.PROGRAM u(a)\nTYPE a\n.END\n.PROGRAM t\nCALL u("hi")\n.END\n', PUMA)
+    assert ("a string for the parameter a", "a real or a transformation is wanted") in [
+        (d.detail, d.hint) for d in found
+    ]

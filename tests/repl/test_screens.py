@@ -61,7 +61,7 @@ def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) 
         assert {"a                5", "a*2              10", "== compares; a = 5 assigns"} < set(shown)
         typed(shell, "MOVES part, 50")
         shown = shell.wait_for("^")
-        assert "(the form is MOVES location [AT t | IN dt])" in " ".join(row.rstrip() for row in shown)
+        assert "(the form is MOVES location [AT t | IN dt];" in " ".join(row.rstrip() for row in shown)
         assert ".MOVES part, 50" in shown
         shell.type("Up")
         shell.wait(lambda rows: sum(row.startswith(".MOVES part, 50") for row in rows) == 2)

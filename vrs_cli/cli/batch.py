@@ -39,7 +39,7 @@ from vrs_cli.repl.interrupt import Stoppable
 from vrs_cli.repl.piped import piped
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.values.contacts import Contact
-from vrs_cli.values.diagnostics import Diagnostic, Severity
+from vrs_cli.values.diagnostics import Diagnostic, Severity, did_you_mean
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Answer, LineWanted, Question
 from vrs_cli.values.replies import Message, Reply
@@ -236,9 +236,10 @@ class Batch(Struct, frozen=True):
         try:
             return environment.program(self.options.program).name
         except UndefinedName as error:
-            known = ", ".join(program.name for program in environment.programs.values())
+            known = [program.name for program in environment.programs.values()]
             what = f"{self.source.path} holds no {error.detail}"
-            raise CommandLineError(what, error.hint or f"it holds {known}") from None
+            hint = did_you_mean(self.options.program, known) or f"it holds {', '.join(known)}"
+            raise CommandLineError(what, hint) from None
 
     # --- what is told -----------------------------------------------------------------------------------
 

@@ -81,10 +81,16 @@ def is_sample(path: Path) -> bool:
     return path.parent == shipped_folder("programs")
 
 
+MOST_SHOWN = 5  # files of a folder
+
+
 def _near(path: Path) -> str:
     """Say which file of the folder was perhaps meant."""
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
     near = nearest(path.name, neighbours(path), 0.7)
-    return f"did you mean {folder / near}?" if near else ""
+    if near:
+        return f"did you mean {folder / near}?"
+    programs = sorted(name for name in neighbours(path) if name.lower().endswith(EXTENSION))
+    return f"its folder has {', '.join(programs[:MOST_SHOWN])}" if programs else "its folder has no program file"

@@ -17,6 +17,8 @@ from contextlib import suppress
 from functools import cached_property, partial
 from typing import Any
 
+from msgspec.structs import replace
+
 from vrs_cli.engine.parameters import SETTINGS, idle_of, row_of
 from vrs_cli.errors import (
     ArgumentMismatch,
@@ -24,6 +26,7 @@ from vrs_cli.errors import (
     HiddenStatement,
     IllegalAssignment,
     InvalidName,
+    LengthUnit,
     NotAvailable,
     OldMeaning,
     PauseOfArm,
@@ -31,16 +34,19 @@ from vrs_cli.errors import (
     UndefinedName,
     UndefinedValue,
     UsageError,
+    WithoutEffect,
     WordAsName,
 )
 from vrs_cli.language.analysis.expressions import SHAPES, Expressions, miscounted, numbers_meant
 from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
+    LOOPS,
     PLACE,
     REAL,
     STRING,
     Analysis,
+    Block,
     NameFindings,
     declares,
     own_variables,
@@ -57,6 +63,8 @@ from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, giving
 from vrs_cli.language.words.word import Argument, Route, Shape, State, Word, argument_at
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, ordered, warning
 from vrs_cli.values.numbers import count
+
+_PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
 
 FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
 
@@ -173,7 +181,10 @@ def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
     name, word = target.sigil + target.name.lower(), target.name.upper()
     row = COMMANDS.get(word) or INSTRUCTIONS.get(word)
     if target.key in FUNCTION_NAMES:
-        yield _warning(target, f"{name} is a variable from now on", f"{FUNCTION_NAMES[target.key]}() is the function")
+        hint = f"{FUNCTION_NAMES[target.key]}() is the function"
+        if target.key == "here":
+            hint = "HERE p keeps the place where the arm stands"
+        yield _warning(target, f"{name} is a variable from now on", hint)
     elif row is not None and not target.sigil and target.indexes is None and row.required:
         yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
 
@@ -220,6 +231,23 @@ def _at_once(statement: Statement) -> bool:
     return statement.word == "DELAY" or not (row.route is Route.MOTION or breaks)
 
 
+def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
+    """Warn of a BREAK that was meant to leave a loop: no motion stands in the program for which it could wait."""
+    inside = {step for block in blocks if block.kind in LOOPS for step in range(block.opener, block.closer)}
+    found: list[Diagnostic] = []
+    for index, step in enumerate(program.steps if inside else ()):
+        if isinstance(it := step.statement, ast.Instruction):
+            if it.word == "BREAK" and index in inside:
+                detail = "BREAK waits for a motion, and there is none"
+                found.append(warning(WithoutEffect, it.span, detail, "EXIT leaves a loop"))
+            elif INSTRUCTIONS[it.word].route is Route.MOTION or it.word in _MAY_MOVE:
+                return
+    yield from found
+
+
+_MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPENI", "CLOSEI", "RELAXI"})
+
+
 # --- programs and lines ----------------------------------------------------------------------------------------------
 
 
@@ -251,7 +279,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
             steps.statement(index + 1, step.statement)
             steps.diagnostics += hidden_statement(step.statement, step.comment, step.span.end)
     steps.finish(program, surroundings)
-    found = (*structure.diagnostics, *steps.diagnostics, *beyond(program))
+    found = (*structure.diagnostics, *steps.diagnostics, *beyond(program), *breaks(program, structure.blocks))
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
     needs = frozenset(one.key for one in steps.without_value())
     called, functions = frozenset(steps.called), frozenset(steps.functions)
@@ -303,6 +331,7 @@ class _Steps(Expressions):
         self.called: set[str] = set()
         self._program = program
         self._surroundings = surroundings
+        self._program_keys = () if surroundings is None else surroundings.programs
 
     # --- lines ---
 
@@ -382,7 +411,9 @@ class _Steps(Expressions):
             detail = f"{name} is given a value nowhere"
             hint = around.name_meant(variable, own) if number < MOST_HINTS else ""
             decided = self._decided(variable)
-            self.warn(UndefinedValue, variable.span, detail, hint or giving(name, decided and decided.kind))
+            self.warn(
+                UndefinedValue, variable.span, detail, hint or giving(name, decided.kind if decided else Kind.REAL)
+            )
         self.diagnostics += confusions(program, self, around)
 
     # --- statements ---
@@ -417,6 +448,15 @@ class _Steps(Expressions):
         self.reference(statement.variable)
         self._reals(statement.first, statement.last, statement.step)
         self.define(statement.variable, REAL)
+        first, last = ast.plain_number(statement.first), ast.plain_number(statement.last)
+        step = 1.0 if statement.step is None else ast.plain_number(statement.step)
+        if first is not None and last is not None and step and (last - first) * step < 0.0:
+            hint = f"STEP {'-1 counts down' if step > 0 else '1 counts up'}"
+            self.warn(WithoutEffect, statement.span, "no step of this loop is ever carried out", hint)
+
+    def _condition(self, statement: ast.If | ast.IfGoto | ast.While | ast.Until) -> None:
+        self._reals(statement.condition)
+        self.signal_number(statement.condition)
 
     def _wait(self, statement: ast.Instruction) -> None:
         """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
@@ -438,13 +478,15 @@ class _Steps(Expressions):
                 TypeMismatch,
                 target.span,
                 f"{target.sigil}{target.name} cannot hold {with_article({kind})}",
-                f"{with_article({wanted})} is wanted",
+                f"SET {'#' if kind is Kind.PRECISION else ''}{target.name} = ... holds one",
             )
 
     # --- instructions and monitor commands ---
 
     def _instruction(self, statement: ast.Instruction, table: Mapping[str, Word]) -> None:
         row = table[statement.word]
+        if row.name == "DRIVE":
+            self.angles("DRIVE", statement.arguments[1:2])
         if row.state is State.REFUSED:
             self.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
         else:
@@ -456,6 +498,7 @@ class _Steps(Expressions):
                 argument = argument_at(row, place)
                 if expression is not None and argument is not None:
                     self._check_operand(expression, argument)
+                    self._name_form(expression, argument, row)
             if row.name == "WAIT":
                 self._wait(statement)
             elif row.name == "SET":
@@ -467,6 +510,13 @@ class _Steps(Expressions):
             ):
                 detail, hint = "it leaves out steps after the CALL", "a program gives values back by its parameters"
                 self.warn(OldMeaning, statement.span, detail, hint)
+
+    def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
+        """Answer BASE part and DRAW part, where numbers are wanted, with the form of the instruction."""
+        last = self.diagnostics[-1] if self.diagnostics and argument.shape is Shape.REAL else None
+        wrong = last is not None and last.code == TypeMismatch.code and last.span == expression.span
+        if last is not None and wrong and self.kind_of(expression) in PLACE:
+            self.diagnostics[-1] = replace(last, hint=f"the form is {row.form}")
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Report a missing argument, and one too many."""
@@ -493,6 +543,15 @@ class _Steps(Expressions):
                 self.fault(UsageError, expression.span, refused.detail, refused.hint)
         else:
             SHAPES[argument.shape](self, expression)
+            if isinstance(expression, ast.Call) and expression.name == "TRANS" and argument.shape in _PLACES:
+                self._metres(expression)
+
+    def _metres(self, place: ast.Call) -> None:
+        """Warn of TRANS(0.3, 0.45, -0.2): two coordinates at least have decimals, and all are small."""
+        given = [abs(ast.plain_number(one) or 0.0) for one in place.arguments[:3]]
+        known = all(one is None or ast.plain_number(one) is not None for one in place.arguments[:3])
+        if known and sum(not one.is_integer() for one in given) >= 2 and 0.1 <= max(given) < 2.0:
+            self.warn(LengthUnit, place.span, "TRANS takes millimetres", "0.3 m is 300")
 
     # --- programs as arguments ---
 
@@ -521,6 +580,7 @@ class _Steps(Expressions):
         target = self._program if call.key == self._program.key else self._surroundings.programs.get(call.key)
         if target is None:
             hint = self._surroundings.program_meant(call.name) if len(self.called) <= MOST_HINTS else ""
+            hint = hint or f"LOAD {call.name} reads it from {call.name}.v2"
             self.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
             return
         if len(call.arguments) > len(target.parameters):
@@ -537,15 +597,14 @@ class _Steps(Expressions):
                     ArgumentMismatch,
                     argument.span,
                     f"{with_article({kind})} for the parameter {parameter.sigil}{parameter.name}",
+                    f"{with_article(set(kinds_of_name(parameter.sigil)))} is wanted",
                 )
 
 
 _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
     ast.Assignment: _Steps._assignment,
     ast.Instruction: partial(_Steps._instruction, table=INSTRUCTIONS),
-    **dict.fromkeys(
-        (ast.If, ast.IfGoto, ast.While, ast.Until), lambda steps, statement: steps._reals(statement.condition)
-    ),
+    **dict.fromkeys((ast.If, ast.IfGoto, ast.While, ast.Until), _Steps._condition),
     ast.For: _Steps._for,
     ast.Case: lambda steps, case: steps._reals(case.subject),
     ast.Value: lambda steps, value: steps._reals(*value.tests),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from functools import partial
+from math import pi
 from typing import Any
 
 from msgspec.structs import replace
@@ -12,11 +14,13 @@ from vrs_cli.errors import (
     AmbiguousGrouping,
     AngleUnit,
     CannotInterpret,
+    FixedCondition,
     IllegalArrayIndex,
     IllegalAssignment,
     IllegalExpression,
     NotAvailable,
     UnknownKeyword,
+    WithoutEffect,
 )
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
@@ -38,16 +42,18 @@ from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATI
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.foreign import FOREIGN_FUNCTIONS
 from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.values import Kind
+from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
 from vrs_cli.values.diagnostics import Span, did_you_mean
 
+_PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|\{[A-Za-z]\w*\}"  # of C and Python
 FORMAT_CODES = "BCDEFGHINOSUX"
 
 
 class Expressions(NameFindings):
     """Checks expressions, each by itself."""
 
+    _program_keys: Container[str] = ()  # of the programs in memory
     _logical = False  # whether NOT, AND, OR or XOR has been met in the expression
 
     # --- arguments, by their shape ---
@@ -55,6 +61,11 @@ class Expressions(NameFindings):
     def _item(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
+            if isinstance(expression, ast.StringConstant) and (sign := re.search(_PRINTF, expression.value)):
+                hint = 'TYPE "x =", x types a value'
+                if sign[0].startswith("\\"):
+                    hint = "every TYPE ends its line, TYPE alone types an empty one"
+                self.warn(WithoutEffect, expression.span, f"{sign[0]} is typed as it stands", hint)
         elif expression.code not in FORMAT_CODES:
             self.fault(
                 IllegalExpression,
@@ -88,7 +99,8 @@ class Expressions(NameFindings):
         if isinstance(expression, ast.Variable):
             self.reference(expression)
             return expression
-        self.fault(IllegalAssignment, expression.span, "a variable is wanted here")
+        hint = "SET p = TRANS(x, y, z) gives a place the name p" if self.kind_of(expression) in PLACE else ""
+        self.fault(IllegalAssignment, expression.span, "a variable is wanted here", hint)
         return None
 
     def reference(self, variable: ast.Variable) -> None:
@@ -178,8 +190,13 @@ class Expressions(NameFindings):
     def _binary(self, expression: ast.Binary) -> Kind | None:
         operator = expression.operator
         self._logical |= operator in LOGICAL
+        if operator == ":" and isinstance(expression.left, ast.Number) and isinstance(expression.right, ast.Number):
+            self.fault(IllegalExpression, expression.span, ": joins places, no numbers", "a time is in seconds: 90")
+            return None
         if operator == ":":
             return self._operands(expression, LOCATION, Kind.LOCATION)
+        if operator in RELATIONS and isinstance(expression.right, ast.Call):
+            self.signal_number(expression.left)
         if operator in RELATIONS:
             return self._operands(expression, self._of_both(expression), Kind.REAL)
         if operator == "+":
@@ -190,6 +207,12 @@ class Expressions(NameFindings):
             detail, clear = "the sign binds before **", replace(expression, left=replace(left, grouped=True))
             self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
         return self._operands(expression, REAL, Kind.REAL)
+
+    def signal_number(self, condition: Expression) -> None:
+        """Warn of IF 1001 THEN and of IF 1001 == TRUE THEN, which do not look at the signal."""
+        if isinstance(condition, ast.Number) and condition.value in (*INPUTS, *INTERNAL):
+            hint = f"SIG({condition.text}) reads the signal"
+            self.warn(FixedCondition, condition.span, f"{condition.text} is a number here", hint)
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
         """Check both operands. Return the kind of the result, or None where an operand is of the wrong kind."""
@@ -208,7 +231,9 @@ class Expressions(NameFindings):
         function = FUNCTIONS.get(call.name)
         if function is None:
             hint = FOREIGN_FUNCTIONS.get(call.name) or did_you_mean(call.name, usable_names(FUNCTIONS))
-            if not hint and len(call.arguments) == 1:
+            if call.name.lower()[:NAME_LENGTH] in self._program_keys:
+                hint = f"CALL {call.name}(...) runs the program, which gives values back by its parameters"
+            elif not hint and len(call.arguments) == 1:
                 hint = f"an element of an array is {call.name}[index]"
             self.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
             return None
@@ -220,11 +245,8 @@ class Expressions(NameFindings):
         end = Span(call.span.line, call.span.end - 1, call.span.end)
         for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
             self.fault(IllegalExpression, span, detail, f"the form is {function.form}")
-        if call.name in ("SIN", "COS", "TAN"):
-            for angle in call.arguments:
-                if angle is not None and turns_of_pi(angle) > 0:
-                    hint = "half a turn is 180; x * 180 / PI converts radians"
-                    self.warn(AngleUnit, angle.span, f"{call.name} takes degrees", hint)
+        if call.name in _ANGLES:
+            self.angles(call.name, call.arguments[_ANGLES[call.name] :])
         for place, expression in enumerate(call.arguments):
             if expression is not None and function.arguments:
                 shape = function.arguments[min(place, len(function.arguments) - 1)].shape
@@ -233,6 +255,13 @@ class Expressions(NameFindings):
                 elif (variable := self._checked_variable(expression)) is not None:
                     self.given.add(variable.key)  # DEFINED and LAST only look at a variable of any kind
         return function.result
+
+    def angles(self, word: str, given: Sequence[Expression | None]) -> None:
+        """Warn of angles that look like radians."""
+        for angle in given:
+            if angle is not None and turns_of_pi(angle) > 0:
+                hint = "half a turn is 180; x * 180 / PI converts radians"
+                self.warn(AngleUnit, angle.span, f"{word} takes degrees", hint)
 
     # --- kinds that are certain ---
 
@@ -261,6 +290,13 @@ def miscounted(
 def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
     """Say what MOVE 100, 200, 300 and DELAY 0,5 were meant as, as a hint; "" for what is usual."""
     numbers = [one for one in given if isinstance(one, ast.Number)]
+    if (
+        len(given) == 2
+        and len(row.arguments) == 1
+        and row.arguments[0].shape is Shape.PLACE
+        and numbers == [*given[1:]]
+    ):
+        return f"the form is {row.form}; SPEED {numbers[0].text} before it sets the speed"
     if len(numbers) != len(given) or len(given) <= len(row.arguments) or not row.arguments:
         return ""
     texts, shape = [number.text for number in numbers], row.arguments[0].shape
@@ -276,6 +312,8 @@ def turns_of_pi(expression: Expression) -> int:
     match expression:
         case ast.Call(name="PI"):
             return 1
+        case ast.Number(value=value, text=text):
+            return int(text in ("3.14", "1.57", "6.28") or (len(text) > len("1.57") and _part_of_pi(value, text)))
         case ast.Unary(operand=operand):
             return turns_of_pi(operand)
         case ast.Binary(operator="*", left=left, right=right):
@@ -285,6 +323,16 @@ def turns_of_pi(expression: Expression) -> int:
         case ast.Binary(operator="+" | "-", left=left, right=right):
             return max(turns_of_pi(left), turns_of_pi(right))
     return 0
+
+
+def _part_of_pi(value: float, text: str) -> bool:
+    """Return whether a decimal number is a usual part of PI (1.5708), or a multiple, as far as it is written."""
+    decimals = len(text.partition(".")[2])
+    return decimals > 2 and any(abs(value - pi * part) < 10.0**-decimals for part in _PARTS)
+
+
+_PARTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 3 / 2, 2)
+_ANGLES = {**dict.fromkeys(("SIN", "COS", "TAN", "RX", "RY", "RZ", "#PPOINT"), 0), "TRANS": 3}  # first angle, by name
 
 
 _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {

@@ -310,7 +310,7 @@ class Memory(Variables):
         key = key_of(name)
         if key not in self.programs:
             names = {other: stored.name for other, stored in self.programs.items()}
-            raise UndefinedName(f"program {name}", closest(key, names))
+            raise UndefinedName(f"program {name}", closest(key, names) or f"LOAD {name} reads it from {name}.v2")
         return self.programs[key]
 
 

@@ -82,6 +82,10 @@ class Cells(dict[str | Index, Value]):
             self.deny(key)
         simple = self if self.array is None and isinstance(key, str) else ()
         near = closest(str(key), {str(name): self.name(name) for name in simple})
+        indexes = [index for index in self if isinstance(index, int)] if self.array is not None else []
+        if indexes:
+            low, high = min(indexes), max(indexes)
+            near = f"its only element is {low}" if low == high else f"its elements are {low} to {high}"
         raise UndefinedValue(self.name(key), near or giving(self.name(key), self.kind))
 
     def take(self, values: Mapping[str | Index, Value]) -> None:

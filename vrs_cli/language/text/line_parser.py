@@ -25,7 +25,7 @@ from vrs_cli.language.text.builder import Builder, signed_number
 from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
-from vrs_cli.language.words.foreign import NO_UNIT, SIDES, UNITS
+from vrs_cli.language.words.foreign import NO_UNIT, SIDES, TIMED, UNITS, way
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, Shape, Word
@@ -166,6 +166,8 @@ _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
 _VALUES = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RAW"})
 _BEGINS_VALUE = _VALUES | {"PREFIX", "LPAR", "LGROUP", "LSQB"}
 _ENDS_VALUE = _VALUES | {"RPAR", "RGROUP", "RSQB"}
+_PARAMETERS = "a parameter is a name alone: .PROGRAM name(a, $text, #joints)"
+_SECONDS = "a time is in seconds: AT 2 is a time of the clock, IN 2 is two seconds from now"
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 _MOVES = [row for row in INSTRUCTIONS.values() if row.arguments and row.arguments[0].shape is Shape.PLACE]
 
@@ -218,13 +220,17 @@ class Complaint:
         if last.type in CONTROL:
             return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
         if last.text == ":" and not self._type and self._head is not None and self._head.type in CONTROL:
-            return self._say(CannotInterpret, "a : ends no line", f"the form is {CONTROL[self._head.type].form}", last)
+            form = f"the form is {CONTROL[self._head.type].form}"
+            hint = "VALUE 1: begins a case" if self._head.type == "CASE" else form
+            return self._say(CannotInterpret, "a : ends no line", hint, last)
         if last.type != "COMMA" and END in self._accepted:
             return None  # nothing need follow
         if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
             return None
         if self._type == "EQUAL" and last.text in "<>=":
             return self._say(IllegalExpression, f"{last.text}=", "the relations are == <> < > <= >=", last)
+        if last.text.upper() in ("AT", "IN") and not self._type:
+            return self._say(IllegalExpression, f"a value is missing after {last.text.upper()}", _SECONDS)
         closed = self._type == "RPAR" and last.type == "LPAR"
         detail = "nothing stands in the parentheses" if closed else f"a value is missing after {last.text.upper()}"
         return self._say(IllegalExpression, detail)
@@ -256,6 +262,8 @@ class Complaint:
     def _equals(self) -> Diagnostic | None:
         if self._type != "EQUAL" or self._head is None:
             return None
+        if self._start == "header":
+            return self._say(IllegalExpression, "= has no place here", _PARAMETERS)
         condition = self._head.type in _CONDITIONS or self._head.value == "WAIT"
         hint = "= assigns, == compares" if condition or self._head.type == "NAME" else ""
         return self._say(IllegalExpression, "= has no place here", hint)
@@ -319,7 +327,18 @@ class Complaint:
         """Say what was meant by MOVE Z 100, 30 DEG and f"x={x}", as a hint."""
         if last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES and row in _MOVES:
             return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
-        if last.type == "NUMBER" and self._text.upper() in UNITS:
+        if self._start == "header":
+            return _PARAMETERS
+        word = self._text.upper()
+        if last.type == "PROGRAM":
+            return f"arguments stand in parentheses: {last.text}({self._text})"
+        if word == "DOWNTO" and self._head is not None and self._head.type == "FOR":
+            return "a negative STEP counts down: FOR i = 3 TO 1 STEP -1"
+        if word in TIMED and row is not None and "AT" in INSTRUCTIONS.get(row.name, row).modifiers:
+            return _SECONDS
+        if self._before[0].text.upper() in ("AT", "IN") and word in INSTRUCTIONS:
+            return way("AT", at_prompt=True)
+        if last.type == "NUMBER" and word in UNITS:
             speed = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
             return speed if row is not None and row.name == "SPEED" else NO_UNIT
         if last.type == "NAME" and self._type == "STRING" and len(last.text) == 1:

@@ -15,6 +15,10 @@ FOREIGN_SIGNS = {
     "%": "MOD gives the rest of a division: 7 MOD 3",
     "{": "THEN, DO or OF begins a block, END ends it",
     "}": "END ends a block",
+    "&": "+ joins texts, AND is both",
+    "|": "OR is either",
+    "!": "NOT is the opposite, <> is unequal",
+    "~": "NOT is the opposite, <> is unequal",
 }
 POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
 FOREIGN_COMMENT, OWN_COMMENT = r"//|/\*|#(?![A-Za-z])", "a comment begins with ;"
@@ -22,6 +26,8 @@ LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"  # at the start of a 
 _UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
 UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
 SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # MOVE Z 100
+
+TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])  # DRIVE 1, 30 AFTER 2
 
 # functions of other languages, and what says it here
 _NUMBER_TEXT = "$ENCODE(5) is the text of a number"
@@ -67,6 +73,7 @@ _SAME = {
     "END": "ENDFOR ENDWHILE ENDCASE ENDSWITCH WEND ESAC FI DONE",
     "CASE": "SWITCHCASE",
     "ELSE": "ELIF",
+    "ANY": "OTHERWISE",
     "DO": "LOOP REPEAT",
     "WHERE": "POS POSE GETPOS WHEREAMI CURPOS",
     "HELP": "MAN USAGE",
@@ -93,6 +100,8 @@ _ADVICE: Mapping[str, str] = {
     "VRS": "vrs begins a command of your system's shell: EXIT leaves this prompt; HELP VIEW tells of pictures here",
     **dict.fromkeys(("DEF", "FUNCTION", "PROC", "SUB", "FUNC"), ".PROGRAM name begins a program, .END ends it"),
     **dict.fromkeys(("IMPORT", "INCLUDE", "USE"), "LOAD file reads programs from a file"),
+    **dict.fromkeys(("AT", "IN", "AFTER"), "a time stands at the end of a line: DRIVE 1, 30 AT 2"),
+    "DEFAULT": "ANY begins what is done for all other values of a CASE",
     **dict.fromkeys(("LET", "VAR", "DIM", "INT", "FLOAT", "NUM", "DECL"), "x = 5 makes a variable"),
 }
 
