@@ -40,7 +40,7 @@ CAUSES = {
 
 class Outcome(NamedTuple):
     """The alarm of a fault, and how long it took from the first residual beyond 5 standard deviations on [s], infinite
-    if none came; None: the fault showed nothing. `false`: how many came before the fault.
+    if none came; None: no residual was so large until then. `false`: how many came before the fault.
     """
 
     alarm: DivergenceAlarm | None

@@ -11,7 +11,7 @@ from tests.laws.divergence import Course
 from tests.twin.servo_arm import STEP
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.twin.divergence import BLOCK, DivergenceWatch, exponent, threshold
+from vrs_cli.twin.divergence import BLOCK, LOAD_WINDOW, DivergenceWatch, exponent, load_threshold, threshold
 from vrs_cli.values.measured import BodyMode, DivergenceCause, Report
 
 
@@ -33,6 +33,19 @@ def test_false_alarms_are_no_more_frequent_than_stated(allowance: float, freedom
         if total > limit:
             total, alarms = 0.0, alarms + 1
     assert 20 < alarms <= 40 * 20
+
+
+def test_false_alarms_of_a_load_are_no_more_frequent_than_stated() -> None:
+    """Normal noise of six joints, whose loads change from block to block, for 10 hours."""
+    limit, random = load_threshold(6, an_hour=20.0), np.random.default_rng(1)
+    loads, errors = random.normal(0.0, 1.0, (2, round(10.0 * 3600.0 / BLOCK), 6))
+    rows = len(loads) - LOAD_WINDOW
+    products, squares, over = np.zeros((rows, 6)), np.zeros((rows, 6)), np.zeros(rows, dtype=bool)
+    for back in range(LOAD_WINDOW):
+        load, error = loads[back : back + rows], errors[back : back + rows]
+        products, squares = products + load * error, squares + load**2
+        over |= (products**2 / squares).sum(axis=1) > limit
+    assert 0 < over.sum() <= 10 * 20
 
 
 def standing() -> tuple[Engine, DivergenceWatch]:
