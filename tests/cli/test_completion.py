@@ -16,6 +16,7 @@ TRIED = {  # words before the Tab key, and what completes the last of them
     "check here/p": ["here/pick.v2"],
     "serve --ser": [],
     "export t --to np": ["npz"],
+    "export --to m": ["mcap", "mp4"],
     "lab st": ["steer"],
     "lab steer --rel": ["--relative"],
 }

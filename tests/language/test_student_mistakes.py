@@ -140,6 +140,11 @@ PUMA = load_robot("puma560")
         ("RETURN 5", "it leaves out steps after the CALL", "a program gives values back by its parameters"),
         ("MOVE part", "part is given a value nowhere", "HERE part or SET part = TRANS(x, y, z) defines it"),
         ("MOVE #part", "#part is given a value nowhere", "HERE #part defines it"),
+        (
+            "WAIT 0.5",
+            "0.5 is always true, and nothing is waited for",
+            "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass",
+        ),
         ("WAIT 3", "it waits for the signal: WAIT SIG(1003)", "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"),
     ],
 )

@@ -133,6 +133,13 @@ def test_functions_wait_until_they_are_begun() -> None:
     assert "SIN(" in words("APPRO part, ")
     assert "SIN(" not in words("APPRO part, ", everything=False)
     assert "SIN(" in words("APPRO part, SI", everything=False)
+    assert words("MOVE TRANS(0, ", everything=False) == ["count"]
+    assert "RANDOM" in words("MOVE TRANS(0, RA", everything=False)
+
+
+def test_a_real_is_assigned_reals_first() -> None:
+    assert words("x = ", everything=False)[0] == "count"
+    assert words("$x = ", everything=False)[0] == "$msg"
 
 
 def test_words_carry_their_form_and_meaning() -> None:
@@ -196,5 +203,5 @@ def test_while_a_number_is_typed_nothing_is_suggested() -> None:
 
 
 def test_an_empty_line_lists_motions_first() -> None:
-    assert [one.text for one in suggestions("", DefinedNames())][:3] == ["MOVE", "MOVES", "WHERE"]
+    assert [one.text for one in suggestions("", DefinedNames())][:3] == ["MOVE", "MOVES", "DRIVE"]
     assert [one.text for one in suggestions("", DefinedNames(), in_program=True)][:2] == ["MOVE", "MOVES"]

@@ -28,6 +28,7 @@ def message(result: RunResult) -> str:
     [
         ("SIG(1001)", "SIG(1001), which nothing here turns on (SIGNAL 1001, then RETRY)"),
         ("SIG(-1001)", "SIG(-1001), which nothing here turns off (SIGNAL -1001, then RETRY)"),
+        ("3", "3, which nothing here turns on (SIGNAL 1003, then RETRY)"),
         ("SIG(2001, 2002)", "SIG(2001, 2002), which nothing here makes true (change that, then RETRY)"),
         ("x > 5 AND STATE(2) == 2", "x > 5 AND STATE(2) == 2, which nothing here makes true (change that, then RETRY)"),
     ],

@@ -146,6 +146,7 @@ def _of(*kinds: Kind) -> Callable[[DefinedNames], Candidates]:
     return lambda names: (*names.of(*kinds).items(), *functions)
 
 
+_CONSTANTS = {name for name, row in FUNCTIONS.items() if row.constant and row.result is Kind.REAL}
 _reals, _strings, _places = _of(Kind.REAL), _of(Kind.STRING), _of(*PLACE_FUNCTIONS)
 
 
@@ -213,7 +214,8 @@ def suggestions(
     """The words that may stand at the end of `text`, best first. `in_program`: a step is typed, not a command. `folder`
     has the files.
 
-    Without `everything`, functions only where their names have begun: so many would stand in the way of a number.
+    Without `everything`, functions and constants that are reals only where their names have begun: so many would stand
+    in the way of a number.
     """
     if len(text) > LONGEST:
         return []
@@ -226,7 +228,9 @@ def suggestions(
     found: dict[str, Suggestion] = {}
     for word, note in _candidates(blanked, prefix, names, in_program):
         key = word.upper()
-        wanted = (everything or prefix or not word.endswith("(")) and key.startswith(prefix.upper())
+        wanted = (everything or prefix or not (word.endswith("(") or key in _CONSTANTS)) and key.startswith(
+            prefix.upper()
+        )
         if wanted and key != prefix.upper() and key not in found:
             found[key] = Suggestion(word.lower() if lower and word.isupper() else word, len(prefix), note)
     return list(found.values()) or _files(line, folder)
@@ -240,7 +244,7 @@ def begun(text: str) -> str:
 
 def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -> Candidates:
     if _TARGET.match(line):
-        return _strings(names) if line.lstrip().startswith("$") else _items(names)
+        return _strings(names) if line.lstrip().startswith("$") else (*_reals(names), *_strings(names))
     first = _FIRST.match(line)
     if first is None or first.end() == len(line):
         return _beginnings(names, in_program)
@@ -271,7 +275,8 @@ def _explained(text: str, prefix: str, names: DefinedNames) -> Candidates:
         yield from _candidates(text, prefix, names, True)
 
 
-COMMON = ("MOVE", "MOVES", "WHERE", "HERE", "SPEED", "OPENI", "CLOSEI", "LOAD", "EXECUTE", "HELP")  # listed first
+_COMMON = "MOVE MOVES DRIVE READY APPRO DEPART WHERE HERE SPEED OPENI CLOSEI LOAD EXECUTE HELP"
+COMMON = tuple(_COMMON.split())  # listed first
 
 
 def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from vrs_cli.errors import EndlessWait, VrsError
 from vrs_cli.interfaces.tasks.tasks import Track
 from vrs_cli.language.run.effects import AttachRobot, Wait, WaitEvent
-from vrs_cli.language.text.ast import Call, Expression, Instruction, nodes, plain_number
+from vrs_cli.language.text.ast import Call, Expression, Instruction, channel, nodes, plain_number
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import BY_TIME
 from vrs_cli.language.words.values import INPUTS
@@ -63,7 +63,9 @@ def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> Endle
 
 
 def _signal(condition: Expression | None) -> int | None:
-    """The one signal that is waited for."""
+    """The one signal that is waited for: WAIT SIG(1003), or WAIT 3 as in VAL."""
+    if condition is not None and (asked := channel(condition)) is not None:
+        return asked
     if not isinstance(condition, Call) or condition.name != "SIG" or len(condition.arguments) != 1:
         return None
     number = plain_number(condition.arguments[0])

@@ -23,6 +23,7 @@ from vrs_cli.engine.parameters import SETTINGS, idle_of, row_of
 from vrs_cli.errors import (
     ArgumentMismatch,
     CannotInterpret,
+    FixedCondition,
     HiddenStatement,
     IllegalAssignment,
     InvalidName,
@@ -462,9 +463,13 @@ class _Steps(Expressions):
         """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
         asked = statement.arguments[0] if statement.arguments else None
         number = None if asked is None else ast.channel(asked)
+        hint = "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"
         if asked is not None and number is not None:
-            hint = "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"
             self.warn(OldMeaning, asked.span, f"it waits for the signal: WAIT SIG({number})", hint)
+        elif isinstance(asked, ast.Number) and asked.value:
+            self.warn(FixedCondition, asked.span, f"{asked.text} is always true, and nothing is waited for", hint)
+        elif asked is not None:
+            self.signal_number(asked)
 
     def _set(self, statement: ast.Instruction) -> None:
         """A precision point takes joints, any other name a transformation."""
