@@ -1,8 +1,9 @@
-import { expect, test } from "vitest";
+import { expect, test, vi } from "vitest";
 import { ServerClock } from "../src/core/clock";
 import type { Connection, Message } from "../src/core/connection";
 import type { Model } from "../src/core/kinematics";
 import { Measured, between, residualOf } from "../src/core/measured";
+import { LiveSource } from "../src/core/source";
 import { Timeline } from "../src/core/timeline";
 import { alarmOf, bodyOf, countsOf } from "../src/panels/body";
 import { leadNote } from "../src/panels/delays";
@@ -59,6 +60,25 @@ test("what was measured before is asked for where it is shown, and again after a
   expect(measured.alarms).toEqual([]);
   tell("welcome", { life: "b" });
   expect([measured.last, measured.body]).toEqual([undefined, null]);
+});
+
+test("a measured arm at rest has nothing drawn; one that moves does, five times a second at most", () => {
+  vi.useFakeTimers({ toFake: ["setTimeout"] });
+  const listeners: [string | string[], (message: Message) => void][] = [];
+  const connection = { state: "open", welcome: { life: "a" }, on: (topic: string, f: (message: Message) => void) => listeners.push([topic, f]) };
+  let drawings = 0;
+  new LiveSource(connection as unknown as Connection).onChange(() => drawings++);
+  const reported = (first: number, q: number): number => {
+    for (const [topic, f] of listeners) if (topic === "measurements") f({ first, times: [first / 100], joints: [[q]] });
+    vi.advanceTimersByTime(10);
+    return drawings;
+  };
+  for (let i = 0; i < 100; i++) reported(i, 1 + 4e-5 * (i % 3));
+  expect(drawings, "the first one alone").toBe(1);
+  for (let i = 100; i < 200; i++) reported(i, 1 + 0.001 * (i - 100));
+  expect(drawings).toBeGreaterThan(4);
+  expect(drawings).toBeLessThan(7);
+  vi.useRealTimers();
 });
 
 test("a report is compared with the timeline at its own time", () => {

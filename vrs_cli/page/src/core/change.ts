@@ -2,8 +2,9 @@
 export class Change {
   private drawn: string | null = null;
   private due = -Infinity;
+  private timer: ReturnType<typeof setTimeout> | undefined;
 
-  /** `period`: between two drawings at least [ms]; `wake` is called where one has to wait for that. */
+  /** `period`: between two drawings at least [ms]; `wake` is called when that is over, where one had to wait for it. */
   constructor(private readonly period = 0, private readonly wake: () => void = () => {}) {}
 
   /** Returns whether to draw now by this key, and takes it as drawn. */
@@ -12,7 +13,7 @@ export class Change {
     if (text === this.drawn) return false;
     const now = this.period ? performance.now() : 0;
     if (now < this.due) {
-      this.wake();
+      this.timer ??= setTimeout(() => ((this.timer = undefined), this.wake()), this.due - now);
       return false;
     }
     [this.drawn, this.due] = [text, now + this.period];

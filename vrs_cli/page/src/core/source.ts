@@ -39,6 +39,7 @@ export interface Cell {
 }
 
 const MEASURED_PERIOD = 0.2; // [s] between two looks at what is measured, where nothing else moves
+const STEADY = 1e-4; // [rad, m] of a joint: what is measured and has changed by less is shown with the clock
 const RECALLED = 600; // [s] that are asked for at once
 
 /** A robot that is served. */
@@ -80,7 +81,13 @@ export class LiveSource implements Source {
   }
   onChange(changed: () => void): () => void {
     let waits = 0;
-    const measured = (): void => void (waits ||= setTimeout(() => ((waits = 0), changed()), 1000 * MEASURED_PERIOD) as unknown as number);
+    let seen: number[] = [];
+    const measured = (): void => {
+      const q = this.measured.last?.q ?? [];
+      if (waits || q.every((x, i) => Math.abs(x - seen[i]) < STEADY)) return;
+      seen = q;
+      waits = setTimeout(() => ((waits = 0), changed()), 1000 * MEASURED_PERIOD) as unknown as number;
+    };
     const topics = ["change", "clock", "welcome", "state", "preview", "course", "contacts", "shownmeasured", "bodystatus", "alarm"];
     const ends = [this.connection.on(topics, changed), this.connection.on("measurements", measured)];
     return () => ends.forEach((end) => end());
