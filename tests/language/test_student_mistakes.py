@@ -4,6 +4,8 @@ import pytest
 
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.analysis.analyzer import check_line
+from vrs_cli.language.text.parser import parse_prompt
 
 PUMA = load_robot("puma560")
 
@@ -126,6 +128,16 @@ PUMA = load_robot("puma560")
             "a transformation is wanted: HERE p keeps the place where the arm stands as one",
         ),
         ('$s = "a" & "b"', "& is no sign of VAL-II", "+ joins texts, AND is both"),
+        ("x, y = 1, 2", "x", "a line assigns one variable: x = ..."),
+        ("SPEED 50%", "% is no sign of VAL-II", "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"),
+        (
+            "DRIVE 1, 30°",
+            "° is no sign of VAL-II",
+            "numbers have no unit: lengths are mm, angles degrees, times seconds",
+        ),
+        ("RETURN x * 2", "it leaves out steps after the CALL", "a program gives values back by its parameters"),
+        ("$p = HERE", "$p holds a text", "SET p = ... is a place"),
+        ("UNTIL x == 3", "UNTIL without DO", "DO, alone on its line, begins the loop"),
         ("END", "END without IF, WHILE, FOR or CASE", ".END ends the program"),
         ("NEXT i", "NEXT takes a whole number of loops", "NEXT 2; END ends the steps of a loop"),
         ("DELAY 0,5", "DELAY: too many arguments", "a decimal number has a point: 0.5"),
@@ -164,6 +176,7 @@ def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) 
         "SET p = TRANS(0.5, 0, 250, 90, 90, 3)\nMOVE p:TRANS(0.1, -0.2, 0.3)",
         'TYPE "50% done, 100%d {} C:\\\\new"',
         "WHILE x < 3 DO\nMOVE HERE\nBREAK\nx = x + 1\nEND",
+        "RETURN x",
         "FOR x = 3 TO 1 STEP -1\nTYPE x\nEND",
         "IF x == 1001 THEN\nTYPE TRUE\nEND\nWHILE TRUE DO\nx = 1\nEND",
         "IF (1 == x) == TRUE THEN\nWAIT SIG(1001) == TRUE\nEND",
@@ -185,3 +198,18 @@ def test_an_argument_of_another_kind() -> None:
     assert ("a string for the parameter a", "a real or a transformation is wanted") in [
         (d.detail, d.hint) for d in found
     ]
+
+
+@pytest.mark.parametrize(
+    ("line", "told", "hint"),
+    [
+        ("STOP", "STOP is for the program that it stands in", "ABORT stops the robot and its program"),
+        ("PAUSE", "PAUSE is for the program that it stands in", "ABORT stops the robot and its program"),
+        ("J1 = 30", "j1 is a variable from now on", "a joint is a number: DRIVE 1, 30"),
+        ("HERE = 5", "here is a variable from now on", "HERE p keeps the place where the arm stands"),
+    ],
+)
+def test_at_the_prompt(line: str, told: str, hint: str) -> None:
+    statement = parse_prompt(line, ())
+    assert statement is not None
+    assert (told, hint) in [(one.detail, one.hint) for one in check_line(statement)]

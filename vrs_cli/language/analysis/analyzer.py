@@ -188,6 +188,8 @@ def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
         yield _warning(target, f"{name} is a variable from now on", hint)
     elif row is not None and not target.sigil and target.indexes is None and row.required:
         yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
+    elif meant := giving(name, Kind.REAL):
+        yield _warning(target, f"{name} is a variable from now on", meant)
 
 
 def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnostic:
@@ -367,6 +369,9 @@ class _Steps(Expressions):
         inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
         if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
+            if inner.word in ("STOP", "PAUSE", "HALT"):
+                detail = f"{inner.word} is for the program that it stands in"
+                self.warn(WithoutEffect, inner.span, detail, "ABORT stops the robot and its program")
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):
             self._assignment(inner)
@@ -436,6 +441,9 @@ class _Steps(Expressions):
         if not target.sigil and isinstance(value, ast.StringConstant):
             self.fault(TypeMismatch, value.span, f"{name} holds a number, no string", f"${name} = ... holds a string")
             self.value(value, STRING)
+        elif target.sigil and self.kind_of(value) in PLACE:
+            hint = f"SET {target.name} = ... is a place"
+            self.fault(IllegalAssignment, target.span, f"{name} holds a text", hint)
         else:
             self.value(value, wanted)
         self.define(target, wanted)
@@ -508,13 +516,15 @@ class _Steps(Expressions):
                 self._wait(statement)
             elif row.name == "SET":
                 self._set(statement)
-            elif (
-                row.name == "RETURN"
-                and len(statement.arguments) == 1
-                and isinstance(statement.arguments[0], ast.Number)
-            ):
+            elif row.name == "RETURN" and len(statement.arguments) == 1 and self._gives(statement.arguments[0]):
                 detail, hint = "it leaves out steps after the CALL", "a program gives values back by its parameters"
                 self.warn(OldMeaning, statement.span, detail, hint)
+
+    def _gives(self, given: Expression | None) -> bool:
+        """Return whether RETURN seems to give a value back: RETURN 5, RETURN a * 2, or a parameter."""
+        if isinstance(given, ast.Variable):
+            return given.key in self.parameters
+        return isinstance(given, ast.Number | ast.Binary)
 
     def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
         """Answer BASE part and DRAW part, where numbers are wanted, with the form of the instruction."""

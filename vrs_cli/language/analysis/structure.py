@@ -151,7 +151,9 @@ class Structure(DiagnosticCollector):
         """End the innermost block of that sort. Blocks inside it have no end of their own."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
-            hint = ".END ends the program" if word == "END" and not inside else ""
+            hint = ".END ends the program" if not inside else ""
+            if word == "UNTIL":
+                hint = "DO, alone on its line, begins the loop"
             self._fault(statement.span, f"{word} without {openers}{inside}", hint)
             return
         while self._open[-1].closing != word:

@@ -74,7 +74,7 @@ class Cells(dict[str | Index, Value]):
 
     def __missing__(self, key: str | Index) -> Value:
         if self.omitted is not None:
-            raise UndefinedValue(self.omitted, "its argument was left out of the CALL")
+            raise UndefinedValue(self.omitted, "its argument was left out: CALL and EXECUTE give it in parentheses")
         if self.array is not None and not isinstance(key, str):
             self.rounded(key if isinstance(key, tuple) else (key,))
         others = None if self.others is None else self.others()

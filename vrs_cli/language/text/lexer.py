@@ -28,6 +28,7 @@ from vrs_cli.language.words.foreign import (
     LINE_COMMENT,
     NO_UNIT,
     OWN_COMMENT,
+    PERCENT,
     POWER,
     QUOTES,
     UNITS,
@@ -291,6 +292,8 @@ class Lexer:
         )
         if near and len(word) > 1:
             return near
+        if re.match(r",[^=]*=(?!=)", rest):
+            return f"a line assigns one variable: {word} = ..."
         if glued := re.match(r"[- ]?[ \t]*([A-Za-z0-9_]\w*)[ \t]*=(?!=)", rest):
             return f"a name has letters, digits, . and _: {word}_{glued[1]} = ..."
         if rest and rest[0] != "(":
@@ -547,9 +550,13 @@ class Lexer:
         sign = next((sign for sign in FOREIGN_SIGNS if self._text.startswith(sign, at)), "")
         if sign and (sign != "%" or self._operand):  # %name is a name of other systems
             hint = FOREIGN_SIGNS[sign]
+            if sign == "%" and not self._text[at + 1 :].partition(";")[0].strip(" ,"):
+                hint = PERCENT if self._row is not None and self._row.name == "SPEED" else NO_UNIT
             return self._refusal(CannotInterpret, at, at + len(sign), f"{sign} is no sign of VAL-II", hint)
         if character in "_#$%" or character.isalpha():
             end = max(glued, at + 1)
             return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
+        if character in "°′″":
+            return self._refusal(CannotInterpret, at, at + 1, f"{character} is no sign of VAL-II", NO_UNIT)
         shown = character if character.isprintable() else f"character {ord(character)}"
         return self._refusal(CannotInterpret, at, at + 1, f"{shown} has no meaning here")

@@ -25,7 +25,7 @@ from vrs_cli.language.text.builder import Builder, signed_number
 from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
-from vrs_cli.language.words.foreign import NO_UNIT, SIDES, TIMED, UNITS, way
+from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, way
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, Shape, Word
@@ -339,8 +339,7 @@ class Complaint:
         if self._before[0].text.upper() in ("AT", "IN") and word in INSTRUCTIONS:
             return way("AT", at_prompt=True)
         if last.type == "NUMBER" and word in UNITS:
-            speed = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
-            return speed if row is not None and row.name == "SPEED" else NO_UNIT
+            return PERCENT if row is not None and row.name == "SPEED" else NO_UNIT
         if last.type == "NAME" and self._type == "STRING" and len(last.text) == 1:
             return 'commas separate texts and values: TYPE "x =", x'
         return ""
