@@ -453,24 +453,24 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_663  # of Python, in all
+MAX_STATEMENTS = 64_888  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
-    "errors": 213,
+    "errors": 217,
     "extras": 36,
     "page": 133,
     "kinematics": 6270,
     "values": 1699,
     "trajectory": 3377,
     "engine": 5059,
-    "language": 6863,
+    "language": 7056,
     "wire": 1140,
-    "files": 3285,
+    "files": 3289,
     "world": 1329,
     "devices": 968,
     "contacts": 1029,
-    "twin": 752,
-    "interfaces": 8313,
+    "twin": 771,
+    "interfaces": 8317,
     "net": 7168,
     "bodies": 987,
     "render": 2211,
@@ -480,13 +480,13 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "highlight": 37,
     "lsp": 604,
     "teach": 4780,
-    "cli": 3847,
+    "cli": 3848,
     "__main__": 29,
     "__init__": 13,
 }
 MAX_FILES = 452  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
-MAX_TYPESCRIPT_LINES = {"src": 7_897, "test": 2_000}  # of the page
+MAX_TYPESCRIPT_LINES = {"src": 7_905, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 62  # modules that `import vrs_cli.net.protocol` loads
 
 
