@@ -15,6 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.cli.conftest import Vrs
 from tests.files.trajectories import initial, planned, puma, without_checksums
@@ -22,6 +23,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.files.atomic import hold
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.render.pictures import PICTURES
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.values.measured import Report
 from vrs_cli.world.world import World
@@ -172,6 +174,10 @@ def test_a_file_that_is_no_trajectory(
         (["replay", "--csv", "a", "--plot", "a"], "a is named twice"),
         (["replay", "--plot", "a.gif"], "*No plot* a.gif is no picture file (its name ends in .svg, .png or .pdf)"),
         (["replay", "--rate", "10"], "--rate is the rate of a table (give --csv OUT, too)"),
+        (
+            ["replay", "--report", "a.html", "--report-at", "99"],
+            "--report-at 99 is not in the trajectory (give a moment from 0.000 to ",
+        ),
         (["replay", "--csv", "/dev/full"], "*File error* /dev/full cannot be written: no space left"),
         (["replay", "--csv", "."], "*File error* . cannot be written: is a directory"),
     ],
@@ -317,6 +323,19 @@ def test_a_report_says_what_it_lacks(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) 
     assert "No picture of the arm: " in page
     assert "<svg" in page
     assert "<td>MOVE" in page
+
+
+@pytest.mark.parametrize("moment", ["99", "-1"])
+def test_a_picture_of_no_moment_of_the_trajectory_is_refused(
+    vrs: Vrs, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    png = replace(PICTURES["png"], check=lambda: None)
+    monkeypatch.setattr("vrs_cli.render.pictures.PICTURES", {"png": png})
+    ended = vrs("export", "t.vrst", "-o", "a.png", "--at", moment)
+    assert ended.status == 2
+    assert f"--at {moment} is not in the trajectory (give a moment from 0.000 to " in ended.err
+    assert ended.err.count("\n") == 1
+    assert not Path("a.png").exists()
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 PAGES = (".html", ".htm")
 MOST_COMMANDS = 1000  # in the table
+HALF_DIGIT = 0.0005  # [s]: the end is told with three decimals, which may be rounded up
 STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "img,svg{max-width:100%;height:auto}table{border-collapse:collapse}td,th{padding:.1rem .8rem;text-align:left}"
@@ -134,6 +135,13 @@ def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timelin
     sys.stdout.flush()
     export(exporter, path, sys.stdout.buffer, arm, timeline, number)
     sys.stdout.buffer.flush()
+
+
+def check_moment(option: str, t: float, timeline: Timeline) -> None:
+    """Raise CommandLineError where a moment [s] is not in a trajectory."""
+    if not timeline.start <= t <= timeline.end + HALF_DIGIT:
+        span = f"{timeline.start:.3f} to {timeline.end:.3f} s"
+        raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
 
 def check_distinct(paths: Iterable[str]) -> None:

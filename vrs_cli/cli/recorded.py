@@ -23,7 +23,7 @@ from vrs_cli.cli.command_line import (
     positive,
 )
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, check_distinct, rate_option, write_export
+from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, check_distinct, check_moment, rate_option, write_export
 from vrs_cli.cli.sources import LENIENT, position_object, read_recording
 from vrs_cli.repl.shell import on_terminal
 
@@ -174,6 +174,8 @@ def replay(options: Namespace) -> None:
     arm = recording.arm
     timeline = _measured_timeline(options, recording) if options.measured else recording.timeline
     if outputs.any:
+        if outputs.report_at is not None:
+            check_moment("--report-at", outputs.report_at, timeline)
         outputs.write(arm, timeline, options.file)
     elif options.step is None and on_terminal():
         from vrs_cli.repl.player import play
@@ -272,6 +274,8 @@ def export(options: Namespace) -> None:
         exporter = replace(exporter, write=partial(exporter.write, measured=_reports(options, recording)))
     elif options.measured:
         timeline = _measured_timeline(options, recording)
+    if options.at is not None:
+        check_moment("--at", options.at, timeline)
     given = options.rate if options.at is None else options.at
     if given is None:
         given = exporter.usual(timeline) if exporter.usual else DEFAULT_RATE
