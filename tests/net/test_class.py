@@ -89,6 +89,16 @@ def test_the_teacher_sees_who_wants_help(room: Class) -> None:
         assert not done(bob.ask(lambda id: AskHelp(id, student="ada"))).ok
 
 
+def test_a_wall_that_is_opened_later_knows_where_a_student_was_last(room: Class) -> None:
+    with room.call("bob", "bob-2") as bob:
+        assert bob.line("WHERE").ok
+        assert done(bob.ask(AskHelp)).ok
+    with room.call("teacher", "ada") as tom:
+        assert done(tom.ask(WatchClass)).ok
+        tom.until(lambda one: isinstance(one, ClassState) and one.students[1].here == 0)
+        assert (state_of(tom, "bob").at, state_of(tom, "ada").at) == ("bob-2", "")
+
+
 def test_a_message_goes_to_all_students_or_to_one(room: Class) -> None:
     with room.call("teacher", "ada") as tom, room.call("ada") as ada, room.call("bob", "bob-2") as bob:
         assert done(tom.ask(lambda id: Announce(id, "<b>look</b>"))).ok

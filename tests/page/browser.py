@@ -1,7 +1,7 @@
-"""Chromium for tests of the page, driven by Playwright: one browser for a module, one window for a test.
+"""Chromium for tests of the page, driven by Playwright: one browser for all of them, one window for a test.
 
-Playwright's synchronous calls run an event loop in the thread of the tests while the browser is open: a module with
-these fixtures calls no `asyncio.run` of its own.
+Playwright's synchronous calls run an event loop in the thread of the tests while the browser is open: tests in this
+folder call no `asyncio.run` of their own.
 """
 
 from __future__ import annotations

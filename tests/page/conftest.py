@@ -22,9 +22,9 @@ def built() -> Path:
     return page_folder()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def chromium(built: Path) -> Iterator[Browser]:  # noqa: ARG001
-    """One browser for the tests of a module."""
+    """One browser for the tests of this folder."""
     if missing():
         leave_out(missing())
     with running_chromium() as browser:

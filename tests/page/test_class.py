@@ -107,13 +107,20 @@ def test_a_class_from_a_link_to_a_collected_program(
         assert b".REALS" in file.read("ada.v2")
 
 
-def test_who_leaves_needs_the_link_again(ada: Page, lesson_room: Serving, folder: ClassFolder) -> None:
+def test_who_leaves_needs_the_link_again_and_stays_grey_on_the_wall(
+    ada: Page, tom: Page, lesson_room: Serving, folder: ClassFolder
+) -> None:
     ada.goto(link(lesson_room, folder, "ada"))
     drawn(ada)
     until(ada, "sessionStorage.getItem('token') === null")
     ada.get_by_role("button", name="Leave").click()
     ada.get_by_text("open the link that you were given").wait_for()
     assert ada.context.cookies() == []
+    tom.goto(link(lesson_room, folder, "teacher"))
+    tile = tom.get_by_role("article", name="ada")
+    tile.get_by_text("is not here").wait_for()
+    until(tom, "wall.pictures.drawn.tiles > 0 && document.querySelector('.tile.away')")
+    assert len({tuple(colour) for colour in picture(tom, ".tile-picture").reshape(-1, 3)}) > 20, "it is drawn"
 
 
 def test_a_lesson_leads_through_its_steps(ada: Page, lesson_room: Serving, folder: ClassFolder) -> None:

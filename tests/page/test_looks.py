@@ -59,28 +59,19 @@ def test_a_mesh_has_its_texture(page: Page, built: Path, tmp_path: Path) -> None
         until(page, f"{TEXTURES}.length === 1 && {TEXTURES}[0] === 8")
 
 
-def test_a_cell_at_rest_is_not_drawn_again(page: Page, built: Path, tmp_path: Path) -> None:
+def test_a_page_at_rest_writes_the_time_alone_and_draws_nothing(page: Page, built: Path, tmp_path: Path) -> None:
     with serving(tmp_path, pages=ServedPage.read(built), realtime=1.0, cell=parse_cell(CELL)) as served:
         open_robot(page, served)
         until(page, "app.source.world.version > 0")
         page.evaluate("window.shows = 0; app.add({ show: () => window.shows++ })")
-        until(page, "shows > 1")
-        page.evaluate("window.before = scene.stage.pictures; window.shows = 0")
-        until(page, "shows > 2")
-        assert page.evaluate("scene.stage.pictures - before") == 0
-
-
-def test_a_page_at_rest_writes_the_time_alone(page: Page, built: Path, tmp_path: Path) -> None:
-    with serving(tmp_path, pages=ServedPage.read(built), realtime=1.0) as served:
-        open_robot(page, served)
-        page.evaluate("window.shows = 0; app.add({ show: () => window.shows++ })")
         until(page, "shows > 2")
         page.evaluate(CHANGES)
-        page.evaluate("window.shows = 0")
+        page.evaluate("window.before = scene.stage.pictures; window.shows = 0")
         until(page, "shows > 2")
         changes = page.evaluate("changes")
         assert set(changes) <= {"clock", "number", "number muted", "cursor", "strip", "canvas", "present"}
         assert sum(changes.values()) <= 40
+        assert page.evaluate("scene.stage.pictures - before") == 0
 
 
 def test_replies_are_drawn_for_the_column_as_it_is_now(page: Page, built: Path, tmp_path: Path) -> None:

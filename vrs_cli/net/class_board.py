@@ -50,6 +50,7 @@ class ClassBoard:
         self.lessons: Lessons | None = None
         self._help: dict[str, float] = {}
         self._handed_in: dict[str, tuple[str, ...]] = {}
+        self._at: dict[str, str] = {}  # the robot at which each student was last
         self._watching: set[ClientSession] = set()
         self._told: dict[ClientSession, ClassState] = {}
 
@@ -134,6 +135,7 @@ class ClassBoard:
             here.setdefault(client.grant.name, []).append(client)
         students = {grant.name: grant for grant in self._grants() if not grant.teacher}
         self._help = {name: at for name, at in self._help.items() if name in students}
+        self._at = {name: robot for name, robot in self._at.items() if name in students}
         states = {name: self._state(grant, here.get(name, [])) for name, grant in students.items()}
         whole = ClassState(bool(self.frozen_by), tuple(states.values()))
         told = dict[ClientSession, ClassState]()
@@ -159,7 +161,9 @@ class ClassBoard:
     def _state(self, grant: Grant, here: Sequence[ClientSession]) -> StudentState:
         name, own = grant.name, self._own(grant)
         at = max((client for client in here if client.robot in own), key=lambda one: one.heard_at, default=None)
-        robot = "" if at is None else at.robot
+        if at is not None:
+            self._at[name] = at.robot
+        robot = self._at.get(name, "")
         lesson, step, of = ("", 0, 0) if self.lessons is None else self.lessons.standing(name)
         return StudentState(name, own, len(here), robot, self._help.get(name), lesson, step, of, self._files_of(name))
 

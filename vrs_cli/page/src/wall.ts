@@ -46,11 +46,12 @@ class Tile {
     const { student, activity } = this;
     const open = this.connection?.state === "open";
     const lit = student ? !!student.here : open;
+    this.element.classList.toggle("away", !lit);
     this.lamp.className = `lamp ${lit ? "good" : ""}`;
     this.lamp.ariaLabel = this.lamp.title = `${lit ? "" : "not "}${student ? "here" : "connected"}`;
     const at = handedInAt(student?.handed_in?.at(-1) ?? "");
     this.says.textContent = [
-      this.connection ? "" : "is not here",
+      lit ? "" : "is not here",
       student?.lesson ? `${student.lesson}${student.of ? `, step ${Math.min((student.step ?? 0) + 1, student.of)} of ${student.of}` : ""}` : "",
       activity.programs?.length ? `runs ${activity.programs.join(", ")}` : "",
       activity.driver && activity.driver !== this.name ? `${activity.driver} drives` : "",
