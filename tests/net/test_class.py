@@ -93,9 +93,10 @@ def test_a_wall_that_is_opened_later_knows_where_a_student_was_last(room: Class)
     with room.call("bob", "bob-2") as bob:
         assert bob.line("WHERE").ok
         assert done(bob.ask(AskHelp)).ok
+    until(lambda: all(one.link is None for one in room.it.hub.clients()), "the server knows that bob is gone")
     with room.call("teacher", "ada") as tom:
         assert done(tom.ask(WatchClass)).ok
-        tom.until(lambda one: isinstance(one, ClassState) and one.students[1].here == 0)
+        assert state_of(tom, "bob").here == 0
         assert (state_of(tom, "bob").at, state_of(tom, "ada").at) == ("bob-2", "")
 
 
