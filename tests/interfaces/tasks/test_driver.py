@@ -105,8 +105,8 @@ def test_reactions_that_are_due_at_once_come_one_after_the_other(session: Sessio
 
 def test_reactions_that_call_each_other_without_end_let_time_go_on(session: Session) -> None:
     load(session, "REACT 2001, ping", "REACT 2002, pong", "SIGNAL 2001", "WAIT SIG(1004)")
-    load(session, "SIGNAL -2001, -2002, 2002", name="ping")
-    load(session, "SIGNAL -2001, -2002, 2001", name="pong")
+    load(session, "REACT 2001, ping", "SIGNAL -2001, -2002, 2002", name="ping")
+    load(session, "REACT 2002, pong", "SIGNAL -2001, -2002, 2001", name="pong")
     result = session.execute("main", limits=Limits(max_time=0.04))
     assert result.fault is not None
     assert result.fault.code == LimitReached.code

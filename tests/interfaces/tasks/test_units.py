@@ -74,7 +74,7 @@ def test_a_reaction_comes_while_its_program_waits_for_a_peer(line: str, comes: b
     """It is served at once, each time; what was waited for is waited for again, and no longer than without it."""
     session = session_with(COMES.replace("0.5", "0.1"), *['{"time": 0.6, "data": "a\\n"}'] * comes, patience=0.7)
     load(session, "WAIT.EVENT , 0.2", "SIGNAL 2001", "WAIT.EVENT , 0.1", "SIGNAL -2001, 2001", name="beside")
-    load(session, "TYPE TIME()", name="hit")
+    load(session, "TYPE TIME()", "REACT 2001, hit", name="hit")
     opened = ("REACT 2001, hit", "EXECUTE 2 beside", *OPEN, "READ (lun, h) $s")
     shown = typed(session, *opened, line, "TYPE TIME(), IOSTAT(lun)")
     ends = " 0.6 1" if comes else f" 0.8{NetworkTimeout.code}"
@@ -193,6 +193,7 @@ def test_a_port_that_was_in_use_is_so_again() -> None:
     [
         ("FCMND (lun, 600) $INTB(1)", 1),
         ("FCMND (lun, 600) $INTB(99)", 1),
+        ("FCMND (lun, 600) $INTB(1), $said", 1),
         ("FCMND (lun, 600)", FileError.code),
         ("FCMND (lun, 4711) $INTB(1)", FileError.code),
         ('WRITE (lun, 99) "x"', NetworkClosed.code),

@@ -201,7 +201,9 @@ class Executable:
 
     def _new(self, own: Own) -> Reference:
         self._memory.spelling.setdefault(own.key, self.compiled.spelling.get(own.key, own.key))
-        return new_variable(self._memory.spelling, own.key, kind_of_name(own.key), array=own.array)
+        return new_variable(
+            self._memory.spelling, own.key, kind_of_name(own.key), array=own.array, automatic=own.automatic
+        )
 
     def held(self) -> int:
         """Elements of the arrays and characters of the strings of LOCAL."""

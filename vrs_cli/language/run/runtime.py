@@ -371,7 +371,7 @@ class Task:
         """
         activation, due = self._activations[-1], self.reactions.due
         if due is not None and (activation.between or self._held is not None):
-            self.reactions.waiting.remove(due)
+            self.reactions.called(due)
             waiting, self._held = self._held, None
             self._interrupt(due.program, due.priority, Interruption(self.reactions.priority, waiting))
             return Brake() if due.immediate else _LOOK_AROUND

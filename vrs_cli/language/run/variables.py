@@ -171,6 +171,22 @@ def bare_cells(
     return reals, locations
 
 
+class EmptyStrings(Cells):
+    """A string, or an array of strings, of AUTO: empty until it is assigned.
+
+    The V+ Language User's Guide (p. 110) has no value without an assignment. But the driver for ROS that Adept
+    published in 2012 appends elements of an AUTO array that it never assigns to its first answer, and goes on to its
+    motion. We follow the program, which has run on controllers; probable, and for AUTO strings alone.
+    """
+
+    __slots__ = ()
+
+    def __missing__(self, key: str | Index) -> Value:
+        if self.array is not None and not isinstance(key, str):
+            self.rounded(key if isinstance(key, tuple) else (key,))
+        return ""
+
+
 class SubArray(Cells):
     """Part of an array: the elements whose indexes begin with `before`, under the indexes that follow."""
 
@@ -269,10 +285,20 @@ class Reference(NamedTuple):
 
 
 def new_variable(
-    spelling: Mapping[str, str], key: str, kind: Kind, *, array: bool = False, omitted: str | None = None
+    spelling: Mapping[str, str],
+    key: str,
+    kind: Kind,
+    *,
+    array: bool = False,
+    automatic: bool = False,
+    omitted: str | None = None,
 ) -> Reference:
-    """A variable without a value, in cells of its own. One whose `kind` is REAL can become a transformation."""
+    """A variable without a value, in cells of its own. One whose `kind` is REAL can become a transformation; an
+    `automatic` string is empty.
+    """
     name, place = (key, None) if array else (None, key)
+    if automatic and kind is Kind.STRING:
+        return Reference(EmptyStrings(spelling, kind, name), NO_CELLS, place)
     if kind is Kind.REAL:
         return Reference(*bare_cells(spelling, name, omitted), place)
     return Reference(Cells(spelling, kind, name, omitted), NO_CELLS, place)

@@ -209,7 +209,8 @@ _FLOW = (
 
 _REACTIONS = (
     Word("REACT signal, program[, priority]", "1 2 +",
-        "call a program when a signal changes, between two steps", "REACT 1001, stopped, 5"),
+        "call a program when a signal changes, between two steps", "REACT 1001, stopped, 5",
+        "it is called once; REACT in that program lets it be called again"),
     Word("REACTI signal, program[, priority]", "1 2 +",
         "REACT that brakes the motion at once", "REACTI -1002, guard.open, 10"),
     Word("REACTE [program]", "+", "call a program when a step fails; bare: no more", "REACTE mend"),
@@ -257,9 +258,10 @@ _FILES = (
         "open a TCP port for clients, or connect to one", 'FOPEN (lun, 16) "/LOCAL_PORT 11000 /CLIENTS 1"',
         "/REMOTE_PORT, after an address, is that of another program; /BUFFER_SIZE is the longest line. Items are put "
         "together as TYPE does"),
-    Word("FCMND (unit, command) [$data]", "+",
+    Word("FCMND (unit, command) [$data[, $answer]]", "+",
         "command a device. 600: close the connection whose handle the data hold, as two characters",
-        "FCMND (lun, 600) $INTB(handle)"),
+        "FCMND (lun, 600) $INTB(handle)", "what the device answers goes into $answer: nothing, for 600",
+        (Shape.GROUP, Shape.GROUP, Shape.STRING, Shape.STRING_VARIABLE)),
     Word("FCLOSE (unit)", "+", "close a file, or a TCP port with all its connections", "FCLOSE (lun)"),
     Word("FDELETE (unit) $file", "+", "delete a file", 'FDELETE (lun) "log.txt"'),
     Word("READ (unit[, handle[, mode]]) variable, ...", "+",

@@ -238,8 +238,18 @@ def _read(
         target.assign(value)
 
 
-def _command(_context: Context, _it: Wording, unit: float, command: float, data: str | None = None) -> Iterable[Event]:
-    return (CommandDevice(checked_open(unit, "FCMND"), whole(command), data or ""),)
+def _command(
+    _context: Context,
+    _it: Wording,
+    unit: float,
+    command: float,
+    data: str | None = None,
+    answer: Reference | None = None,
+) -> Answers:
+    """FCMND: the second text is a variable for what the device answers (eV+ keyword reference, from memory; likely)."""
+    yield CommandDevice(checked_open(unit, "FCMND"), whole(command), data or "")
+    if answer is not None:
+        answer.assign("")  # of 600, the one command that there is
 
 
 def _fopen(context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None) -> Iterable[Event]:
