@@ -45,6 +45,14 @@ def test_names_stay_text() -> None:
     assert not list(svg.iter(f"{SPACE}script"))
 
 
+def test_marks_stand_at_their_values_and_neighbours_names_do_not_touch() -> None:
+    svg = drawn(Curves("a", ["X"], [[0.0, 1.0, 2.0, 3.0, 4.0]], TIMES, [(1.0, "<t_s1"), (1.01, "t_s2")]))
+    paths = [one.get("d") for one in svg.iter(f"{SPACE}path") if one.get("stroke-dasharray")]
+    assert paths[0] == f"M{LEFT + (WIDTH - LEFT - RIGHT) / 4:.1f} {TOP:g}V{HEIGHT - BOTTOM:g}"
+    first, second = (next(one for one in svg.iter(f"{SPACE}text") if one.text == name) for name in ("<t_s1", "t_s2"))
+    assert float(second.attrib["y"]) - float(first.attrib["y"]) >= 12
+
+
 @pytest.mark.parametrize(
     ("low", "high", "found"),
     [

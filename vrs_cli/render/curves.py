@@ -16,6 +16,8 @@ COLOURS = ("#1a5fb4", "#b3201b", "#14692d", "#8a4b08", "#6b3fa0", "#00697a", "#a
 TICKS = 6  # at most about so many along an axis
 STEPS = (1.0, 2.0, 5.0, 10.0)
 STYLE = "font:12px sans-serif;fill:#1a1f26"
+HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # a name that lies on a curve can be read
+MARK_ROWS = 2
 FLAT = 1e-9  # of a panel whose curves are constant: half its height [unit]
 
 
@@ -73,6 +75,10 @@ def _panel(panel: Curves, top: float) -> str:
         parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.6"{dashes}/>')
         place = top + TOP + 12 + 16 * k
         parts.append(f'<text x="{right + 10}" y="{place:g}" style="fill:{colour}">{escape(name)}</text>')
+    for k, (place, name) in enumerate(panel.marks):
+        level = top + TOP + 12 + 14 * (k % MARK_ROWS)  # names of neighbours do not lie upon each other
+        parts.append(f'<path d="M{x(place):.1f} {top + TOP:g}V{under:g}" stroke="#545d69" stroke-dasharray="2 3"/>')
+        parts.append(f'<text x="{x(place) + 4:.1f}" y="{level:g}" style="{HALO}">{escape(name)}</text>')
     parts.append(f'<path d="M{LEFT} {top + TOP:g}V{under:g}H{right}" fill="none" stroke="#545d69"/>')
     return "".join(parts)
 

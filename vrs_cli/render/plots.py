@@ -33,12 +33,15 @@ STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
 
 
 class Curves(NamedTuple):
-    """One panel: its unit, and named columns of values, each over the N values `along`."""
+    """One panel: its unit, and named columns of values, each over the N values `along`. `marks`: values along the axis
+    at which a line stands, each with its name.
+    """
 
     title: str
     names: Sequence[str]
     columns: Iterable[Sequence[float] | Floats]
     along: Sequence[float] | Floats
+    marks: Sequence[tuple[float, str]] = ()
 
 
 def check_plot(path: str | Path) -> None:
@@ -128,6 +131,9 @@ def _draw_panel(axis: Any, panel: Curves) -> None:
         stroke = {"dashes": (2.0, 2.0 * under)} if under else {}
         axis.plot(panel.along, column, label=name, linewidth=1.2, **stroke)
         before.append(column)
+    for place, name in panel.marks:
+        axis.axvline(place, color="black", linewidth=0.8, linestyle="--")
+        axis.annotate(name, (place, 1.0), xycoords=("data", "axes fraction"))
     axis.set_ylabel(panel.title)
     axis.grid(visible=True, alpha=0.3)
     axis.margins(x=0.0)
