@@ -185,6 +185,11 @@ DEFERRED = (
     Deferred(("interfaces/station/divergence.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
+        ("interfaces/session/acts.py", "interfaces/station/user_state.py"),
+        ("vrs_cli.interfaces.session.drag_control", "vrs_cli.interfaces.dragging"),
+        "few robots are dragged or steered",
+    ),
+    Deferred(
         ("contacts/watch.py", "net/told_course.py", "teach"),
         ("vrs_cli.contacts.checker", "vrs_cli.contacts.stages"),
         "it brings mujoco, which is an extra",

@@ -34,6 +34,7 @@ _HOMES = {  # where each public name is
     "Model": "vrs_cli.api.model",
     "robots": "vrs_cli.api.model",
     "Preview": "vrs_cli.api.posture",
+    "Dragged": "vrs_cli.api.streams",
     "Predictor": "vrs_cli.lab.methods",
     "RemoteController": "vrs_cli.lab.methods",
     "VrsError": "vrs_cli.errors",

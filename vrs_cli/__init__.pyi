@@ -18,6 +18,7 @@ from vrs_cli.api.posture import Preview as Preview
 from vrs_cli.api.posture import Ways as Ways
 from vrs_cli.api.robot import Robot as Robot
 from vrs_cli.api.robot import load as load
+from vrs_cli.api.streams import Dragged as Dragged
 from vrs_cli.errors import FileError as FileError
 from vrs_cli.errors import MotionError as MotionError
 from vrs_cli.errors import ProgramError as ProgramError

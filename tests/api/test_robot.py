@@ -8,7 +8,7 @@ import threading
 import traceback
 import weakref
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from math import inf, nan, pi, radians
 from pathlib import Path
 from threading import Thread
@@ -19,7 +19,6 @@ import pytest
 import vrs_cli as vrs
 from tests.kinematics.test_urdf import written
 from tests.live import PATIENCE
-from tests.net.serving import serving
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
     FileDamaged,
@@ -39,25 +38,6 @@ PICK = Path("programs/pick_and_place.v2")
 
 
 New = Callable[[], vrs.Robot]
-
-
-@pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Iterator[str]]:
-    """The addresses of robots that nobody has moved yet."""
-    cells = tuple(f"cell{k}" for k in range(40))
-    with serving(tmp_path_factory.mktemp("served"), cells) as it:
-        yield (f"{it.address}/robots/{cell}" for cell in cells)
-
-
-@pytest.fixture(params=["here", "served"])
-def new(request: pytest.FixtureRequest) -> Iterator[New]:
-    """Makes robots of this process, and connects to robots of a server: both are the same to Python."""
-    with ExitStack() as left:
-        if request.param == "here":
-            yield vrs.Robot
-        else:
-            addresses: Iterator[str] = request.getfixturevalue("served")
-            yield lambda: left.enter_context(vrs.connect(next(addresses)))
 
 
 def moved(new: New = vrs.Robot) -> vrs.Robot:

@@ -20,6 +20,7 @@ from vrs_cli.api.location import Floats, Location, Units, number, numbers
 from vrs_cli.api.measured import Measured
 from vrs_cli.api.model import Model
 from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
+from vrs_cli.api.streams import RATES, Dragged, Streams
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import IllegalValue, JointOutOfRange, UsageError
 from vrs_cli.files.cell_file import read_cell
@@ -106,7 +107,7 @@ class Robot:
         joints = None if start is None else self._joints(start, "start")
         conditions = conditions_of(limits, folder, cell, signals)
         self._robot = Supervisor(local_port(self._model, conditions, joints, _clock(realtime)))
-        self._folders = ProgramFolders(fixed=folder is not None)
+        self._folders, self._streams = ProgramFolders(fixed=folder is not None), Streams()
 
     @classmethod
     def of(cls, port: Port, units: str | Units = Units.VAL) -> Robot:
@@ -114,7 +115,7 @@ class Robot:
         robot = cls.__new__(cls)
         robot._robot = Supervisor(port)
         robot.units, robot._model = Units.of(units), robot._robot.arm.model
-        robot._folders = ProgramFolders(fixed=True)
+        robot._folders, robot._streams = ProgramFolders(fixed=True), Streams()
         return robot
 
     def in_units(self, units: str | Units) -> Robot:
@@ -180,6 +181,13 @@ class Robot:
             return Location.from_matrix(given, self.units)
         return given
 
+    def _one_location(self, given: object, what: str) -> Location:
+        """Raises TypeError for what is no Location, and no matrix."""
+        found = self._location(given)
+        if not isinstance(found, Location):
+            raise TypeError(f"{what}: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {given!r}")
+        return found
+
     def _looks_like_radians(self, row: Floats) -> bool:
         """Whether joints were computed (more than three decimals), are at most a turn in radians, and far from here."""
         if self.units is Units.SI or not row.any() or np.abs(row).max() > 2.0 * np.pi:
@@ -203,10 +211,47 @@ class Robot:
         mean, worst = (tuple((np.array(errors) * self._scales).tolist()) for errors in (found.mean, found.worst))
         return structs.replace(found, mean=mean, worst=worst)
 
+    def steer(self, *joints: ArrayLike, rate: float = 50.0, speed: float | None = None) -> Robot:
+        """Go to joints (n,) from now on, out of any motion, as one target of many: a joystick, a leader arm, a policy.
+        Each call takes the place of the one before; `wait()` ends at the last target.
+
+        The robot follows the line through the last two targets, within its limits of velocity, acceleration and jerk.
+        `rate`: targets a second, 2 to 1000. In virtual time each call lets 1 / rate s pass; in real time it waits until
+        1 / rate s after the call before. After 0.5 s without a target the next one begins a new stream; without more
+        targets the robot brakes. `speed`: percent of nominal, up to 100, at most.
+
+        Raises JointOutOfRange for joints outside the range, and RequestRefused once where something else has stopped
+        the robot since the target before; LeaseHeld, IllegalValue, ValueError, TypeError. Then the stream has ended.
+        """
+        lowest, highest = RATES
+        if not lowest <= (asked := number(rate, "rate")) <= highest:
+            raise ValueError(f"rate: {lowest:g} to {highest:g} targets a second are wanted, not {rate}")
+        given = self._location(joints[0] if len(joints) == 1 else joints)
+        if isinstance(given, Location):
+            raise TypeError(f"joints: joints are wanted, not {given!r}: drag takes a location, ik gives joints")
+        self._streams.steer(self._robot, self._joints(given, "joints"), asked, _fraction(speed))
+        return self
+
+    def drag(self, location: Location | ArrayLike) -> Dragged:
+        """Pull the tool towards a Location, or a matrix (4, 4) [m], from now on, as one target of many: a hand in a
+        picture, a 3D mouse. Each call takes the place of the one before; `wait()` ends as near to the last as the arm
+        comes.
+
+        Any location may be given: where the arm cannot go, or cannot go so fast, the tool stays as near as it comes,
+        and what is returned says what holds it. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each
+        call lets 0.02 s pass; in real time it waits until 0.02 s after the call before. A served robot follows by
+        itself for 0.6 s after the last call; one of this process takes a step with each call.
+
+        Raises RequestRefused once where something else has stopped the robot since the call before; LeaseHeld,
+        TypeError.
+        """
+        found = self._one_location(location, "location")
+        return Dragged.of(self._streams.drag(self._robot, found.transform), self._model, self.units)
+
     @contextmanager
     def without_waiting(self) -> Iterator[Robot]:
-        """`with r.without_waiting(): r.move(...).moves(...)`: motions are sent one after the other, and no answer is
-        waited for; the end waits for all. Raises what the robot refused first.
+        """`with r.without_waiting(): r.move(...).moves(...)`: motions, and targets of `steer`, are sent one after the
+        other, and no answer is waited for; the end waits for all. Raises what the robot refused first.
         """
         with self._robot.without_waiting():
             yield self
@@ -224,13 +269,17 @@ class Robot:
         return self
 
     def wait(self) -> Robot:
-        """Wait until the robot stands: in real time as long as that takes, in virtual time not at all."""
+        """Wait until the robot stands: in real time as long as that takes, in virtual time not at all. A robot that
+        steers or is dragged stands at its last target, or as near to it as the tool comes.
+        """
+        self._streams.arrive(self._robot)
         self._robot.wait()
         return self
 
     def abort(self) -> Robot:
         """Stop the program and the motion now; what was scheduled is dropped."""
         self._robot.abort()
+        self._streams.release(self._robot)
         return self
 
     @property
@@ -386,9 +435,7 @@ class Robot:
 
     @tool.setter
     def tool(self, location: Location | ArrayLike) -> None:
-        found = self._location(location)
-        if not isinstance(found, Location):
-            raise TypeError(f"tool: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {location!r}")
+        found = self._one_location(location, "tool")
         self._do(f"TOOL TRANS({', '.join(map(plain, numbers_of(found.transform)))})")
 
     @property
@@ -424,10 +471,7 @@ class Robot:
         """Return all ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n). A
         location may be a matrix (4, 4) or (N, 4, 4) [m].
         """
-        location = self._location(location)  # type: ignore[assignment]
-        if not isinstance(location, Location):
-            raise TypeError(f"location: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {location!r}")
-        return ways(self._robot.arm, self._robot.frames, location, self.units)
+        return ways(self._robot.arm, self._robot.frames, self._one_location(location, "location"), self.units)
 
     def jacobian(self, joints: ArrayLike | None = None) -> Floats:
         """(6, n) or (N, 6, n), of joints (n,) or (N, n), or of now: what joint rates make of the tool's velocity

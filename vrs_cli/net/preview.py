@@ -34,7 +34,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.messages import Abort, At, Line
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.acts import Execute, FollowChunk, Redo, Say, Undo
+from vrs_cli.values.acts import Execute, FollowChunk, Redo, Say, Steer, Undo
 from vrs_cli.values.commands import Request
 from vrs_cli.values.diagnostics import LineRefused
 
@@ -190,6 +190,8 @@ def changing(request: messages.Request) -> str | None:
             return "REDO"
         case At(act=FollowChunk()):
             return "FOLLOW"
+        case At(act=Steer()):
+            return "STEER"
         case At(act=Execute(program)):
             return f"EXECUTE {program}"
         case Abort():

@@ -191,7 +191,7 @@ class ServedRobot:
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.console = Console()
         self.session = self._session()
-        self.drag_control = DragControl(self.session, wall)
+        self.drag_control = DragControl(self.session)
         self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
         self._journal: Journal | None = None
         self._memory: MemoryFile | None = None

@@ -14,6 +14,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
 from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.motion import (
     AlignedTarget,
@@ -156,6 +157,24 @@ class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
     times: tuple[float, ...]
     joints: tuple[Joints, ...]
     speed: float | None = None
+
+
+class Steer(RobotAct[None], frozen=True, omit_defaults=True):
+    """One target of a stream: chase `joints` [rad, m] that move at `velocity` [rad/s, m/s], from now on, for `lasting`
+    [s] until the next target comes. Without `velocity`, which the first and the last target of a stream do not have,
+    come to rest there. What was scheduled is dropped. `speed`: the fraction of nominal.
+    """
+
+    joints: Joints
+    velocity: Joints | None = None
+    lasting: float = 0.0
+    speed: float | None = None
+
+
+class DragTool(RobotAct[Shortfall], frozen=True, omit_defaults=True):
+    """Drag the tool towards `pose` (T_world_tool), as near as the arm comes, from now on; without one, let it go."""
+
+    pose: Transform | None = None
 
 
 class ResyncBody(RobotAct[ResyncReport], frozen=True, omit_defaults=True):

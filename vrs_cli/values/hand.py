@@ -49,7 +49,7 @@ class Hold(Struct, frozen=True, omit_defaults=True):
                 return f"JT{self.joint} is as fast as it may be"
 
 
-class Shortfall(Struct, frozen=True, omit_defaults=True):
+class Shortfall(Spoken, frozen=True, omit_defaults=True):
     """The distance of a tool from a wish [m, rad], and the limits that hold it; no holds where it is there."""
 
     away: float = 0.0

@@ -34,7 +34,7 @@ class Served:
     def __init__(self, clock: RobotClock | None = None) -> None:
         self.wall = ManualWall()
         self.session = Session(RecordingTerminal(), clock=clock or self.wall.clock())
-        self.drag_control = DragControl(self.session, self.wall)
+        self.drag_control = DragControl(self.session)
         self.ann = Holder(self.session, Role.SUPERVISOR, "ann")
         self.do("MOVE TRANS(0, 450, -150, 90, 90, 0)")
         self.pass_time(3.0)
@@ -188,7 +188,7 @@ def test_it_waits_for_no_program(served: Served) -> None:
 
 def test_in_virtual_time_each_wish_takes_a_tick() -> None:
     session = Session(RecordingTerminal())
-    drag_control, ann = DragControl(session, ManualWall()), Holder(session, Role.SUPERVISOR, "ann")
+    drag_control, ann = DragControl(session), Holder(session, Role.SUPERVISOR, "ann")
     session.perform("MOVE TRANS(0, 450, -150, 90, 90, 0)")
     before = session.engine.now
     for _ in range(100):

@@ -214,7 +214,11 @@ class Supervisor(Observer):
 
         Raises MotionError, IllegalValue, FileError.
         """
-        wait = self.start(Go(Goal.of(target), straight, executed, speed, text), issued)
+        self.send(Go(Goal.of(target), straight, executed, speed, text), issued)
+
+    def send(self, act: Act[None], issued: float | None = None) -> None:
+        """Have the robot do something, and wait for its answer, but for `without_waiting`."""
+        wait = self.start(act, issued)
         if self._sent is None:
             wait()
         else:

@@ -48,6 +48,7 @@ from vrs_cli.values.acts import (
     Compare,
     Define,
     Defined,
+    DragTool,
     Evaluate,
     Execute,
     Explain,
@@ -69,6 +70,7 @@ from vrs_cli.values.acts import (
     ResyncBody,
     Say,
     Sketch,
+    Steer,
     StepList,
     Survey,
     Surveyed,
@@ -80,6 +82,7 @@ from vrs_cli.values.acts import (
 )
 from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.motion import (
     JointTarget,
     PoseTarget,
@@ -127,6 +130,20 @@ def _follow(session: Session, act: FollowChunk) -> FollowReport:
     times = [session.user_state.times.executed(t) for t in act.times]
     chunk = Chunk(session.engine.model, times, act.joints)
     return session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
+
+
+def _steer(session: Session, act: Steer) -> None:
+    from vrs_cli.interfaces.session.drag_control import DragControl  # which is slow to import
+
+    _finite(act.joints + (act.velocity or ()) + (act.lasting,))
+    _fraction(act.speed)
+    DragControl(session).steer(act)
+
+
+def _drag(session: Session, act: DragTool) -> Dialogue[Shortfall]:
+    from vrs_cli.interfaces.session.drag_control import DragControl  # which is slow to import
+
+    return DragControl(session).drag(act.pose)
 
 
 def _fraction(speed: float | None) -> float | None:
@@ -355,6 +372,8 @@ def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
 ACTS: Mapping[type[Act[Any]], _Row] = {
     Go: _as("MOVE", _go),
     FollowChunk: _as("MOVE", _follow),
+    Steer: _as("MOVE", _steer),
+    DragTool: _as("MOVE", _drag),
     ResyncBody: _as("RESYNC", lambda session, act: session.resync(stops=act.stops)),
     Rest: _as("BREAK", _rest),
     Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),

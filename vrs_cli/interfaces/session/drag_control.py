@@ -1,85 +1,133 @@
-"""Dragging the tool of a robot that is served: one user at a time drags, and the robot follows.
+"""Streams of targets for a robot: joints to steer to, or a tool to drag. One user at a time sends them.
 
-The user sends wishes for the pose of the tool; the newest one counts. The robot follows at its own pace, so wishes may
-come late, in bursts, or not at all for a moment. After SILENCE seconds without a wish the tool is released, and the arm
-comes to rest; likewise when another user moves the robot, or a program takes it.
+The newest target counts. Targets of joints follow each other at times that their sender says. A dragged tool is
+followed at the robot's own pace, so wishes may come late, in bursts, or not at all for a moment. After SILENCE seconds
+without a wish the tool is released, and the arm comes to rest; likewise when another user moves the robot, or a program
+takes it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 from msgspec import structs
 
-from vrs_cli.errors import VrsError
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.dragging import TICK, Dragging
 from vrs_cli.interfaces.rights import check_goes_beside
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.station.user_state import TargetStream
+from vrs_cli.interfaces.steering import LONGEST, SHORTEST, STEER
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.acts import rotating
-from vrs_cli.values.hand import DragState
+from vrs_cli.trajectory.state import Target
+from vrs_cli.values.acts import Steer, rotating
+from vrs_cli.values.hand import DragState, Shortfall
 
 SILENCE = 0.6  # [s] of real time without a wish
 SAID = "to drag the tool"
+STOPPED = "something else has moved or stopped the robot"
 
 
-class DragControl:
-    """Keeps which user drags, and the last wish. All but `pulled` is for the robot's own thread."""
+class DragControl(NamedTuple):
+    """Feeds the robot of a session with targets. All but `pulled` is for the robot's own thread."""
 
-    def __init__(self, session: Session, wall: Callable[[], float]) -> None:
-        self.pulled = DragState()
-        self._session, self._wall = session, wall
-        self._dragging: Dragging | None = None
-        self._user_state: UserState | None = None
-        self._wish: Transform | None = None
-        self._issued: float | None = None  # when the wish was given, by the user's clock
-        self._heard = 0.0
-        self._spent: UserState | None = None  # whose drag was broken off
-        self._version = self._stops = 0  # of the timeline, and how often the robot was stopped, as the drag knows
+    session: Session
+
+    @property
+    def stream(self) -> TargetStream:
+        return self.session.stream
+
+    @property
+    def pulled(self) -> DragState:
+        """Return who drags the tool, and how it follows."""
+        return self.session.stream.pulled
+
+    # --- joints ---
+
+    def steer(self, act: Steer) -> None:
+        """Take a target of the present user. Raises RequestRefused, once, where the robot was stopped since the target
+        before; RobotNotAttached, JointOutOfRange, PowerOff.
+        """
+        session, stream, engine = self.session, self.stream, self.session.engine
+        speed = 1.0 if act.speed is None else act.speed
+        session.tasks.check_robot_free()
+        if act.velocity is None:
+            stream.steered, stream.stops = session.user_state, session.stops
+            engine.redirect(act.joints, speed=speed, text=STEER)
+        else:
+            self._check_not_stopped()
+            target, tick = Target(act.joints, act.velocity), min(max(act.lasting, SHORTEST), LONGEST)
+            engine.steer(target, tick, speed=speed, text=STEER, issued=session.user_state.issued)
+        if not engine.realtime:
+            session.settle(engine.now + min(max(act.lasting, 0.0), LONGEST))
+
+    def _check_not_stopped(self) -> None:
+        session, stream = self.session, self.stream
+        if stream.steered is session.user_state and stream.stops != session.stops:
+            stream.steered = None
+        if stream.steered is not session.user_state:
+            raise RequestRefused(f"the robot steers no longer: {STOPPED}", "begin anew with a first target")
+
+    # --- a tool ---
+
+    def drag(self, wish: Transform | None) -> Dialogue[Shortfall]:
+        """Take a wish as `pull` does, and return how far the tool is from it. After other motions of the user the drag
+        begins anew. Raises RequestRefused, once, where the robot was stopped since the wish before.
+        """
+        session, stream = self.session, self.stream
+        same_stream = stream.user_state is session.user_state and stream.stops == session.stops
+        if same_stream and not session.running and stream.version != session.engine.timeline.version:
+            self._let_go()
+        yield from self.pull(wish, session.user_state.issued)
+        if stream.spent is session.user_state:
+            stream.spent = None
+            raise RequestRefused(f"the tool was let go: {stream.pulled.why}", "the next call drags it again")
+        return stream.pulled.held
 
     def pull(self, wish: Transform | None, issued: float | None = None) -> Dialogue[None]:
         """Take a wish of the present user for the tool (T_world_tool); None releases the tool. `issued`: when the wish
         was given [s], by the user's clock. Raises RoleWanted, LeaseHeld, RobotNotAttached, UsageError, PowerOff.
         """
+        stream = self.stream
         try:
             yield from self._taken(wish, issued)
         finally:
-            if self._user_state is not self._session.user_state:
-                self.pulled = structs.replace(self.pulled, issued=issued)
+            if stream.user_state is not self.session.user_state:
+                stream.pulled = structs.replace(stream.pulled, issued=issued)
 
     def _taken(self, wish: Transform | None, issued: float | None) -> Dialogue[None]:
-        session = self._session
+        session, stream = self.session, self.stream
         if wish is None:
-            self._spent = None if self._spent is session.user_state else self._spent
-            if self._user_state is session.user_state:
+            stream.spent = None if stream.spent is session.user_state else stream.spent
+            if stream.user_state is session.user_state:
                 self._let_go()
             return
-        if self._spent is session.user_state:
+        if stream.spent is session.user_state:
             return
         try:
             session.check_may(SAID, Role.DESIGNER)
         except VrsError as error:
-            if self._user_state is session.user_state:
+            if stream.user_state is session.user_state:
                 self._break_off(str(error))
             raise
-        self._wish, self._issued, self._heard = rotating(wish), issued, self._wall()
-        if self._dragging is None or self._user_state is not session.user_state:
+        stream.wish, stream.issued, stream.heard = rotating(wish), issued, session.engine.clock.reached
+        if stream.dragging is None or stream.user_state is not session.user_state:
             yield from session.on_branch(Role.DESIGNER, self._take())
         elif not session.engine.realtime:
             self._follow()
 
     def _take(self) -> Dialogue[None]:
         yield from ()
-        session = self._session
+        session, stream = self.session, self.stream
         session.settle()
         if session.running or session.elsewhere:
             check_goes_beside(SAID, Role.DESIGNER, elsewhere=session.elsewhere)
         session.tasks.check_robot_free()
-        self._dragging, self._user_state = Dragging(session.engine), session.user_state
-        self._version, self._stops = session.engine.timeline.version, session.stops
+        stream.dragging, stream.user_state = Dragging(session.engine), session.user_state
+        stream.version, stream.stops = session.engine.timeline.version, session.stops
         self._follow()
         if session.engine.realtime:
             session.actor.repeat(self._beat)
@@ -88,46 +136,48 @@ class DragControl:
         """Take the robot's next step towards the wish. Return when the next one is due [s]; None: the tool
         is released.
         """
-        engine = self._session.engine
-        if self._dragging is None:
+        engine, stream = self.session.engine, self.stream
+        clock = engine.clock
+        assert isinstance(clock, WallClock)
+        if stream.dragging is None:
             return None
-        if self._wall() - self._heard > SILENCE:
+        if -clock.until(stream.heard) > SILENCE:
             self._let_go("nothing was heard any more")
             return None
-        due = engine.clock.reached
+        due = clock.reached
         try:
-            self._session.settle()
+            self.session.settle()
             self._follow()
         except VrsError as error:
             self._break_off(str(error))
         except Exception:  # the tool no longer follows, so the user must not go on holding it
             self._break_off("the robot cannot follow: an internal error")
             raise
-        return None if self._dragging is None else max(due + TICK, engine.now)
+        return None if stream.dragging is None else max(due + TICK, engine.now)
 
     def _follow(self) -> None:
-        session, engine, dragging = self._session, self._session.engine, self._dragging
-        assert dragging is not None
-        assert self._wish is not None
-        assert self._user_state is not None
-        if (engine.timeline.version, session.stops) != (self._version, self._stops) or session.running:
-            self._break_off("something else has moved or stopped the robot")
+        session, engine, stream = self.session, self.session.engine, self.stream
+        assert stream.dragging is not None
+        assert stream.wish is not None
+        assert stream.user_state is not None
+        if (engine.timeline.version, session.stops) != (stream.version, stream.stops) or session.running:
+            self._break_off(STOPPED)
             return
-        issued = None if self._issued is None else self._user_state.times.issued(self._issued, engine.now)
-        held = dragging.to(self._wish, issued)
-        self._version = engine.timeline.version
-        self.pulled = DragState(self._user_state.name, held, issued=self._issued)
+        issued = None if stream.issued is None else stream.user_state.times.issued(stream.issued, engine.now)
+        held = stream.dragging.to(stream.wish, issued)
+        stream.version = engine.timeline.version
+        stream.pulled = DragState(stream.user_state.name, held, issued=stream.issued)
         if not engine.realtime:
             session.settle(engine.now + TICK)
 
     def _break_off(self, why: str) -> None:
         """Release the tool; the user has to let it go and to take it again."""
-        self._spent = self._user_state
+        self.stream.spent = self.stream.user_state
         self._let_go(why)
 
     def _let_go(self, why: str = "") -> None:
         """Release the tool: the arm comes to rest as planned for the case of no further wish."""
-        self._dragging, self._user_state, self.pulled = None, None, DragState(why=why)
-        engine = self._session.engine
+        stream, engine = self.stream, self.session.engine
+        stream.dragging, stream.user_state, stream.pulled = None, None, DragState(why=why)
         if not engine.realtime:
-            self._session.settle(engine.end)
+            self.session.settle(engine.end)

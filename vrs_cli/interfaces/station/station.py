@@ -35,7 +35,7 @@ from vrs_cli.interfaces.station.divergence import DivergenceGuard
 from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile
 from vrs_cli.interfaces.station.unstored import Unstored
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.station.user_state import TargetStream, UserState
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Stepping, Track
@@ -145,6 +145,7 @@ class Station:
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
         self.stops = 0  # how often it was stopped by hand
+        self.stream = TargetStream()
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
         self._given: Folder | None = None  # where programs that begin now have their files, if not in `folder`

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.hand import DragState
 from vrs_cli.values.questions import OnScreen
 from vrs_cli.values.replies import Reply
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.dragging import Dragging
 
 R = TypeVar("R")
 
@@ -91,3 +96,24 @@ class UserState:
             return (yield from dialogue)
         finally:
             self.issued = None
+
+
+@dataclass(eq=False)
+class TargetStream:
+    """The stream of targets that moves the robot now. `steered`: the user whose targets are joints.
+
+    Of a dragged tool: `dragging` follows the wishes of `user_state`; the last `wish` was `issued` then by the user's
+    clock [s], and `heard` by the robot's. `spent`: the user whose drag was broken off. `pulled`: what all are told.
+    `version` of the timeline and `stops`, how often the robot was stopped, are those that the stream knows.
+    """
+
+    pulled: DragState = field(default_factory=DragState)
+    dragging: Dragging | None = None
+    user_state: UserState | None = None
+    wish: Transform | None = None
+    issued: float | None = None
+    heard: float = 0.0
+    spent: UserState | None = None
+    steered: UserState | None = None
+    version: int = 0
+    stops: int = 0
