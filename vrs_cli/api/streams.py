@@ -52,7 +52,8 @@ class Dragged(Struct, frozen=True):
     def __repr__(self) -> str:
         if not self.limits:
             return "<Dragged: nothing holds the tool>"
-        off = f"{self.distance:.6g} {self.units.length} and {self.angle:.6g} {self.units.angle} away"
+        digits = 2 if self.units is Units.VAL else 5
+        off = f"{self.distance:.{digits}f} {self.units.length} and {self.angle:.{digits}f} {self.units.angle} away"
         return f"<Dragged: {off}: {'; '.join(self.limits)}>"
 
 
