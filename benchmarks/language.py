@@ -3,6 +3,9 @@
 One FOR loop with one assignment, in one run: as compiled for a task (which can stop it at every step), as a plain
 loop of a Python module, and as a walk of the same syntax tree. Bar: at most 4 times plain Python.
 
+Single statements in that loop (assignments, IF, SIN, elements of arrays, strings, $ENCODE, CALL with no, one and six
+arguments), each beside the same line of Python, less the loop itself.
+
 One program of 10,000 steps, in one run: compiled by us, and as many lines of Python compiled by Python.
 
 A file of 10,000 lines, in one run: all that `vrs check` does with it, and the same lines through the same grammar by
@@ -12,9 +15,9 @@ Lark alone, with its own lexer and positions, building trees. Bar: at least 0.6 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from statistics import median
-from time import perf_counter
+from time import perf_counter, process_time
 
 from lark import Lark
 
@@ -50,29 +53,32 @@ for i in range(1, passes + 1):
 """
 
 
-def analysed(text: str) -> Analysis:
+def analysed(text: str) -> list[Analysis]:
+    """The programs of a text, the one to run first."""
     file, _ = parse_file(text)
-    return analyze(next(part for part in file.parts if isinstance(part, ast.Program)))
+    return [analyze(part) for part in file.parts if isinstance(part, ast.Program)]
 
 
-def compiled(analysis: Analysis, passes: int) -> float:
-    """Seconds of the task from its first step to its end."""
+def compiled(programs: Sequence[Analysis], passes: int) -> float:
+    """CPU seconds of the task from its first step to its end."""
     environment = Environment()
-    environment.store(analysis)
+    for analysis in programs:
+        environment.store(analysis)
     environment.reference("passes").assign(float(passes))
-    task = Task(environment, Engine(load_robot("puma560")), analysis.program.name)
-    began = perf_counter()
+    task = Task(environment, Engine(load_robot("puma560")), programs[0].program.name)
+    began = process_time()
     while not isinstance(event := task.resume(), ProgramCompleted):
         assert not isinstance(event, Failed), event
-    return perf_counter() - began
+    return process_time() - began
 
 
-def plain(passes: int) -> float:
-    """Seconds of a module-level loop of Python."""
-    code = compile(PYTHON, "<plain>", "exec")
-    began = perf_counter()
-    exec(code, {"passes": passes})
-    return perf_counter() - began
+def plain(passes: int, text: str = PYTHON, before: str = "") -> float:
+    """CPU seconds of a module-level loop of Python."""
+    code, known = compile(text, "<plain>", "exec"), {"passes": passes}
+    exec(before, known)
+    began = process_time()
+    exec(code, known)
+    return process_time() - began
 
 
 class Walker:
@@ -120,11 +126,49 @@ class Walker:
 
 
 def walked(analysis: Analysis, passes: int) -> float:
-    """Seconds of the walk of the tree."""
+    """CPU seconds of the walk of the tree."""
     walker = Walker(analysis, {"passes": float(passes)})
-    began = perf_counter()
+    began = process_time()
     walker.run()
-    return perf_counter() - began
+    return process_time() - began
+
+
+# --- statements --------------------------------------------------------------------------------------------------
+
+STATEMENTS = (  # what it is; a line of VAL-II, the subroutine that it calls; the line of Python, what stands before it
+    ("nothing", "", "", "pass", ""),
+    ("x = i", "x = i", "", "x = i", ""),
+    ("IF i > 5 THEN", "IF i > 5 THEN\n END", "", "if i > 5: pass", ""),
+    ("x = SIN(i)", "x = SIN(i)", "", "x = sin(radians(i))", "from math import sin, radians"),
+    ("a[7] = a[7]+1", "a[7] = a[7]+1", "", "a[7] = a[7] + 1.0", "a = {7: 0.0}"),
+    ("a[i] = i", "a[i] = i", "", "a[int(i)] = i", "a = {}"),
+    ('$s = $t+"b"', '$s = $t+"b"', "", 's = t + "b"', 't = "a"'),
+    ("$s = $ENCODE(/F8.2, i)", "$s = $ENCODE(/F8.2, i)", "", 's = f"{i:8.2f}"', ""),
+    ("CALL sub", "CALL sub", ".PROGRAM sub\n.END\n", "sub()", "def sub(): pass"),
+    ("CALL sub(i)", "CALL sub(i)", ".PROGRAM sub(p)\n.END\n", "sub(i)", "def sub(p): pass"),
+    (
+        "CALL sub(i, 1, 2, 3, x, y)",
+        "CALL sub(i, 1, 2, 3, x, y)",
+        ".PROGRAM sub(p, q, r, s, t, u)\n t = p+q\n.END\n",
+        "x = sub(i, 1.0, 2.0, 3.0, x, y)",
+        "x = y = 0.0\ndef sub(p, q, r, s, t, u): return p + q",
+    ),
+)
+
+
+def statements(passes: int) -> None:
+    """Print what single statements cost, less the loop, beside the same lines of Python."""
+    print(f"single statements in a loop of {passes} passes, without it, minimum of {REPEATS}")
+    loops: list[tuple[float, float]] = []
+    for name, line, called, python, before in STATEMENTS:
+        first = 'y = 0\n $t = "a"\n a[7] = 0\n'
+        program = analysed(f".PROGRAM main\n {first} FOR i = 1 TO passes\n {line}\n END\n.END\n{called}")
+        text = f"for i in map(float, range(1, passes + 1)):\n    {python}\n"
+        rounds = [(compiled(program, passes), plain(passes, text, before)) for _ in range(REPEATS)]
+        loops.append((min(ours for ours, _ in rounds), min(theirs for _, theirs in rounds)))
+        if len(loops) > 1:
+            ours, theirs = ((it - loop) / passes * 1e9 for it, loop in zip(loops[-1], loops[0], strict=True))
+            print(f"  {name:<28}{ours:8.0f} ns {theirs:8.0f} ns of Python {ours / max(theirs, 1.0):8.1f} x")
 
 
 # --- checking ----------------------------------------------------------------------------------------------------
@@ -231,7 +275,7 @@ def compiling() -> None:
     """Print what it costs to compile one program of 10,000 steps, beside Python compiling as many lines of its own."""
     body = [line.replace("dx, dy", "ddx, ddy") for line in BODY]
     blocks = LINES // len(body)
-    analysis = analysed("\n".join((".PROGRAM long", *body * blocks, ".END", "")))
+    (analysis,) = analysed("\n".join((".PROGRAM long", *body * blocks, ".END", "")))
     lines, text = len(body) * blocks, PYTHON_BODY * blocks
 
     def seconds(act: Callable[[], object]) -> float:
@@ -253,10 +297,11 @@ def compiling() -> None:
 
 
 def main(passes: int = 300_000) -> int:
-    analysis = analysed(PROGRAM)
+    programs = analysed(PROGRAM)
+    (analysis,) = programs
     ways: dict[str, Callable[[], float]] = {
         "plain Python loop": lambda: plain(passes),
-        "compiled, in a task": lambda: compiled(analysis, passes),
+        "compiled, in a task": lambda: compiled(programs, passes),
         "walk of the tree": lambda: walked(analysis, passes),
     }
     rounds = [
@@ -269,6 +314,7 @@ def main(passes: int = 300_000) -> int:
         print(f"  {name:<22}{time / passes * 1e9:8.0f} ns a pass {time / base:8.2f} x")
     ratio = seconds["compiled, in a task"] / base
     print(f"  bar: {BAR:g} x: {'met' if ratio <= BAR else 'MISSED'}")
+    statements(passes // 10)
     compiling()
     return 0 if checking() and ratio <= BAR else 1
 

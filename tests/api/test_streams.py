@@ -17,7 +17,7 @@ DOWN = (0, -45, 180, 0, 45, 0)
 
 
 def circle(k: int) -> np.ndarray:
-    return READY + [20.0 * np.sin(0.02 * k), 10.0 - 10.0 * np.cos(0.02 * k), 0, 0, 0, 0]
+    return READY + np.array([20.0 * np.sin(0.02 * k), 10.0 - 10.0 * np.cos(0.02 * k), 0, 0, 0, 0])
 
 
 def test_steering_follows_the_targets_and_rests_at_the_last(new: New) -> None:
@@ -35,7 +35,7 @@ def test_steering_follows_the_targets_and_rests_at_the_last(new: New) -> None:
 def test_steering_keeps_the_limits_of_the_robot(new: New) -> None:
     r = new()
     for k in range(60):
-        r.steer(READY + [100.0 * (k // 10 % 2), 0, 0, 0, 0, 0], rate=100)
+        r.steer(READY + np.array([100.0 * (k // 10 % 2), 0, 0, 0, 0, 0]), rate=100)
     r.wait()
     seen = r.sample(500)
     assert (np.abs(seen.velocity) <= r.model.max_velocity + 1e-6).all()
@@ -112,7 +112,7 @@ def test_a_dragged_tool_follows_and_rests_at_the_last_target(new: New) -> None:
         held = r.drag(vrs.trans(k, 0, -k) @ begin)
         assert not held.held
     assert r.now == pytest.approx(since + 1.0, abs=1e-4)
-    assert np.allclose(r.wait().where().xyz, begin.xyz + [49, 0, -49], atol=1e-3)
+    assert np.allclose(r.wait().where().xyz, begin.xyz + np.array([49, 0, -49]), atol=1e-3)
     assert [one.text for one in r.commands][-1] == "DRAG"
     r.undo()
     assert np.allclose(r.where(r.end).xyz, begin.xyz), "all of it is one command"
@@ -147,7 +147,7 @@ def test_a_drag_begins_anew_after_other_motions_and_after_a_stop(new: New) -> No
     r.drag(vrs.trans(10, 0, 0) @ begin)
     r.move(*DOWN).wait()
     r.drag(vrs.trans(20, 0, 0) @ begin)
-    assert np.allclose(r.wait().where().xyz, begin.xyz + [20, 0, 0], atol=1e-3)
+    assert np.allclose(r.wait().where().xyz, begin.xyz + np.array([20, 0, 0]), atol=1e-3)
     r.drag(begin)
     r.held.abort()
     with pytest.raises(RequestRefused, match="the tool was let go: something else has moved or stopped the robot"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 from tests.language.running import StillRobot, drive, environment_with, program, run, run_lines
@@ -27,6 +29,8 @@ from vrs_cli.language.run.effects import (
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import STACK_LIMIT, Task
 from vrs_cli.values.commands import Break, Move, SetSpeed
+
+MOST_OF_CALL, MOST_OF_ARGUMENT = 30, 1  # calls of functions, those written in C too
 
 
 def task_of(*lines: str, cycles: int = 1, step: int = 1) -> Task:
@@ -269,3 +273,37 @@ def test_a_loop_of_calls_gives_way() -> None:
     task.resume()
     assert isinstance(task.resume(budget=100), Budget)
     assert task.steps_done == 100
+
+
+def calls_of(passes: int, line: str, called: str) -> int:
+    """The functions that Python calls for a line in a loop."""
+    loop = program(f"FOR i = 1 TO {passes}", line, "END")
+    task, calls = Task(environment_with(loop + called), StillRobot(), "main"), 0
+
+    def count(_frame: object, event: str, _argument: object) -> None:
+        nonlocal calls
+        calls += event in ("call", "c_call")
+
+    task.resume(budget=3)
+    before = sys.getprofile()
+    sys.setprofile(count)
+    try:
+        drive(task, StillRobot())
+    finally:
+        sys.setprofile(before)
+    return calls
+
+
+def test_a_call_costs_few_calls_of_python() -> None:
+    def cost(line: str, called: str) -> float:
+        return (calls_of(200, line, called) - calls_of(100, line, called)) / 100
+
+    assert cost("CALL sub", program(name="sub")) <= MOST_OF_CALL
+    six = cost("CALL sub(i, i, i, i, x, y)", program("t = p+q", name="sub", parameters="p, q, r, s, t, u"))
+    assert six <= MOST_OF_CALL + 6 * MOST_OF_ARGUMENT
+
+
+def test_a_real_passed_by_value_is_no_transformation() -> None:
+    error = run(program("CALL sub(3)") + program("HERE place", name="sub", parameters="place")).error
+    assert isinstance(error, ArgumentMismatch)
+    assert str(error).endswith("place of sub: the argument is not a transformation (a transformation is wanted)")

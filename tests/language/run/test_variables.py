@@ -161,3 +161,16 @@ def test_a_program_may_not_turn_a_location_into_a_real() -> None:
 def test_a_program_may_not_read_a_real_as_a_location() -> None:
     text = program("p = 1", "CALL other") + program("MOVE p", name="other")
     assert str(run(text).error) == "*Variable type mismatch* p is a real (a transformation is wanted here)"
+
+
+@pytest.mark.parametrize(("index", "element"), [("2.4", 2), ("2.5", 3), ("0-0.3", 0), ("i", 3), ("i+0.6", 4)])
+def test_indexes_are_rounded_in_reading_as_in_assigning(index: str, element: int) -> None:
+    lines = ("i = 3", "FOR k = 0 TO 5", "a[k] = k*10", "b[k, k] = k", "END")
+    done = run(program(*lines, f"x = a[{index}]", f"y = b[{index}, {index}]", f"a[{index}] = -1", f"z = a[{element}]"))
+    assert (done.value("x"), done.value("y"), done.value("z")) == (10.0 * element, float(element), -1.0)
+
+
+def test_an_index_below_0_is_refused_in_reading_and_in_assigning() -> None:
+    for line in ("x = a[i]", "a[i] = 1", "x = a[1, i]"):
+        error = run(program("i = -1", "a[1] = 0", line)).error
+        assert isinstance(error, IllegalArrayIndex), line

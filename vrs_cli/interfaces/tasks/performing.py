@@ -48,6 +48,7 @@ from vrs_cli.language.run.effects import (
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import TICK
 from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.variables import Reference
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.commands import (
     Brake,
@@ -251,7 +252,8 @@ class Performer:
         """
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
-        task = Task(self._environment, self._engine, call.name, call.arguments, event.cycles, event.step)
+        arguments = [None if one is None else Reference(*one) for one in call.arguments]
+        task = Task(self._environment, self._engine, call.name, arguments, event.cycles, event.step)
         started = self._tasks.start(number, task, self._devices.disk.folders.get(track.number))
         started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 

@@ -229,7 +229,8 @@ class _ProgramCompiler(ExpressionCompiler):
         """Assign, unless the bare name exists as a location."""
         (cells, other, key), first = self.place(variable, Kind.REAL), list[py.stmt]()
         if variable.indexes:
-            first.append(tree.assign("i", tree.method(tree.name(cells), "at", *map(self.value, variable.indexes))))
+            method = "index" if len(variable.indexes) == 1 else "indexes"
+            first.append(tree.assign("i", tree.method(tree.name(cells), method, *map(self.value, variable.indexes))))
             key = tree.name("i")
         assert key is not None
         if other is not None:
@@ -294,14 +295,12 @@ class _ProgramCompiler(ExpressionCompiler):
         assert called is not None
         text, given = (called.text, called.arguments) if isinstance(called, ast.Applied) else (called, ())
         name = tree.method(self.in_range(text, Kind.STRING), "strip")
-        arguments = tree.tuple_of(map(self.argument_of_call, given))
-        return [tree.yield_(tree.call("CallProgram", name, arguments))]
+        return [tree.yield_(tree.call("CallProgram", name, tree.tuple_of(map(self.given_to_call, given))))]
 
     def _program_call(self, program: ast.Expression) -> py.expr:
         given = program.arguments if isinstance(program, ast.ProgramCall) else ()
         name = program.text if isinstance(program, ast.BareWord) else str(getattr(program, "name", ""))
-        arguments = tree.tuple_of(map(self.argument_of_call, given))
-        return tree.call("CallProgram", tree.constant(name), arguments)
+        return tree.call("CallProgram", tree.constant(name), tree.tuple_of(map(self.given_to_call, given)))
 
 
 def _constant_step(statement: ast.For) -> float | None:

@@ -135,21 +135,27 @@ class ExpressionCompiler:
         """Read the variable. An untyped bare name is looked up at run time."""
         if kind is not None or self.kind_of(variable) is not None:
             cells, _, key = self.place(variable, kind)
+            if variable.indexes and not variable.many:  # not rounded: 3.0 is the key 3, and the cells round the others
+                indexes = [*map(self.value, variable.indexes)]
+                key = indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
             if key is not None:
                 return tree.item(cells, key)
         return tree.method(self.reference(variable), "value")
 
     def reference(self, variable: ast.Variable) -> py.expr:
         """Refer to the variable, so that it can be passed on or assigned."""
+        reference = tree.call("Reference", *self._fields(variable))
+        if variable.many and variable.indexes:
+            return tree.method(reference, "row", *map(self.value, variable.indexes))
+        return reference
+
+    def _fields(self, variable: ast.Variable) -> tuple[py.expr, ...]:
+        """Return the fields of the reference to a variable, or to the whole of its array."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         kind = SIGIL_KINDS.get(variable.sigil)
         cells = self._cells(variable, kind or Kind.REAL)
         locations = "NO_CELLS" if kind else self._cells(variable, Kind.LOCATION)
-        key = self._key(variable) or tree.constant(None)
-        reference = tree.call("Reference", tree.name(cells), tree.name(locations), key)
-        if variable.many and variable.indexes:
-            return tree.method(reference, "row", *map(self.value, variable.indexes))
-        return reference
+        return tree.name(cells), tree.name(locations), self._key(variable) or tree.constant(None)
 
     # values
 
@@ -295,6 +301,18 @@ class ExpressionCompiler:
         if expression.grouped:
             return tree.call("by_value", tree.name("X"), self.read(expression))
         return self.reference(expression)
+
+    def given_to_call(self, expression: ast.Expression | None) -> py.expr:
+        """Pass an argument as `argument_of_call` does; a plain variable as a tuple, which costs no call."""
+        if (
+            isinstance(expression, ast.Variable)
+            and not expression.grouped
+            and not (expression.many and expression.indexes)
+        ):
+            return tree.tuple_of(self._fields(expression))
+        if expression is not None and self.kind_of(expression) is Kind.REAL:
+            return tree.call("real_by_value", tree.name("X"), self.in_range(expression))
+        return self.argument_of_call(expression)
 
 
 _BY_REFERENCE = {*VARIABLES, Shape.ELEMENTS}

@@ -20,7 +20,7 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue, VrsError
-from vrs_cli.language.run.variables import Reference
+from vrs_cli.language.run.variables import Given
 from vrs_cli.language.words.values import integer_between, plain, whole
 from vrs_cli.values.commands import Mode, Request, SetAlter, SetDuration, SetMode, SetSpeed, SpeedUnit
 from vrs_cli.values.results import ProgramFault
@@ -97,7 +97,7 @@ class CallProgram(Effect, frozen=True):
     """CALL; the task does it by itself."""
 
     name: str
-    arguments: tuple[Reference | None, ...]
+    arguments: tuple[Given | None, ...]
 
 
 class Return(Effect, frozen=True):

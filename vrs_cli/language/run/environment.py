@@ -9,8 +9,8 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import chain
-from typing import Any, NoReturn
-from weakref import WeakKeyDictionary
+from typing import Any, NoReturn, cast
+from weakref import WeakKeyDictionary, ref
 
 from msgspec import Struct
 
@@ -18,7 +18,6 @@ from vrs_cli.errors import ArgumentMismatch, ArithmeticOverflow, IllegalValue, P
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.analysis.lineage import beyond
-from vrs_cli.language.analysis.names import Own
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
 from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
@@ -26,7 +25,7 @@ from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgra
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
 from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
 from vrs_cli.language.run.semantics.instructions import MOTIONS, TASKS
-from vrs_cli.language.run.variables import NO_CELLS, Reference, new_variable
+from vrs_cli.language.run.variables import NO_CELLS, Cells, Given, Reference, new_variable
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.words.values import (
     Kind,
@@ -56,11 +55,24 @@ def setting(name: str, variable: Reference) -> Value:
 
 def by_value(context: Context, value: Value) -> Reference:
     """Pass the value of an expression to a CALL, in a variable that nobody else can see."""
-    kind = kind_of_value(value)
-    key = "the argument"
+    kind, key = kind_of_value(value), _ARGUMENT
     reference = new_variable(context.environment.spelling, key, Kind.REAL if kind is Kind.LOCATION else kind)
     (reference.locations if kind is Kind.LOCATION else reference.cells)[key] = value
     return reference
+
+
+_ARGUMENT = "the argument"
+_ANY_REAL = Cells({}, Kind.REAL)  # so that a real that is used as a transformation is told as such
+_ANY_REAL[_ARGUMENT] = 0.0
+_NO_LOCATION = Cells({}, Kind.LOCATION)
+_NO_LOCATION.others = ref(_ANY_REAL)
+
+
+def real_by_value(context: Context, value: float) -> Given:
+    """Pass a real as `by_value` does, at less cost: it stays one, so that it needs no cells for a transformation."""
+    cells = Cells(context.environment.spelling, Kind.REAL)
+    cells[_ARGUMENT] = value
+    return cells, _NO_LOCATION, _ARGUMENT
 
 
 def overflow(error: ArithmeticError) -> ArithmeticOverflow:
@@ -104,7 +116,7 @@ HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 _CALLED: tuple[Callable[..., Any], ...] = (
     *(compose, modulo, power),
     *(for_step, guarded, at_once, stamp_of, storable, whole, within_range),
-    *(setting, by_value, CallProgram, Definable, Reference, Wait, Wording),
+    *(setting, by_value, real_by_value, CallProgram, Definable, Reference, Wait, Wording),
 )
 _NAMES: Mapping[str, object] = {  # what compiled programs find as globals
     **{one.__name__: one for one in _CALLED},
@@ -151,6 +163,8 @@ class Executable:
         self.analysis = stored.analysis
         self._lines = stored.lines
         self._ahead: Compiled | None = None
+        # by operation: the function, the cells of simple variables, the block, and the cells of arrays
+        self._starts: dict[int, tuple[Callable[..., Steps], list[Cells], int, list[Cells]]] = {}
 
     @property
     def name(self) -> str:
@@ -178,40 +192,74 @@ class Executable:
             if everywhere:
                 known.variant(op=-1)  # no operation: the variant that has every entry
 
-    def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
+    def start(self, context: Context, arguments: Sequence[Given], slots: list[object], op: int) -> Steps:
         """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
 
         `slots`: the limits of its FOR loops and the subjects of its CASEs, all UNSET to begin with; when the activation
         has ended in any way they hold what it kept.
         """
-        variant = self.compiled.variant(op)
-        cells = context.environment.cells
-        arrays = (cells(*array) for array in variant.arrays)
-        bound = chain.from_iterable(arguments)
-        return variant.function(context, *map(cells, CELLS), slots, variant.numbers[op], *bound, *arrays)
+        known = self._starts.get(op)
+        if known is None:
+            variant, cells = self.compiled.variant(op), self._memory.cells
+            arrays = [cells(*array) for array in variant.arrays]
+            known = self._starts[op] = variant.function, [*map(cells, CELLS)], variant.numbers[op], arrays
+        function, simple, block, arrays = known
+        return function(context, *simple, slots, block, *chain.from_iterable(arguments), *arrays)
 
     def own(self) -> tuple[Reference, ...]:
         """The variables that an activation has beside its arguments: those of AUTO, new, and those of LOCAL."""
         kept = iter(self._local)
-        return tuple(self._new(own) if own.automatic else next(kept) for own in self.analysis.own)
+        spelling = self._memory.spelling
+        return tuple(
+            next(kept) if row is None else new_variable(spelling, row[0], row[1], array=row[2], automatic=True)
+            for row in self._automatic
+        )
+
+    @cached_property
+    def _automatic(self) -> tuple[tuple[str, Kind, bool] | None, ...]:
+        """For each variable of its own the key, kind, and whether it is an array; None for one of LOCAL."""
+        for own in self.analysis.own:
+            self._memory.spelling.setdefault(own.key, self.compiled.spelling.get(own.key, own.key))
+        return tuple(
+            (own.key, kind_of_name(own.key), own.array) if own.automatic else None for own in self.analysis.own
+        )
 
     @cached_property
     def _local(self) -> tuple[Reference, ...]:
-        return tuple(self._new(own) for own in self.analysis.own if not own.automatic)
-
-    def _new(self, own: Own) -> Reference:
-        self._memory.spelling.setdefault(own.key, self.compiled.spelling.get(own.key, own.key))
-        return new_variable(
-            self._memory.spelling, own.key, kind_of_name(own.key), array=own.array, automatic=own.automatic
-        )
+        made = (own for own in self.analysis.own if not own.automatic)
+        return tuple(new_variable(self._memory.spelling, it.key, kind_of_name(it.key), array=it.array) for it in made)
 
     def held(self) -> int:
         """Elements of the arrays and characters of the strings of LOCAL."""
         made: tuple[Reference, ...] = self.__dict__.get("_local", ())
         return sum(reference.size() for reference in made)
 
-    def bound(self, arguments: Sequence[Reference | None]) -> tuple[Reference, ...]:
+    @cached_property
+    def _parameters(self) -> tuple[tuple[Kind, bool, int | None], ...]:
+        """For each parameter: its kind; whether it is an array; where in a reference the cells of the other kind are,
+        if the program decides between a real and a transformation.
+        """
+        other = {Kind.REAL: 1, Kind.LOCATION: 0, None: None}
+        return tuple(
+            (
+                kind_of_name(one.sigil),
+                one.key in self.compiled.array_parameters,
+                None if one.sigil else other[self.analysis.kinds.get(one.key)],
+            )
+            for one in self.program.parameters
+        )
+
+    def bound(self, arguments: Sequence[Given | None]) -> Sequence[Given]:
         """One reference for each parameter. Raises ArgumentMismatch."""
+        rows = self._parameters
+        if len(arguments) == len(rows):
+            for given, (kind, is_array, other) in zip(arguments, rows, strict=True):
+                if given is None or given[0].kind is not kind or (given[2] is None) is not is_array:
+                    break
+                if other is not None and given[2] in (given[1] if other else given[0]):
+                    break
+            else:
+                return cast("Sequence[Given]", arguments)
         parameters = self.program.parameters
         if len(arguments) > len(parameters):
             raise ArgumentMismatch(
@@ -221,8 +269,9 @@ class Executable:
         padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
         return tuple(map(self._bound, parameters, padded))
 
-    def _bound(self, parameter: Variable, given: Reference | None) -> Reference:
+    def _bound(self, parameter: Variable, argument: Given | None) -> Reference:
         """Return the reference for a parameter; one that is not given is undefined until the program assigns it."""
+        given = None if argument is None else Reference(*argument)
         typed = parameter.sigil + parameter.name
         name, kind = f"{typed} of {self.name}", kind_of_name(parameter.sigil)
         is_array = parameter.key in self.compiled.array_parameters
@@ -241,13 +290,14 @@ class Executable:
         return given
 
     @cached_property
-    def _beyond_val2(self) -> tuple[Diagnostic, ...]:
+    def beyond_val2(self) -> tuple[Diagnostic, ...]:
+        """What of the program V+ alone has."""
         return tuple(beyond(self.program, vplus=False))
 
     def refuse_beyond_val2(self) -> None:
         """Raises ProgramNotExecutable for a program with anything that V+ alone has."""
-        if self._beyond_val2:
-            first = self._beyond_val2[0]
+        if self.beyond_val2:
+            first = self.beyond_val2[0]
             lines = [step.span.line for step in self.program.steps]
             raise ProgramNotExecutable(
                 f"{self.name}, step {lines.index(first.span.line) + 1}: {first.detail}", first.hint
@@ -271,12 +321,13 @@ class Activation:
 
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
-    def __init__(self, context: Context, program: Executable, arguments: Sequence[Reference], step: int = 0) -> None:
+    def __init__(self, context: Context, program: Executable, arguments: Sequence[Given], step: int = 0) -> None:
+        lowered = program.compiled.lowered
         self.program = program
-        self.op = program.compiled.lowered.entries[step]
+        self.op = lowered.entries[step]
         self._context = context
-        self._arguments = (*arguments, *program.own())
-        self._slots: list[object] = [UNSET] * (2 * program.compiled.lowered.slots)
+        self._arguments = (*arguments, *program.own()) if program.analysis.own else arguments
+        self._slots: list[object] = [UNSET] * (2 * lowered.slots)
         self.between, self.reached = True, False
         self.interruption: Interruption | None = None
         self.steps: Steps = program.start(context, self._arguments, self._slots, self.op)
@@ -296,7 +347,7 @@ class Activation:
         """The arguments and the variables of the program's own, by key."""
         analysis = self.program.analysis
         keys = [variable.key for variable in analysis.program.parameters] + [one.key for one in analysis.own]
-        return dict(zip(keys, self._arguments, strict=True))
+        return {key: Reference(*given) for key, given in zip(keys, self._arguments, strict=True)}
 
     def enter(self, op: int) -> None:
         """Go on from another operation."""

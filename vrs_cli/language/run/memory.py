@@ -307,7 +307,7 @@ class Memory(Variables):
 
     def program(self, name: str) -> StoredProgram:
         """Raises UndefinedName, with a similar name where there is one."""
-        key = key_of(name)
+        key = name if name in self.programs else key_of(name)
         if key not in self.programs:
             names = {other: stored.name for other, stored in self.programs.items()}
             raise UndefinedName(f"program {name}", closest(key, names) or f"LOAD {name} reads it from {name}.v2")

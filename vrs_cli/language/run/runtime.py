@@ -271,7 +271,7 @@ class Task:
 
     def _allowed(self, program: Executable) -> Executable:
         """Raises ProgramNotExecutable for what V+ alone has while VPLUS is off."""
-        if not self._context.engine.settings.switch("VPLUS"):
+        if program.beyond_val2 and not self._context.engine.settings.switch("VPLUS"):
             program.refuse_beyond_val2()
         return program
 
@@ -300,7 +300,7 @@ class Task:
         while True:
             try:
                 event = self._advance()
-                if isinstance(event, CallProgram):
+                if event.__class__ is CallProgram:
                     self._call(event)
                     continue
             except LineMissing as missing:
@@ -312,11 +312,16 @@ class Task:
                 if not self._reacts_to(error):
                     yield from self._say(self.fail(error))
                 continue
-            returns = isinstance(event, Return)
-            if isinstance(event, Stop) or (returns and len(self._activations) == 1):
+            if event.__class__ is Return:
+                if len(self._activations) == 1:
+                    return
+                interruption = self._activations.pop().interruption
+                if interruption is not None:
+                    yield from self._end_reaction(interruption, event.mended)
+                elif event.steps:
+                    self._activations[-1].skip(event.steps)
+            elif isinstance(event, Stop):
                 return
-            if isinstance(event, Return):
-                yield from self._return(event)
             elif isinstance(event, Halt):
                 self.state = TaskState.HALTED
                 yield from repeat(event)
@@ -325,18 +330,13 @@ class Task:
                     self.state = TaskState.PAUSED
                 yield from self._say(event)
 
-    def _return(self, event: Return) -> Generator[Event, None, None]:
-        """The program on top returns; after a reaction what it interrupted goes on."""
-        interruption = self._activations.pop().interruption
+    def _end_reaction(self, interruption: Interruption, mended: bool) -> Generator[Event, None, None]:
+        """A reaction has returned: what it interrupted goes on."""
         below = self._activations[-1]
-        if interruption is None:
-            if event.steps:
-                below.skip(event.steps)
-            return
         self.reactions.priority = interruption.priority
         if interruption.failed:
             below.enter(below.op)
-            if event.mended:
+            if mended:
                 below.skip()
                 return
             # a step that is tried twice at one instant waits a tick: a REACTE that mends nothing must not take for ever
@@ -369,7 +369,8 @@ class Task:
         With a reaction due, up to the next step only; then the reaction is called. Raises UndefinedName if its program
         is not in memory.
         """
-        activation, due = self._activations[-1], self.reactions.due
+        activation = self._activations[-1]
+        due = self.reactions.due if self.reactions.waiting else None
         if due is not None and (activation.between or self._held is not None):
             self.reactions.called(due)
             waiting, self._held = self._held, None
@@ -386,7 +387,7 @@ class Task:
                     activation.between = activation.reached = False
                     return answered
                 op, left = answered, left - 1
-            for event in islice(activation.steps, max(left, 0)):
+            for event in islice(activation.steps, left if left > 0 else 0):
                 if event.__class__ is not int:
                     activation.between = activation.reached = False
                     return cast(Event, event)

@@ -59,7 +59,6 @@ class Cells(dict[str | Index, Value]):
     def __init__(
         self, spelling: Mapping[str, str], kind: Kind, array: str | None = None, omitted: str | None = None
     ) -> None:
-        super().__init__()
         self.spelling = spelling
         self.kind = kind
         self.array = array
@@ -76,7 +75,11 @@ class Cells(dict[str | Index, Value]):
         if self.omitted is not None:
             raise UndefinedValue(self.omitted, "its argument was left out: CALL and EXECUTE give it in parentheses")
         if self.array is not None and not isinstance(key, str):
-            self.rounded(key if isinstance(key, tuple) else (key,))
+            rounded = self.rounded(key if isinstance(key, tuple) else (key,))
+            exact: Index = rounded if len(rounded) > 1 else rounded[0]
+            if key != exact:
+                return self[exact]  # compiled programs read elements without rounding indexes
+            key = exact
         others = None if self.others is None else self.others()
         if others is not None and key in others:
             self.deny(key)
@@ -111,10 +114,13 @@ class Cells(dict[str | Index, Value]):
         other = OTHER_KIND[self.kind]
         raise TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
 
-    def at(self, *indexes: float) -> Index:
+    def index(self, index: float) -> int:
         """The index of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
-        rounded = self.rounded(indexes)
-        return rounded if len(rounded) > 1 else rounded[0]
+        return int(index + 0.5) if index >= 0.0 else self.rounded((index,))[0]
+
+    def indexes(self, *indexes: float) -> tuple[int, ...]:
+        """The indexes of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
+        return self.rounded(indexes)
 
     def rounded(self, indexes: Iterable[float]) -> tuple[int, ...]:
         """Raises IllegalArrayIndex below 0."""
@@ -282,6 +288,9 @@ class Reference(NamedTuple):
         if self.key is None:
             raise IllegalArrayIndex(self.name, "one element is wanted, not the whole array")
         return self.key
+
+
+Given = tuple[Cells, Cells, str | Index | None]  # the fields of a Reference: how CALL passes an argument
 
 
 def new_variable(
