@@ -5,17 +5,20 @@ import io
 import json
 import struct
 import tracemalloc
+from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
 from math import degrees, radians
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from msgspec import structs
 
+import vrs_cli as vrs
 from tests.examples import some
 from tests.files.joint_trajectory import Point, sampled, time_of
 from tests.files.trajectories import initial, planned, puma
@@ -286,14 +289,14 @@ def test_a_log_is_read_back_by_a_reader_of_ros() -> None:
     stream = io.BytesIO()
     EXPORTERS["mcap"].write(stream, ARM, timeline, 20.0)
     stream.seek(0)
-    found: dict[str, list] = {"/joint_states": [], "/tool": [], "/commands": []}
+    found: dict[str, list] = {"/joint_states": [], "/tool": [], "/tf": [], "/commands": []}
     clock = 0
     for message in reader.read_ros2_messages(stream):
         assert message.log_time_ns >= clock
         clock = message.log_time_ns
         found[message.channel.topic].append((message.log_time_ns, message.ros_msg))
     times = np.concatenate(list(sample_times(timeline, 20.0)))
-    assert len(found["/joint_states"]) == len(found["/tool"]) == len(times)
+    assert len(found["/joint_states"]) == len(found["/tool"]) == len(found["/tf"]) == len(times)
     for t, (ns, state), (_, tool) in zip(times, found["/joint_states"], found["/tool"], strict=True):
         position = position_at(ARM, timeline, t)
         assert ns == round(t * 1e9) == state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
@@ -339,7 +342,7 @@ def test_a_log_has_an_index_and_names_its_robot() -> None:
     log = reader.make_reader(stream)
     assert log.get_header().profile == "ros2"
     summary = log.get_summary()
-    assert {channel.topic for channel in summary.channels.values()} == {"/joint_states", "/tool", "/commands"}
+    assert {channel.topic for channel in summary.channels.values()} == {"/joint_states", "/tool", "/tf", "/commands"}
     assert summary.statistics.message_start_time == 0
     assert next(iter(log.iter_metadata())).metadata["name"] == "puma560"
 
@@ -353,6 +356,7 @@ def test_a_log_has_the_frames_of_parts_that_move() -> None:
     EXPORTERS["mcap"].write(stream, ARM, timeline, 20.0, world=world)
     stream.seek(0)
     told = list(reader.make_reader(stream).iter_messages(topics=["/tf"]))
+    told = [one for one in told if one[2].data[4:8] == b"\1\0\0\0"]  # the others have the frames of links
     assert {schema.name for schema, _, _ in told} == {"tf2_msgs/msg/TFMessage"}
     assert [message.log_time for _, _, message in told] == sorted({message.log_time for _, _, message in told})
     for _, _, message in told:
@@ -363,6 +367,56 @@ def test_a_log_has_the_frames_of_parts_that_move() -> None:
         assert struct.unpack("<7d", message.data[-56:])[:3] == pytest.approx(position(pose), abs=1e-9)
     assert struct.unpack("<7d", told[0][2].data[-56:])[:3] == (0.0, 0.55, -0.25)
     assert len(told) > 3
+
+
+def transforms(data: bytes) -> Iterator[tuple[int, str, str, tuple[float, ...]]]:
+    """The time [ns], parent, child and pose of each transform of a TFMessage, read by the rules of CDR."""
+    body, at = data[4:], 0
+
+    def taken(code: str) -> tuple[Any, ...]:
+        nonlocal at
+        at += -at % struct.calcsize(code[-1])
+        found = struct.unpack_from(f"<{code}", body, at)
+        at += struct.calcsize(f"<{code}")
+        return found
+
+    def text() -> str:
+        (length,) = taken("I")
+        return taken(f"{length}s")[0][:-1].decode()
+
+    for _ in range(taken("I")[0]):
+        sec, nanosec = *taken("i"), *taken("I")
+        yield sec * 10**9 + nanosec, text(), text(), taken("7d")
+    assert at == len(body)
+
+
+@pytest.mark.parametrize("name", ["puma560", "cobra600", "so100", "iiwa14"])
+def test_a_log_has_the_frame_of_each_link(name: str) -> None:
+    reader = pytest.importorskip("mcap.reader")
+    r = vrs.Robot(name)
+    r.do("BASE 100, 50, -20, 30")
+    r.tool = vrs.trans(10, 20, 30, 40, 50, 60)
+    span = r.model.limits[:, 1] - r.model.limits[:, 0]
+    r.move(r.model.limits[:, 0] + 0.3 * span).wait()
+    stream = io.BytesIO()
+    EXPORTERS["mcap"].write(stream, r.held.arm, r.timeline, 20.0)
+    stream.seek(0)
+    told = list(reader.make_reader(stream).iter_messages(topics=["/tf"]))
+    assert len(told) == len(np.concatenate(list(sample_times(r.timeline, 20.0))))
+    for _, _, message in told[:: len(told) // 7]:
+        at, T = r.where(message.log_time * 1e-9), np.eye(4)
+        names = ["world", "base", *(f"link{k}" for k in range(1, r.model.dof)), "flange", "tool"]
+        names[1:] = [f"{name}/{one}" for one in names[1:]]
+        frames = list(transforms(message.data))
+        assert [(parent, child) for _, parent, child, _ in frames] == list(pairwise(names))
+        for k, (ns, _, _, pose) in enumerate(frames):
+            assert ns == message.log_time
+            step = np.eye(4)
+            step[:3, :3] = np.reshape(rotated(SimpleNamespace(**dict(zip("xyzw", pose[3:], strict=True)))), (3, 3))
+            step[:3, 3] = pose[:3]
+            T = T @ step
+            there = at.location if k == r.model.dof + 1 else r.fk(at.joints, link=k)
+            assert np.allclose(T, there.matrix, atol=1e-8), names[k + 1]
 
 
 @pytest.mark.parametrize("angles", [(0, 0, 0), (180, 0, 0), (0, 180, 0), (0, 0, 180), (119, -170, 3), (90, 90, 90)])

@@ -1,10 +1,10 @@
 """The samples of an export: their times, and the names of the joints; and a trajectory as an MCAP log of ROS 2
 messages: Foxglove shows it without plugins, `ros2 bag play` plays it.
 
-Topics: /joint_states (sensor_msgs/JointState) and /tool (geometry_msgs/PoseStamped, T_world_tool) at each sample,
-/commands (rcl_interfaces/Log) when a motion begins, /signals (the same) when a signal or the hand is set; of a robot in
-a cell also /tf (tf2_msgs/TFMessage, T_world_part), when a part has moved since the sample before. The log's clock is
-the robot's: 0 is 0 s.
+Topics: /joint_states (sensor_msgs/JointState), /tool (geometry_msgs/PoseStamped, T_world_tool) and /tf
+(tf2_msgs/TFMessage, the frames of all links and the tool, each in that before) at each sample, /commands
+(rcl_interfaces/Log) when a motion begins, /signals (the same) when a signal or the hand is set; of a robot in a cell
+also /tf (T_world_part), when a part has moved since the sample before. The log's clock is the robot's: 0 is 0 s.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import struct
 from collections.abc import Callable, Iterator
 from heapq import merge
 from importlib.util import find_spec
-from math import ceil
+from itertools import pairwise
+from math import ceil, cos, sin
 from typing import Any, BinaryIO, NamedTuple, Protocol
 
 import numpy as np
@@ -23,7 +24,10 @@ from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.transform import Transform, position
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform, compose, inverse, position
+from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.events import HAND
 from vrs_cli.version import __version__
@@ -147,13 +151,17 @@ def write_mcap(
     writer.add_metadata("robot", {"name": arm.model.name, "title": arm.model.title})
     channels = {}
     absent = {SIGNALS} if not timeline.event_count else set[str]()
-    absent |= {FRAMES} if world is None else set[str]()
     for topic, (name, text) in TOPICS.items():
         if topic in absent:
             continue
         schema = writer.register_schema(name, "ros2msg", text)
         channels[topic] = writer.register_channel(topic, "cdr", schema)
-    sources = _commands(timeline), _signals(timeline), _states(arm, timeline, rate), _frames(world, timeline, rate)
+    sources = (
+        _commands(timeline),
+        _signals(timeline),
+        _states(arm, timeline, rate),
+        _part_frames(world, timeline, rate),
+    )
     for message in merge(*sources, key=lambda message: message.time):
         writer.add_message(channels[message.topic], message.time, message.data, message.time)
     writer.finish()  # type: ignore[no-untyped-call]
@@ -182,7 +190,7 @@ class _Counted:
 def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
     n = arm.model.joint_count
     joint_state = _stamped("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
-    tool = _stamped("world", numbers="7d")
+    tool, frames = _stamped("world", numbers="7d"), _Frames(arm)
     for times in sample_times(timeline, rate):
         here = positions_at(arm, timeline, times)
         rows = zip(
@@ -191,11 +199,13 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessa
             here.velocity.tolist(),
             here.T_world_tool[:, :, 3].tolist(),
             quaternions(here.T_world_tool[:, :, :3]).tolist(),
+            frames.poses(timeline, times, here.joints),
             strict=True,
         )
-        for ns, joints, velocity, place, orientation in rows:
+        for ns, joints, velocity, place, orientation, poses in rows:
             yield LogMessage(ns, "/joint_states", joint_state(ns, *joints, n, *velocity, 0))
             yield LogMessage(ns, "/tool", tool(ns, *place, *orientation))
+            yield LogMessage(ns, FRAMES, frames.message(ns, poses))
 
 
 def _stamped(*fields: Field, numbers: str) -> Callable[..., bytes]:
@@ -228,7 +238,67 @@ def _signals(timeline: Timeline) -> Iterator[LogMessage]:
             yield LogMessage(ns, SIGNALS, cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
 
 
-def _frames(world: PartPoses | None, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
+def frame_names(model: RobotModel) -> list[str]:
+    """Return the names of the frames in a log, each the parent of the next: world, ROBOT/base, ROBOT/link1, ...,
+    ROBOT/flange, ROBOT/tool.
+    """
+    links = [f"link{i}" for i in range(1, model.joint_count)]
+    return ["world", *(f"{model.name}/{name}" for name in ("base", *links, "flange", "tool"))]
+
+
+class _Frames:
+    """Makes messages with the frames of all links and the tool. All of one robot have the same length: the texts in
+    them are made once.
+    """
+
+    def __init__(self, arm: RobotArm) -> None:
+        self.model, self._body, self._places = arm.model, bytearray(), list[tuple[int, int]]()
+        names = frame_names(self.model)
+        _append(self._body, ("I", len(names) - 1))
+        for parent, child in pairwise(names):
+            _append(self._body, _stamp(0))
+            stamp = len(self._body) - _STAMP.size
+            for field in (parent, child, ("d", *[0.0] * 7)):
+                _append(self._body, field)
+            self._places.append((stamp, len(self._body) - _POSE.size))
+
+    def message(self, ns: int, poses: list[list[float]]) -> bytes:
+        """Return a message in CDR of poses, each x, y, z [m] and a quaternion."""
+        body, stamp = self._body.copy(), divmod(ns, NANOSECONDS)
+        for (at, place), pose in zip(self._places, poses, strict=True):
+            _STAMP.pack_into(body, at, *stamp)
+            _POSE.pack_into(body, place, *pose)
+        return CDR_HEAD + body
+
+    def poses(self, timeline: Timeline, times: Floats, q: Floats) -> list[list[list[float]]]:
+        """Return the poses of all frames at each time, of joints (N, n) [rad, m]."""
+        model = self.model
+        frames = [timeline.locate(t)[0].motion.frames for t in times.tolist()]
+        known = {one: (compose(inverse(one.base), model.base), one.tool) for one in set(frames)}
+        rows = stack([T for one in frames for T in known[one]]).reshape(-1, 2, 3, 4)
+        links = [_link_rows(model, i, q[:, i]) for i in range(model.joint_count)]
+        links[-1] = compose_batch(links[-1], stack([model.flange])[0])
+        T = np.stack([rows[:, 0], *links, rows[:, 1]], axis=1)
+        turned = quaternions(T[..., :3].reshape(-1, 3, 3)).reshape(*T.shape[:2], 4)
+        found: list[list[list[float]]] = np.concatenate((T[..., 3], turned), axis=-1).tolist()
+        return found
+
+
+def _link_rows(model: RobotModel, i: int, x: Floats) -> Floats:
+    """`axes.link_transform` of the joint with index i at places (N,) [rad, m]: (N, 3, 4)."""
+    link = model.links[i]
+    turns = link.kind is JointKind.REVOLUTE
+    theta, d = (link.theta + x, link.d + 0.0 * x) if turns else (link.theta + 0.0 * x, link.d + x)
+    c, s, ca, sa, zero = np.cos(theta), np.sin(theta), cos(link.alpha), sin(link.alpha), np.zeros_like(x)
+    columns = (
+        c, -s * ca, s * sa, link.a * c,
+        s, c * ca, -c * sa, link.a * s,
+        zero, zero + sa, zero + ca, d,
+    )  # fmt: skip
+    return np.stack(columns, axis=-1).reshape(-1, 3, 4)
+
+
+def _part_frames(world: PartPoses | None, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
     """One for each part that is elsewhere than at the sample before."""
     before: dict[str, Transform] = {}
     if world is None:
@@ -243,7 +313,7 @@ def _frames(world: PartPoses | None, timeline: Timeline, rate: float) -> Iterato
                     yield LogMessage(ns, FRAMES, cdr(("I", 1), _stamp(ns), "world", name, place))
 
 
-_STAMP = struct.Struct("<ii")
+_STAMP, _POSE = struct.Struct("<ii"), struct.Struct("<7d")
 
 
 def _stamp(nanoseconds: int) -> Field:
