@@ -243,6 +243,29 @@ def test_a_folder_stands_for_its_program_files(vrs: Vrs, tmp_path: Path) -> None
     assert (ended.status, ended.err.split(" (")[0]) == (2, "vrs check: *Nonexistent file* no file fits x*.v2")
 
 
+def test_files_that_are_named_are_checked_together(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "main.v2").write_text(".PROGRAM main()\n    CALL grip(1, 2)\n    TYPE total\n.END\n")
+    (tmp_path / "lib.v2").write_text(".PROGRAM grip(n)\n    total = n\n.END\n")
+    alone = vrs("check", "main.v2")
+    assert (alone.status, _codes(alone.out)) == (0, ["V401"]), "a program beside it may be called"
+    together = vrs("check", "main.v2", "lib.v2")
+    assert (together.status, _codes(together.out)) == (1, ["V408"])
+    (tmp_path / "main.v2").write_text("; with: lib.v2\n" + (tmp_path / "main.v2").read_text())
+    named = json.loads(vrs("check", "main.v2", "--format", "json").out)["files"]
+    assert [(one["path"], len(one["diagnostics"])) for one in named] == [("main.v2", 1), ("lib.v2", 0)]
+    (tmp_path / "lib.v2").unlink()
+    gone = vrs("check", "main.v2")
+    assert (gone.status, "*Nonexistent file* main.v2:1: lib.v2" in gone.err) == (2, True)
+
+
+def test_the_folder_is_one_name_space_with_project(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "cell").mkdir()
+    (tmp_path / "cell" / "main.v2").write_text(".PROGRAM main()\n    CALL grip(1, 2)\n    MOVE part\n.END\n")
+    (tmp_path / "cell" / "lib.v2").write_text(".PROGRAM grip(n)\n.END\n.LOCATIONS\npart 0 2000 0 90 90 0\n.END\n")
+    assert _codes(vrs("check", "cell").out) == ["V401"]
+    assert _codes(vrs("check", "cell", "--project").out) == ["V408", "V619"]
+
+
 def test_codes_choose_warnings_and_never_hide_errors(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "warn.v2").write_text(WARNS)
     assert _codes(vrs("check", "warn.v2").out) == ["V058", "V056", "V056", "V401"]
@@ -330,6 +353,23 @@ def test_fmt_shows_the_difference(vrs: Vrs, tmp_path: Path) -> None:
     )
     vrs("fmt", "--write", "ragged.v2")
     assert vrs("fmt", "--diff", "ragged.v2") == (0, "", "")
+
+
+def test_fix_with_diff_shows_and_writes_nothing(vrs: Vrs, tmp_path: Path) -> None:
+    text = ".PROGRAM a()\n    x = 1\n    IF x EQ 1 THEN\n        TYPE x\n    END\n.END\n"
+    (tmp_path / "a.v2").write_text(text)
+    (tmp_path / "b.v2").write_text(".PROGRAM b()\n.END\n")
+    ended = vrs("check", "--fix", "--diff", "a.v2", "b.v2")
+    assert (ended.status, ended.err) == (1, "")
+    assert ended.out.splitlines()[:2] == ["--- a.v2", "+++ a.v2"]
+    assert [line for line in ended.out.splitlines() if line[0] in "+-"][2:] == [
+        "-    IF x EQ 1 THEN",
+        "+    IF x == 1 THEN",
+    ]
+    assert (tmp_path / "a.v2").read_text() == text
+    assert vrs("check", "--fix", "a.v2").status == 0
+    assert vrs("check", "--fix", "--diff", "a.v2") == (0, "", "")
+    assert vrs("check", "--diff", "a.v2").status == 2
 
 
 OLD = ".PROGRAM old()\n    a = 5\n    IF NOT a == 5 GOTO 10\n    TYPE RX(3)\n10  TYPE 1\n.END\n"

@@ -39,19 +39,93 @@ def test_a_run_of_several_does_what_each_does_alone(vrs: Vrs) -> None:
     assert together == [{"file": f"cell/{i}.v2", **found} for i, found in enumerate(alone, 1)]
 
 
-def test_a_file_that_is_not_there_holds_up_no_other(vrs: Vrs) -> None:
-    ended = vrs("run", "none.v2", "cell/1.v2", "--quiet")
-    assert (ended.status, ended.out, ended.err) == (
-        2,
-        "one\n",
-        "vrs run: *Nonexistent file* none.v2 (its folder has no program file)\n",
-    )
-
-
-def test_a_name_behind_one_file_is_its_program(vrs: Vrs) -> None:
+def test_a_name_behind_files_is_their_program(vrs: Vrs) -> None:
     assert vrs("run", "cell/1.v2", "other", "--quiet").out == "other\n"
-    told = "other is no program file (of several files the first program of each is executed)"
-    assert vrs("run", "cell/1.v2", "cell/2.v2", "other") == (2, "", f"vrs run: {told}\n")
+    assert vrs("run", "cell/2.v2", "cell/1.v2", "other", "--quiet").out == "other\n"
+
+
+# --- files of one name space ---
+
+MAIN = """\
+.PROGRAM main()
+    CALL grip(3)
+    TYPE total
+.END
+"""
+LIB = """\
+.PROGRAM grip(n)
+    total = n+step
+    IF n > 5 THEN
+        MOVE nowhere
+    END
+.END
+.REALS
+step = 2
+.END
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    folder = tmp_path / "project"
+    (folder / "more").mkdir(parents=True)
+    (folder / "main.v2").write_text(MAIN)
+    (folder / "lib.v2").write_text(LIB)
+    (folder / "with.v2").write_text(f"; with: lib.v2\n{MAIN}".replace("main()", "with()"))
+    return folder
+
+
+@pytest.mark.usefixtures("project")
+def test_files_that_are_named_are_one_name_space(vrs: Vrs) -> None:
+    ended = vrs("run", "project/main.v2", "project/lib.v2", "--quiet")
+    assert (ended.status, ended.out) == (0, " 5\n")
+    alone = vrs("run", "project/main.v2")
+    assert alone.status == 1
+    assert "grip is not in memory (lib.v2 has it: `; with: lib.v2` above the first program loads it)" in alone.err
+
+
+def test_a_comment_names_files_that_belong_to_a_file(vrs: Vrs, project: Path) -> None:
+    (project / "more" / "top.v2").write_text(f"; with: ../with.v2, ../lib.v2\n{MAIN}".replace("main()", "top()"))
+    (project / "lib.v2").write_text(f"; with: with.v2\n{LIB}")  # a circle
+    assert vrs("run", "project/with.v2", "--quiet").out == " 5\n"
+    assert vrs("run", "project/more/top.v2", "--quiet").out == " 5\n"
+    assert vrs("run", "project/more/top.v2", "--sandbox", "box").status != 0  # leads out of its folder
+    (project / "with.v2").write_text("; with: gone.v2\n.PROGRAM with()\n.END\n")
+    ended = vrs("run", "project/with.v2")
+    assert (ended.status, ended.err.count("*Nonexistent file* project/with.v2:1: project/gone.v2")) == (2, 1)
+
+
+def test_a_folder_is_one_name_space_when_it_is_asked_for(vrs: Vrs, project: Path) -> None:
+    assert vrs("run", "project", "--project", "--quiet").out == " 5\n"  # main
+    assert vrs("run", "project", "with", "--project", "--quiet").out == " 5\n"
+    (project / "main.v2").write_text(MAIN.replace("main()", "first()"))
+    ended = vrs("run", "project", "--project")
+    assert ended.status == 2
+    assert ended.err.endswith("vrs run: which program of the project? (name one behind the folder: first, with)\n")
+    apart = vrs("run", "project", "--quiet")
+    assert apart.status == 1, "each file by itself"
+
+
+def test_a_fault_is_told_with_its_file(vrs: Vrs, project: Path) -> None:
+    (project / "main.v2").write_text(MAIN.replace("3", "7"))
+    ended = vrs("run", "project/main.v2", "project/lib.v2")
+    assert ended.status == 1
+    assert "project/lib.v2:4: *Undefined value* nowhere" in ended.err
+    (error,) = json.loads(vrs("run", "project/main.v2", "project/lib.v2", "--json").out)["errors"]
+    assert (error["file"], error["line"]) == ("project/lib.v2", 4)
+
+
+def test_mistakes_across_files_keep_them_from_running(vrs: Vrs, project: Path) -> None:
+    (project / "main.v2").write_text(MAIN.replace("grip(3)", "grip(3, 4)"))
+    ended = vrs("run", "project/main.v2", "project/lib.v2")
+    assert ended.status == 1
+    assert "project/main.v2:2:10: V408 *Program argument mismatch* grip is given 2 arguments" in ended.err
+    (project / "main.v2").write_text(MAIN + LIB)
+    ended = vrs("run", "project/main.v2", "project/lib.v2")
+    assert "project/lib.v2:1:10: V309 *Program already exists* grip is in another of these files too" in ended.err
+    checked = vrs("check", "project/main.v2", "project/lib.v2")
+    assert checked.status == 1
+    assert "grip is in another of these files too" in checked.out
 
 
 @pytest.mark.parametrize("option", ["--save", "--csv", "--plot", "--report", "--record-units"])
@@ -106,7 +180,7 @@ def test_what_each_file_wrote_is_kept_on_request(vrs: Vrs, logs: Path, tmp_path:
     assert contents(tmp_path / "kept") == {"a.v2/log.txt": "a\n", "b.v2/log.txt": "b\n"}
     assert contents(logs) == before
     ended = vrs("run", "logs/a.v2", "--keep", "kept")
-    assert (ended.status, "--keep is for several files" in ended.err) == (2, True)
+    assert (ended.status, "--keep is for the files of a folder" in ended.err) == (2, True)
 
 
 def test_each_file_has_a_part_of_the_sandbox(vrs: Vrs, logs: Path, tmp_path: Path) -> None:

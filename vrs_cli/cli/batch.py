@@ -15,23 +15,25 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 
-from msgspec import Struct, structs
+from msgspec import Struct, field, structs
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_dialect, chosen_robot, clock_of, teller
 from vrs_cli.cli.fence import Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.cli.outside import chosen_outside
-from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, read_source, robot_of, tidy
+from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, robot_of, sources_of, tidy
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError
 from vrs_cli.files.opening import Folder
+from vrs_cli.files.program_file import programs_beside
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.isolation import Isolation
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
 from vrs_cli.interfaces.tasks.observations import untrue
+from vrs_cli.language.words.values import key_of
 from vrs_cli.render.control import for_stream
 from vrs_cli.render.displaced import sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
@@ -52,6 +54,7 @@ COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  #
 MOST_TOLD = 20  # diagnostics of a file that is not executed
 Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run
+MAIN = "main"  # the program of a project that is executed
 BROKEN = "not executed"
 NO_NUMBERS: Mapping[str, object] = MappingProxyType({})
 
@@ -111,12 +114,20 @@ class Heard(NamedTuple):
 
 
 class Batch(Struct, frozen=True):
-    """One run: the options, the text to load, and who hears how it goes where there are several."""
+    """One run: the options, the files to load, which are one name space, and who hears how it goes where there are
+    several runs. `owners`: the file of each program, by key.
+    """
 
     options: Namespace
     outputs: Outputs
-    source: Source
+    sources: tuple[Source, ...]
     heard: Heard | None = None
+    owners: dict[str, Source] = field(default_factory=dict)
+
+    @property
+    def source(self) -> Source:
+        """The first file."""
+        return self.sources[0]
 
     def run(self) -> int:
         """Load and execute; the exit status."""
@@ -133,10 +144,11 @@ class Batch(Struct, frozen=True):
                 lines.robot = station.actor
             try:
                 with self._isolated(station), enough(end_by), wall(options.max_wall, end_by):
-                    diagnostics = station.load_text(self.source.text, self.source.name)
-                    if has_errors(diagnostics):
-                        return self._refused(station, diagnostics)
-                    print(self.source.shown(diagnostics), end="", file=sys.stderr)
+                    found = self._loaded(station)
+                    if any(map(has_errors, found.values())):
+                        return self._refused(station, found)
+                    for source, diagnostics in found.items():
+                        print(source.shown(diagnostics), end="", file=sys.stderr)
                     stop = Stoppable(station.interrupt)
                     result, sound = self._executed(station, progress, stop, enough)
             except LimitReached as error:  # before the program was executed: there is none to stop
@@ -150,6 +162,15 @@ class Batch(Struct, frozen=True):
         status = max(self._ended(station, terminal, result), OK if sound else FAILED)
         stop.end(signal.SIGINT)
         return status
+
+    def _loaded(self, station: Station) -> dict[Source, Sequence[Diagnostic]]:
+        """Load the files, and return what is wrong with each."""
+        found: dict[Source, Sequence[Diagnostic]] = {}
+        loaded = station.load_texts([(source.text, source.name) for source in self.sources])
+        for source, one in zip(self.sources, loaded, strict=True):
+            found[source] = tuple(_with_files_beside(source, one.diagnostics))
+            self.owners.update(dict.fromkeys((stored.program.key for stored in one.programs), source))
+        return found
 
     def _isolated(self, station: Station) -> AbstractContextManager[object]:
         """With --sandbox the program reaches no network and starts no process."""
@@ -231,6 +252,8 @@ class Batch(Struct, frozen=True):
         environment = station.environment
         if not environment.programs:
             raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
+        if self.options.program is None and self.options.project:
+            return self._main(station)
         if self.options.program is None:
             return next(iter(environment.programs.values())).name
         try:
@@ -241,15 +264,37 @@ class Batch(Struct, frozen=True):
             hint = did_you_mean(self.options.program, known) or f"it holds {', '.join(known)}"
             raise CommandLineError(what, hint) from None
 
+    def _main(self, station: Station) -> str:
+        """The program main, or the only one that no other calls. Raises CommandLineError."""
+        programs = station.environment.programs
+        called = frozenset[str]().union(*(one.analysis.calls - {key} for key, one in programs.items()))
+        free = [one.name for key, one in programs.items() if key not in called]
+        if MAIN in programs or len(free) == 1:
+            return programs[MAIN].name if MAIN in programs else free[0]
+        listed = ", ".join(free[:MOST_TOLD])
+        raise CommandLineError("which program of the project?", f"name one behind the folder: {listed}")
+
     # --- what is told -----------------------------------------------------------------------------------
 
-    def _refused(self, station: Station, diagnostics: Sequence[Diagnostic]) -> int:
-        """A file with errors is not executed."""
+    def _refused(self, station: Station, found: Mapping[Source, Sequence[Diagnostic]]) -> int:
+        """Files with errors are not executed."""
         if self.options.json:
-            found = [_object(one.severity, one.code, one.message, line=one.span.line) for one in diagnostics]
-            self._print_json(station, None, found)
-        print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
+            objects = [
+                _object(one.severity, one.code, one.message, line=one.span.line) | self._file(source)
+                for source, diagnostics in found.items()
+                for one in diagnostics
+            ]
+            self._print_json(station, None, objects)
+        for source, diagnostics in found.items():
+            print(source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
         return FAILED
+
+    def _file(self, source: Source) -> Object:
+        """The file of an error, where there are several."""
+        return {"file": source.path} if len(self.sources) > 1 else {}
+
+    def _owner(self, program: str) -> Source:
+        return self.owners.get(key_of(program), self.source)
 
     def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
@@ -258,12 +303,16 @@ class Batch(Struct, frozen=True):
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         wrong = tuple(untrue(station.engine.book, station.environment.signals))
         if self.options.json:
-            rows = ((it.code, it.message, it.program, it.step, it.line, it.numbers) for it in faults)
-            self._print_json(station, result, [_object(Severity.ERROR, *row) for row in rows], wrong)
+            objects = [
+                _object(Severity.ERROR, it.code, it.message, it.program, it.step, it.line, it.numbers)
+                | self._file(self._owner(it.program))
+                for it in faults
+            ]
+            self._print_json(station, result, objects, wrong)
         if result.fault is None:
             terminal.show(Message(result.outcome.value))
         else:
-            print(for_stream(fault_text(self.source.path, result.fault), sys.stderr), file=sys.stderr)
+            print(for_stream(self._told(result.fault), sys.stderr), file=sys.stderr)
         if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
             for sentence in sentences(displaced):  # which motions begin at other times than the program asked
                 print(sentence, file=sys.stderr)
@@ -285,9 +334,12 @@ class Batch(Struct, frozen=True):
         for reading in wrong:
             print(for_stream(untrue_sentence(reading), sys.stderr), file=sys.stderr)
 
+    def _told(self, fault: ProgramFault) -> str:
+        return fault_text(self._owner(fault.program).path, fault)
+
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
         """Another task has stopped with an error."""
-        said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
+        said = f"{self._told(one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
 
     def _print_json(
@@ -300,6 +352,20 @@ class Batch(Struct, frozen=True):
             print(json.dumps(found, indent=2))
         else:
             self.heard.printed(found)
+
+
+def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """Yield the findings; a program that is not in memory leads to the file beside that has it."""
+    beside: Mapping[str, str] | None = None
+    for one in found:
+        if source.is_file and one.code == UndefinedName.code:
+            beside = programs_beside(Path(source.path)) if beside is None else beside
+            key = key_of(one.detail.split(" ")[0])
+            if key in beside:
+                file = beside[key]
+                yield structs.replace(one, hint=f"{file} has it: `; with: {file}` above the first program loads it")
+                continue
+        yield one
 
 
 def _advice(option: str) -> str:
@@ -445,7 +511,8 @@ def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
     try:
         options.file = path
         heard = Heard(results.append, lambda found: objects.append({"file": path, **found}))
-        status = Batch(options, Outputs.of(options), read_source(path), heard).run()
+        sources = sources_of((path,), closed=options.sandbox is not None)
+        status = Batch(options, Outputs.of(options), sources, heard).run()
     except VrsError as error:  # of this file: the others are executed all the same
         print(f"{options.prog}: {error}", file=sys.stderr)
         return FileSummary(path, status_of(error), BROKEN)

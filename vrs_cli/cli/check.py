@@ -6,11 +6,12 @@ import re
 import sys
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.cli.command_line import (
     CELL,
@@ -25,12 +26,23 @@ from vrs_cli.cli.command_line import (
     option,
 )
 from vrs_cli.cli.main import FAILED, OK, status_of
-from vrs_cli.cli.sources import Source, cell_file, has_errors, program_files, read_source, robot_of
-from vrs_cli.errors import FileError
+from vrs_cli.cli.sources import (
+    PROJECT,
+    Source,
+    are_together,
+    cell_file,
+    has_errors,
+    program_files,
+    read_source,
+    robot_of,
+    sources_of,
+)
+from vrs_cli.errors import FileError, UndefinedName
 from vrs_cli.files.opening import stamp
 from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
+    from vrs_cli.interfaces.inspection import Beside, Inspector
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
     from vrs_cli.values.diagnostics import Diagnostic
@@ -126,16 +138,12 @@ FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "js
 
 
 def mended(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
-    """Mend a file and return what is left; one mend may uncover another, which `find` finds. Raises FileError."""
+    """Mend a text and return what is left; one mend may uncover another, which `find` finds."""
     now = finding
     for _ in range(ROUNDS):
         mends = tuple(_apart(now.diagnostics))
         text = _written(now.source.text, mends)
         now = Finding(Source(now.source.path, text), find(text), now.mended + len(mends)) if mends else now
-    if now.mended:
-        from vrs_cli.files.atomic import write_atomically
-
-        write_atomically(now.source.path, now.source.text)
     return now
 
 
@@ -166,6 +174,8 @@ def check(options: Namespace) -> int:
     """Print all diagnostics of all files."""
     if STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
+    if options.diff and not options.fix:
+        raise CommandLineError("--diff shows what --fix would write", "give --fix too")
     model = chosen_robot(options)
     if options.watch:
         return _watch(options, model)
@@ -208,7 +218,9 @@ Exit status: 0 without errors (with --strict: without warnings too), else 1.
     option("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell"),
     option("--strict", action="store_true", help="status 1 for warnings too"),
     option("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest"),
+    option("--diff", rare=True, action="store_true", help="with --fix: show what it would write, and write nothing"),
     option("--watch", rare=True, action="store_true", help="check again whenever a file changes"),
+    PROJECT,
     *ROBOT,
     DIALECT,
     CELL,
@@ -229,41 +241,107 @@ def _cell(options: Namespace, source: Source) -> Cell:
 
 def _check(options: Namespace, model: RobotModel) -> int:
     """Check all files once."""
-    findings, status = [], OK
-    for path in program_files(options.files):
-        try:
-            findings.append(_finding(path, options, model))
-        except FileError as unreadable:  # the other files are checked all the same
-            print(f"{options.prog}: {unreadable}", file=sys.stderr)
-            status = max(status, status_of(unreadable))
+    findings, before, status = list[Finding](), dict[str, str](), OK
+    for group in _groups(options):
+        if isinstance(group, Unreadable):  # the other files are checked all the same
+            print(f"{options.prog}: {group.error}", file=sys.stderr)
+            status = max(status, status_of(group.error))
             if options.format != "text":
-                from vrs_cli.values.diagnostics import Span, error
-
-                found = error(type(unreadable), Span(1, 1, 2), unreadable.detail, unreadable.hint)
-                findings.append(Finding(Source(path, ""), (found,)))
-    FORMATS[options.format](findings)
+                findings.append(group.finding)
+            continue
+        new = [source for source in group if source.path not in before]
+        before |= {source.path: source.text for source in new}
+        findings += _findings(group, new, options, model)
+    if options.diff:
+        _show_mends(findings, before)
+    else:
+        FORMATS[options.format](findings)
+    if options.fix and not options.diff:
+        _write_mends(findings)
     wrong = any(finding.diagnostics if options.strict else has_errors(finding.diagnostics) for finding in findings)
-    return max(status, FAILED if wrong else OK)
+    return max(status, FAILED if wrong or (options.diff and any(one.mended for one in findings)) else OK)
 
 
-def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
-    from vrs_cli.interfaces.inspection import inspect
+class Unreadable(Struct, frozen=True):
+    """A file that cannot be read, and why."""
+
+    path: str
+    error: FileError
+
+    @property
+    def finding(self) -> Finding:
+        from vrs_cli.values.diagnostics import Span, error
+
+        found = error(type(self.error), Span(1, 1, 2), self.error.detail, self.error.hint)
+        return Finding(Source(self.path, ""), (found,))
+
+
+def _groups(options: Namespace) -> Iterable[tuple[Source, ...] | Unreadable]:
+    """The name spaces: each file with those that it names (`; with: lib.v2`), or all files together."""
+    files = program_files(options.files)
+    groups, unreadable = list[tuple[Source, ...]](), list[Unreadable]()
+    for path in files:
+        try:
+            groups.append(sources_of((path,), samples=False))
+        except FileError as error:
+            unreadable.append(Unreadable(path, error))
+    if are_together(options.files, files, options.project):
+        sources = {source.path: source for group in groups for source in group}
+        groups = [tuple(sources.values())] if sources else []
+    named = {source.path for group in groups for source in group[1:]}
+    return (*unreadable, *(group for group in groups if len(group) > 1 or group[0].path not in named))
+
+
+def _findings(
+    group: Sequence[Source], wanted: Sequence[Source], options: Namespace, model: RobotModel
+) -> Iterator[Finding]:
+    """Check the wanted files of a name space."""
+    from vrs_cli.interfaces.inspection import Inspector, beside_each
     from vrs_cli.kinematics.robot_file import load_robot
 
-    source = read_source(path, samples=False)
-    named = None if options.robot else robot_of(options.prog, source)
-    its, cell = load_robot(named) if named else model, _cell(options, source)
+    robots = () if options.robot else (robot_of(options.prog, source) for source in group)
+    named = next((name for name in robots if name), None)
+    its, cell = load_robot(named) if named else model, _cell(options, group[0])
+    inspectors = [Inspector(its, chosen_dialect(options), cell) for _ in group]
+    read = [one.read(source.text, source.name) for one, source in zip(inspectors, group, strict=True)]
+    for source, inspector, beside in zip(group, inspectors, beside_each(read), strict=True):
+        if source in wanted:
+            find = partial(_found, source, inspector, beside, options)
+            found = Finding(source, find(source.text))
+            yield mended(found, find) if options.fix else found
 
-    def found_in(text: str) -> tuple[Diagnostic, ...]:
-        """Return all errors, and the warnings that are wanted."""
-        return tuple(
-            one
-            for one in inspect(text, its, chosen_dialect(options), cell, source.name)
-            if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
-        )
 
-    found = Finding(source, found_in(source.text))
-    return mended(found, found_in) if options.fix else found
+def _found(
+    source: Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
+) -> tuple[Diagnostic, ...]:
+    """All errors in a text, and the warnings that are wanted. Programs of files beside it may be called."""
+    parts = inspector.read(text, source.name)
+    everything = inspector.inspect(parts, beside)
+    if source.is_file and any(one.code == UndefinedName.code for one in everything):
+        from vrs_cli.files.program_file import programs_beside
+
+        near = structs.replace(beside, elsewhere=programs_beside(Path(source.path)))
+        everything = inspector.inspect(parts, near)
+    return tuple(
+        one
+        for one in everything
+        if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
+    )
+
+
+def _show_mends(findings: Iterable[Finding], before: Mapping[str, str]) -> None:
+    for one in findings:
+        if one.mended:
+            _show(_difference(one.source.path, before[one.source.path], one.source.text))
+
+
+def _write_mends(findings: Iterable[Finding]) -> None:
+    """Raises FileError."""
+    from vrs_cli.files.atomic import write_atomically
+
+    for one in findings:
+        if one.mended:
+            write_atomically(one.source.path, one.source.text)
 
 
 # --- --watch -----------------------------------------------------------------------------------------------------

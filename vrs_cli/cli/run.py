@@ -24,7 +24,7 @@ from vrs_cli.cli.command_line import (
 )
 from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs
 from vrs_cli.cli.outside import OUTSIDE
-from vrs_cli.cli.sources import is_program, program_files, read_source
+from vrs_cli.cli.sources import PROJECT, are_together, is_program, program_files, sources_of
 
 FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the system has such
     "max_wall": 300.0,  # what is counted ends a program first, but on a very slow machine
@@ -36,21 +36,22 @@ def run(options: Namespace) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
     named = _files(options)
     files = program_files(named)
-    options.apart = len(files) > 1 or set(files) != set(named)  # a folder run: each file by itself
+    together = are_together(named, files, options.project)
+    options.apart = not together and (len(files) > 1 or set(files) != set(named))  # a folder run: each file by itself
     options.common = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files])
     if options.keep is not None and not options.apart:
-        raise CommandLineError("--keep is for several files or a folder", "one file has the files beside it")
+        raise CommandLineError("--keep is for the files of a folder", "a program has the files beside it")
     if options.sandbox is not None or options.apart:
         _fence_in(options)
-    if len(files) > 1:
+    if len(files) > 1 and not together:
         from vrs_cli.cli.batch import run_many
 
         return run_many(options, files)
     options.file = files[0]
-    outputs, source = Outputs.of(options), read_source(options.file)
+    outputs, sources = Outputs.of(options), sources_of(files, closed=options.sandbox is not None)
     from vrs_cli.cli.batch import Batch
 
-    return Batch(options, outputs, source).run()
+    return Batch(options, outputs, sources).run()
 
 
 def _files(options: Namespace) -> list[str]:
@@ -63,8 +64,9 @@ def _files(options: Namespace) -> list[str]:
     if not files or is_program(last) or os.path.isdir(last) or set(last) & set("*?["):
         return [*files, last]
     options.program = last
-    if len(files) > 1:
-        raise CommandLineError(f"{last} is no program file", "of several files the first program of each is executed")
+    unknown = (name for name in files[1:] if not (is_program(name) or os.path.exists(name)))
+    if (wrong := next(unknown, None)) is not None:
+        raise CommandLineError(f"{wrong} is no program file", "one program is executed: its name comes last")
     return files
 
 
@@ -118,7 +120,7 @@ LIMITS = group(  # of a run, and the fence of the system round it
         help="memory of the process, where the system has such a limit (default: any; or 4G)",
     ),
     about="Where one is reached the program is stopped with an error. The first default is for one file; the second "
-    "is for each file of a folder, a pattern or a list, and with --sandbox. K, M and G are 1000, 1000K and 1000M.",
+    "is for each file of a folder or a pattern, and with --sandbox. K, M and G are 1000, 1000K and 1000M.",
 )
 
 
@@ -126,9 +128,12 @@ run_parser = command(
     "Load a VAL-II file and execute a program of it on the virtual robot.",
     """\
   vrs run pick.v2
-  vrs run cell                      all program files in a folder, each within limits, and a summary
+  vrs run main.v2 lib.v2            one name space
+  vrs run cell                      each file of a folder alone
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
 \f
+
+Files that are named are one name space, in which the first program is executed. Those of a folder are apart.
 
 What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
 standard input. With --json, or --csv -, the result stands alone on standard output and all else goes to
@@ -150,6 +155,7 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
         "or files, folders",
     ),
     option("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end"),
+    PROJECT,
     *ROBOT,
     DIALECT,
     CELL,

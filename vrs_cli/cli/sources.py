@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from glob import glob
 from math import degrees
 from pathlib import Path
@@ -67,6 +67,30 @@ def read_source(path: str, *, samples: bool = True) -> Source:
         return Source("standard input", text, is_file=False)
     found = find_program_file(path, FREE if samples else None)
     return Source(str(found), read_program_file(found))
+
+
+def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = True) -> tuple[Source, ...]:
+    """The files of one name space: those of the paths, and those that comments in them name (`; with: lib.v2`), each
+    once. `closed`: these are in the folder of the file. `samples`: as in `read_source`. Raises FileError.
+    """
+    from vrs_cli.files.program_file import project_of
+
+    found: dict[str, Source] = {}
+    for source in (read_source(path, samples=samples) for path in paths):
+        for path, text in project_of(Path(source.path), source.text, closed=closed).items():
+            is_file = source.is_file or str(path) != source.path
+            found.setdefault(os.path.realpath(path), Source(str(path), text, is_file))
+    return tuple(found.values())
+
+
+def are_together(named: Sequence[str], files: Sequence[str], project: bool) -> bool:
+    """Return whether the files of a command line are one name space: several that are named, or all with --project. A
+    folder or a pattern stands for files that know nothing of each other.
+    """
+    return project or (len(set(named)) > 1 and set(files) == set(named))
+
+
+PROJECT = option("--project", rare=True, action="store_true", help="the files of a folder are one name space")
 
 
 def robot_of(prog: str, source: Source) -> str | None:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import codecs
+import os
+from contextlib import suppress
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.extras import shipped_folder
 from vrs_cli.files.opening import FREE, Folder, check_length, neighbours, text_of, unreadable
-from vrs_cli.language.text.source import DISK_END, named_above
+from vrs_cli.language.text.source import DISK_END, files_named_above, named_above, program_name, programs_headed
+from vrs_cli.language.words.values import key_of
 
 EXTENSION = ".v2"
+PROGRAM_SUFFIXES = (".v2", ".pg")  # how files of programs end
+MAX_NEIGHBOURS = 1000  # files of a folder that are looked at for programs
 
 LARGEST = 64 * 2**20  # bytes; a text this long is no program
 
@@ -39,6 +44,38 @@ def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path,
         return folder.path(named), f"{path or 'standard input'}:{span.line}"
     beside = None if path is None else path.with_suffix(".toml")
     return None if beside is None or not beside.is_file() else (beside, f"beside {path}")
+
+
+def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str]:
+    """The texts of the files of a name space, by path: a file, and those that comments `; with: FILE` name above the
+    first program of one of them, relative to its folder. `closed`: they are in that folder, and no links. Raises
+    NonexistentFile, FileOutside, FileError, FileDamaged.
+    """
+    found, known, waiting = {path: text}, {os.path.realpath(path)}, [path]
+    for here in waiting:  # which grows
+        for name, span in files_named_above(found[here]):
+            try:
+                folder = Folder(here.parent, closed=closed)
+                other = find_program_file(os.path.normpath(folder.path(name)))
+                if (real := os.path.realpath(other)) not in known:
+                    found[other] = read_program_file(other, folder)
+                    known.add(real)
+                    waiting.append(other)
+            except FileError as wrong:
+                raise type(wrong)(f"{here}:{span.line}: {wrong.detail}", wrong.hint) from None
+    return found
+
+
+def programs_beside(path: Path) -> dict[str, str]:
+    """The keys of the programs in the other program files of the folder, each with the name of its file."""
+    found: dict[str, str] = {}
+    for name in sorted(neighbours(path))[:MAX_NEIGHBOURS]:
+        if name.lower().endswith(PROGRAM_SUFFIXES) and name != path.name:
+            with suppress(FileError):
+                text = read_program_file(path.parent / name)
+                keys = programs_headed(text) or {key_of(program_name(Path(name).stem))}
+                found |= dict.fromkeys(keys - found.keys(), name)
+    return found
 
 
 def decode_program(name: str, data: bytes) -> str:

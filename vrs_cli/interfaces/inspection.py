@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -10,7 +10,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle_of
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, MotionError, WithoutEffect
-from vrs_cli.interfaces.station.loaded_file import variables_of
+from vrs_cli.interfaces.station.loaded_file import NO_PROGRAMS, variables_of
 from vrs_cli.kinematics.joints import TURNING
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
@@ -25,7 +25,15 @@ from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.parser import Part, Placed, parts_of, programs_of
-from vrs_cli.language.text.source import JOINTS_HIGH, foreign_file, has_program, heeded, repeated_programs
+from vrs_cli.language.text.source import (
+    IN_ANOTHER_FILE,
+    JOINTS_HIGH,
+    foreign_file,
+    has_program,
+    heeded,
+    repeated,
+    repeated_programs,
+)
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
 from vrs_cli.values.dialect import Dialect
 
@@ -47,6 +55,35 @@ def inspect(
 
 
 Parts = tuple[Placed, ...]
+
+
+class Beside(Struct, frozen=True):
+    """What other files have that are one name space with a file: `programs` by key, and sections of variables. `first`:
+    the keys of the programs in files before it. `elsewhere`: the keys of programs in files near by, which may be called
+    although they are in another name space.
+    """
+
+    programs: Mapping[str, Program] = NO_PROGRAMS
+    sections: tuple[Section, ...] = ()
+    first: frozenset[str] = frozenset()
+    elsewhere: Container[str] = frozenset()
+
+
+ALONE = Beside()
+
+
+def beside_each(files: Sequence[Parts]) -> Iterator[Beside]:
+    """What each of several files of one name space has beside it."""
+    programs = [{program.key: program for _, program in programs_of(parts)} for parts in files]
+    sections = [tuple(one.part.node for one in parts if isinstance(one.part.node, Section)) for parts in files]
+    first = frozenset[str]()
+    for at in range(len(files)):
+        others = {key: it for place, its in enumerate(programs) if place != at for key, it in its.items()}
+        more = tuple(it for place, its in enumerate(sections) if place != at for it in its)
+        yield Beside(others, more, first)
+        first |= programs[at].keys()
+
+
 _Basis = tuple[object, ...]
 
 
@@ -78,7 +115,7 @@ class Inspector:
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
 
-    def inspect(self, parts: Parts) -> tuple[Diagnostic, ...]:
+    def inspect(self, parts: Parts, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
         """Everything that is wrong with them."""
         lines = tuple(line for placed in parts for line in placed.part.lines)
         foreign = foreign_file("\n".join(lines))
@@ -86,19 +123,23 @@ class Inspector:
             return (foreign,)
         environment = Environment(units=self._engine.model.units)
         self._cell.fill(environment)
+        for section in beside.sections:
+            environment.take(variables_of(section, environment.units)[0])
         found = [] if foreign is None else [foreign]
         found += [one for placed in parts for one in placed.found(placed.part.diagnostics)]
         found += repeated_programs((program, placed.above) for placed, program in programs_of(parts))
+        twice = (one for one in programs_of(parts) if one[1].key in beside.first)
+        found += [repeated(program, placed.above, IN_ANOTHER_FILE) for placed, program in twice]
         for placed in parts:
             if isinstance(placed.part.node, Section):
                 variables, refused = variables_of(placed.part.node, environment.units)
                 environment.take(variables)
                 found += placed.found(refused)
         programs = {program.key: placed for placed, program in programs_of(parts)}
-        for placed, inspected in self._analysed(environment, programs):
+        for placed, inspected in self._analysed(environment, programs, beside):
             found += placed.found(inspected.analysis.diagnostics)
             found += placed.found(inspected.of_running)
-        found += self._out_of_reach(environment, tuple(programs_of(programs.values())))
+        found += self._out_of_reach(environment, tuple(programs_of(programs.values())), beside)
         idle = set[str]()
         for placed, program in programs_of(programs.values()):
             found += placed.found(_settings_of(program, idle))
@@ -107,10 +148,11 @@ class Inspector:
     # --- analysis ---
 
     def _analysed(
-        self, environment: Environment, programs: Mapping[str, Placed]
+        self, environment: Environment, programs: Mapping[str, Placed], beside: Beside
     ) -> tuple[tuple[Placed, _Inspected], ...]:
-        trees = {program.key: program for _, program in programs_of(programs.values())}
-        around, before, self._inspected = Surroundings(dict(environment.kinds), trees), self._inspected, {}
+        trees = {**beside.programs, **{program.key: program for _, program in programs_of(programs.values())}}
+        around = Surroundings(dict(environment.kinds), trees, beside.elsewhere)
+        before, self._inspected = self._inspected, {}
         for key, placed in programs.items():
             one = before.get(placed.part)
             if one is None or one.basis != _basis(around, one.analysis):
@@ -125,13 +167,14 @@ class Inspector:
     # --- reach ---
 
     def _out_of_reach(
-        self, environment: Environment, programs: tuple[tuple[Placed, Program], ...]
+        self, environment: Environment, programs: tuple[tuple[Placed, Program], ...], beside: Beside
     ) -> Iterator[Diagnostic]:
         """A warning at each motion to a location of the file that no instruction changes."""
         self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
-        if any(_CHANGES_FRAMES in ways for ways in self._ways.values()):
+        others = tuple(beside.programs.values())
+        if any(_CHANGES_FRAMES in ways for ways in (*self._ways.values(), *map(_ways, others))):
             return
-        changed = frozenset[str]().union(*(names_given_in(program) for _, program in programs))
+        changed = frozenset[str]().union(*(names_given_in(it) for it in (*others, *(it for _, it in programs))))
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
             ways = (way for way in self._ways[placed.part] if way.key not in own)
@@ -145,7 +188,8 @@ def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
     names = around.program_keys if None in called else ()
     asked = analysis.needs | analysis.functions
     elsewhere = frozenset(key for key in asked if around.given_elsewhere(key, analysis.program))
-    return around.known, called, names, elsewhere, around.given if analysis.needs - elsewhere else None
+    near = frozenset(key for key in analysis.calls if key in around.elsewhere)
+    return around.known, called, names, near, elsewhere, around.given if analysis.needs - elsewhere else None
 
 
 def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:

@@ -151,3 +151,13 @@ def test_no_way_leads_out_of_a_closed_folder(folder: Path) -> None:
     for out in ("CD ../..", f"CD {folder}", "CD cells/../.."):
         with pytest.raises(FileOutside):
             session.perform(out)
+
+
+def test_load_brings_the_files_that_a_file_names(folder: Path) -> None:
+    (folder / "lib.v2").write_text("; with: main.v2\n.PROGRAM grip(n)\n.END\n")
+    (folder / "main.v2").write_text("; with: lib.v2\n.PROGRAM all()\nCALL grip(1)\n.END\n")
+    session = at(RecordingTerminal(), "LOAD main")
+    assert list(session.environment.programs) == ["grip", "all"]
+    assert session.last_program == "all", "EXECUTE alone runs a program of the file that was named"
+    texts = [reply.text for reply in session.terminal.replies]  # type: ignore[attr-defined]
+    assert texts == ["lib.v2 loaded: grip", "main.v2 loaded: all"]

@@ -17,7 +17,7 @@ from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
-from vrs_cli.files.program_file import find_program_file, read_program_file
+from vrs_cli.files.program_file import find_program_file, project_of, read_program_file
 from vrs_cli.files.store import MemoryPart
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
@@ -41,13 +41,22 @@ def load(station: Station, named: Path) -> Dialogue[None]:
     """Load a file. Programs that are in memory are replaced where the user agrees, else they stay as they are;
     variables are overwritten. Where no program was run yet, EXECUTE alone runs the first program of the file.
 
-    A sample program of vrs is found by its name from every folder. Raises NonexistentFile, FileError, FileDamaged.
+    A sample program of vrs is found by its name from every folder. Files that a comment in the file names (`; with:
+    lib.v2`) are loaded before it. Raises NonexistentFile, FileOutside, FileError, FileDamaged.
     """
-    path = find_program_file(named, station.folder)
+    path, folder = find_program_file(named, station.folder), station.folder
     if path.suffix.lower() == EXTENSION:
         yield from _load_trajectory(station, path)
         return
-    text = yield from beside(lambda: read_program_file(path, station.folder))
+    text = yield from beside(lambda: read_program_file(path, folder))
+    files = yield from beside(lambda: project_of(path, text, closed=folder.closed))
+    last = station.last_program
+    for file, its in reversed(files.items()):
+        station.last_program = last
+        yield from _load_text(station, file, its)
+
+
+def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
     ready = yield from station.loaded(text, path.stem)
     values = yield from beside(ready.variables.values)
     kept = yield from _kept(station, values)

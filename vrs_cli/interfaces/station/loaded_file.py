@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from operator import itemgetter
+from types import MappingProxyType
 from typing import NamedTuple, Self
 
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
@@ -18,6 +20,7 @@ from vrs_cli.language.text.source import heeded
 from vrs_cli.language.words.values import rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 
+NO_PROGRAMS: Mapping[str, Program] = MappingProxyType({})
 LONG_TEXT = 1000  # characters that are parsed in some milliseconds
 LONG_PROGRAM = 100  # steps that are compiled in some milliseconds
 LEAST_TOLD = 1e-6  # rounding of a number of an axis: that of single precision is less
@@ -33,8 +36,10 @@ class LoadedFile(NamedTuple):
     diagnostics: tuple[Diagnostic, ...]
 
     @classmethod
-    def of(cls, file: File, text: str, memory: Memory, *, vplus: bool) -> Self:
-        """`memory`: a copy of what is there."""
+    def of(
+        cls, file: File, text: str, memory: Memory, *, vplus: bool, beside: Mapping[str, Program] = NO_PROGRAMS
+    ) -> Self:
+        """`memory`: a copy of what is there. `beside`: the programs of files that are loaded with it, by key."""
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
         variables, diagnostics = Variables(memory.units), list[Diagnostic]()
         for section in file.parts:
@@ -44,7 +49,7 @@ class LoadedFile(NamedTuple):
                 memory.take(its)  # so that not every use of a name is told of too
                 if section.whole and first_error(found) is None:
                     variables.take(its)
-        everything = {key: stored.program for key, stored in memory.programs.items()} | programs
+        everything = {key: stored.program for key, stored in memory.programs.items()} | {**beside, **programs}
         surroundings = Surroundings(memory.kinds, everything)
         lines = tuple(text.split("\n"))
         stored = tuple(StoredProgram(analyze_among(surroundings, program), lines) for program in programs.values())

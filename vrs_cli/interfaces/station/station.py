@@ -33,7 +33,7 @@ from vrs_cli.interfaces.rights import check_goes_beside, check_may, must_drive, 
 from vrs_cli.interfaces.station.body import RobotBody
 from vrs_cli.interfaces.station.divergence import DivergenceGuard
 from vrs_cli.interfaces.station.lease import RobotLease
-from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile, variables_of
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.station.user_state import TargetStream, UserState
 from vrs_cli.interfaces.tasks.driver import Driver
@@ -51,10 +51,12 @@ from vrs_cli.language.text.ast import (
     BadLine,
     File,
     Program,
+    Section,
     Statement,
 )
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.text.source import IN_ANOTHER_FILE, repeated
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic, first_error
@@ -181,6 +183,30 @@ class Station:
         loaded = at_once(self.loaded(text, name))
         self.take(loaded)
         return loaded.diagnostics
+
+    @pause_collector()
+    def load_texts(self, texts: Sequence[tuple[str, str]]) -> tuple[LoadedFile, ...]:
+        """Put files in memory that are one name space, each with its name (as in `load_text`). Return what each has, in
+        the order of the files. Raises ProgramInterlocked.
+        """
+        read = [parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
+        memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
+        programs: dict[str, Program] = {}
+        found = list[list[Diagnostic]]()
+        for file, unreadable in read:
+            for section in file.parts:
+                if isinstance(section, Section):
+                    memory.take(variables_of(section, memory.units)[0])
+            own = {part.key: part for part in file.parts if isinstance(part, Program)}
+            twice = [repeated(own[key], 0, IN_ANOTHER_FILE) for key in own.keys() & programs.keys()]
+            found.append([*unreadable, *twice])
+            programs |= own
+        loaded = list[LoadedFile]()
+        for (file, _), (text, _), before in zip(read, texts, found, strict=True):
+            one = LoadedFile.of(file, text, memory, vplus=vplus, beside=programs)
+            loaded.append(one._replace(diagnostics=(*before, *one.diagnostics)))
+            self.take(one)
+        return tuple(loaded)
 
     def loaded(self, text: str, name: str = "") -> Dialogue[LoadedFile]:
         """Parse a file and analyse it among what is in memory, ready for `take`. `name`: of the file, for steps without

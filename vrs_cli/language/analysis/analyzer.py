@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property, partial
 from typing import Any
@@ -71,10 +71,14 @@ FEW = 200  # names: a word is compared with each of them; of more, with those on
 
 
 class Surroundings:
-    """`known`: the kinds of the variables that have a value. `programs`: those in memory, by key."""
+    """`known`: the kinds of the variables that have a value. `programs`: those in memory, by key. `elsewhere`: the keys
+    of programs that are not in memory and may be called all the same, for they are in a file near by.
+    """
 
-    def __init__(self, known: Mapping[str, Kind], programs: Mapping[str, Program]) -> None:
-        self.known, self.programs = known, programs
+    def __init__(
+        self, known: Mapping[str, Kind], programs: Mapping[str, Program], elsewhere: Container[str] = ()
+    ) -> None:
+        self.known, self.programs, self.elsewhere = known, programs, elsewhere
 
     @cached_property
     def program_keys(self) -> tuple[str, ...]:
@@ -593,6 +597,8 @@ class _Steps(Expressions):
             return
         self.called.add(call.key)
         target = self._program if call.key == self._program.key else self._surroundings.programs.get(call.key)
+        if target is None and call.key in self._surroundings.elsewhere:
+            return
         if target is None:
             hint = self._surroundings.program_meant(call.name) if len(self.called) <= MOST_HINTS else ""
             hint = hint or f"LOAD {call.name} reads it from {call.name}.v2"

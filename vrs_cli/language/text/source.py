@@ -26,7 +26,7 @@ from vrs_cli.language.text.ast import ANGLES, AXES, BadLine, Comment, Entry, Fil
 from vrs_cli.language.text.line_parser import LineParser
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
-from vrs_cli.language.words.values import NAME_LENGTH
+from vrs_cli.language.words.values import NAME_LENGTH, key_of
 from vrs_cli.values.diagnostics import (
     Diagnostic,
     DiagnosticCollector,
@@ -43,6 +43,7 @@ from vrs_cli.values.numbers import count
 V = TypeVar("V")
 
 PROGRAM, END = ".PROGRAM", ".END"
+IN_ANOTHER_FILE = "is in another of these files too"
 MAX_TRIED = 200  # lines that tell whether a file without a heading holds steps
 MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
 JOINTS_HIGH = 12  # joints of a precision point in a file
@@ -102,16 +103,30 @@ def end_of(lines: Iterable[SourceLine]) -> int | None:
 
 def named_above(text: str, what: str) -> tuple[str, Span] | None:
     """Find what a comment above the first program names (`; dialect: val2`, `; robot: cobra600`), and its place."""
+    return next(_named_above(text, what, r"\S+"), None)
+
+
+def files_named_above(text: str) -> Iterator[tuple[str, Span]]:
+    """The files that comments above the first program name as those that belong to it: `; with: lib.v2, grip.v2`."""
+    for names, span in _named_above(text, "with", r"[^\s,]+(?:[ \t]*,[ \t]*[^\s,]+)*"):
+        yield from ((name.strip(), span) for name in names.split(","))
+
+
+def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span]]:
     if what not in text.lower():
-        return None
-    pattern = re.compile(rf"(?i)[ \t]*;[ \t]*{what}[ \t]*[:=][ \t]*(\S+)")
+        return
+    comment = re.compile(rf"(?i)[ \t]*;[ \t]*{what}[ \t]*[:=][ \t]*({pattern})")
     for line in lines_of(text):
         if line.directive:
-            break
-        match = pattern.match(line.text)
+            return
+        match = comment.match(line.text)
         if match is not None:
-            return match[1], line.span
-    return None
+            yield match[1], line.span
+
+
+def programs_headed(text: str) -> frozenset[str]:
+    """The keys of the programs that a text has headings of, found without reading the rest."""
+    return frozenset(key_of(name) for name in re.findall(r"(?im)^[ \t]*\.PROGRAM[ \t]+([A-Z][\w.]*)", text))
 
 
 def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
@@ -340,9 +355,14 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
     names: set[str] = set()
     for program, above in programs:
         if program.key in names:
-            span = replace(program.span, line=program.span.line + above)
-            yield error(ProgramExists, span, f"{program.name} is there twice in this file")
+            yield repeated(program, above, "is there twice in this file")
         names.add(program.key)
+
+
+def repeated(program: Program, above: int, how: str) -> Diagnostic:
+    """A program whose name another has; it has so many lines `above` its part."""
+    span = replace(program.span, line=program.span.line + above)
+    return error(ProgramExists, span, f"{program.name} {how}")
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
