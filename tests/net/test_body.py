@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from math import nan
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -16,7 +17,7 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import RequestRefused, RoleWanted
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.net.body_client import BodyClient
-from vrs_cli.net.body_messages import Embodied, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
+from vrs_cli.net.body_messages import Alarm, Embodied, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.messages import BodyOrder, BodyReleased, BodyStatus, Hello, Line, Refused, Subscribe
 from vrs_cli.net.served_robot import MEASURED_SECONDS
@@ -307,6 +308,26 @@ def test_a_slow_viewer_is_told_no_old_reports_and_holds_nobody() -> None:
     assert batches[-1].message.first == 99_950
 
 
+def test_who_comes_later_hears_of_an_alarm_that_lasts(tmp_path: Path) -> None:
+    random = Random(1)
+    with serving(tmp_path) as it, it.call(hello=HELD) as arm:
+        engine = it.hub.rooms["cell1"].session.engine
+        arm.ask(Embody)
+        for first, off in ((0, 0.0), (300, 0.1)):
+            times = tuple(0.02 * (first + k + 1) for k in range(100 if off else 300))
+            joints = tuple(tuple(q + off + random.gauss(0.0, 1e-4) for q in engine.position().joints) for _ in times)
+            arm.protocol.send(Measured(first=first, times=times, joints=joints, sent=times[-1]))
+            arm.flush()
+        told = arm.until(lambda message: isinstance(message, Alarm))
+        with it.call() as late:
+            heard = late.until(lambda message: isinstance(message, Alarm))
+            assert isinstance(heard, Alarm)
+            assert isinstance(told, Alarm)
+            assert heard.alarm == told.alarm
+            late.lines("WHERE")
+            assert "the body is not where the timeline says" in late.said[0]
+
+
 def test_a_server_keeps_the_last_hour_in_memory_and_all_in_the_journal(tmp_path: Path) -> None:
     with serving(tmp_path, realtime=1.0) as it:
         record = it.hub.rooms["cell1"].session.engine.measured
@@ -319,3 +340,6 @@ def test_a_server_keeps_the_last_hour_in_memory_and_all_in_the_journal(tmp_path:
     (journal,) = (tmp_path / "journal").glob("*.vrst")
     kept = read_trajectory(journal).measured
     assert (len(kept), kept.start, kept.end) == (8000, 0.0, 7999.0)
+    with serving(tmp_path, realtime=1.0) as it:
+        again = it.hub.rooms["cell1"].session.engine.measured.seen
+        assert (again.start, again.end) == (seen.start, seen.end)

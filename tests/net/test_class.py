@@ -14,6 +14,7 @@ from tests.live import until
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.errors import LimitReached, UsageError
 from vrs_cli.net import class_folder
+from vrs_cli.net.body_messages import Embodied, Embody, Measured, Measurements
 from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
 from vrs_cli.net.messages import (
@@ -36,8 +37,10 @@ from vrs_cli.net.messages import (
     Put,
     Refused,
     StudentState,
+    Subscribe,
     WatchClass,
 )
+from vrs_cli.net.tokens import add_tokens
 from vrs_cli.values.acts import Survey
 
 
@@ -98,6 +101,25 @@ def test_a_wall_that_is_opened_later_knows_where_a_student_was_last(room: Class)
         assert done(tom.ask(WatchClass)).ok
         assert state_of(tom, "bob").here == 0
         assert (state_of(tom, "bob").at, state_of(tom, "ada").at) == ("bob-2", "")
+
+
+def test_a_body_of_a_student_s_robot_is_no_student(room: Class) -> None:
+    tokens = add_tokens(room.folder.tokens, ["arm"], "body", ["ada"])
+    until(lambda: any(grant.body for grant in room.it.server.grants()))
+    with room.call("teacher", "ada") as tom, room.call("ada") as ada:
+        assert done(tom.ask(WatchClass)).ok
+        with room.it.call("", Hello((1,), token=tokens["arm"])) as arm:
+            ada.ask(lambda id: Subscribe(id, measured=True))
+            assert isinstance(arm.ask(Embody), Embodied)
+            arm.protocol.send(Measured(first=0, times=(0.0,), joints=((0.5,) * 6,), sent=0.0))
+            arm.flush()
+            ada.until(lambda it: isinstance(it, Measurements))
+            assert [one.name for one in states(tom)[-1].students] == ["ada", "bob"]
+            assert "arm" not in room.folder.students()
+        with room.it.call("/robots/bob", Hello((1,), token=tokens["arm"])) as refused:
+            closing = refused.heard[-1]
+            assert isinstance(closing, Closing)
+            assert "no robot bob for you" in closing.why
 
 
 def test_a_message_goes_to_all_students_or_to_one(room: Class) -> None:

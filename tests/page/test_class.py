@@ -12,10 +12,14 @@ import pytest
 from tests.live import until as wait_until
 from tests.net.serving import Serving, serving
 from tests.page.browser import alone, changed, drawn, line, picture, until, window
+from vrs_cli.net.body_messages import Embody, Measured
 from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
+from vrs_cli.net.messages import Hello
 from vrs_cli.net.pages import ServedPage
+from vrs_cli.net.tokens import add_tokens
 from vrs_cli.teach.served_lessons import ServedLessons
+from vrs_cli.values.measured import DivergenceAlarm, DivergenceCause
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -121,6 +125,31 @@ def test_who_leaves_needs_the_link_again_and_stays_grey_on_the_wall(
     tile.get_by_text("is not here").wait_for()
     until(tom, "wall.pictures.drawn.tiles > 0 && document.querySelector('.tile.away')")
     assert len({tuple(colour) for colour in picture(tom, ".tile-picture").reshape(-1, 3)}) > 20, "it is drawn"
+
+
+def test_the_body_of_a_student_s_robot_is_on_the_wall(
+    ada: Page, tom: Page, lesson_room: Serving, folder: ClassFolder
+) -> None:
+    """Joint 1 of the body is 60 degrees away."""
+    token = add_tokens(folder.tokens, ["arm"], "body", ["ada"])["arm"]
+    wait_until(lambda: any(grant.body for grant in lesson_room.server.grants()))
+    ada.goto(link(lesson_room, folder, "ada"))
+    drawn(ada)
+    tom.goto(link(lesson_room, folder, "teacher"))
+    until(tom, "wall.pictures.drawn.tiles > 0")
+    before = picture(tom, ".tile-picture")
+    with lesson_room.call("", Hello((1,), token=token)) as arm:
+        session = lesson_room.hub.rooms["ada"].session
+        arm.ask(Embody)
+        away = (1.0, *session.engine.model.poses["ready"][1:])
+        arm.protocol.send(Measured(first=0, times=(0.0,), joints=(away,), sent=0.0))
+        arm.flush()
+        tom.get_by_role("article", name="ada").get_by_text("arm is the body").wait_for()
+        ada.locator("section.body").get_by_text("arm follows").wait_for()
+        wait_until(lambda: changed(before, picture(tom, ".tile-picture")) > 0.005)
+        session.body.tell(DivergenceAlarm(1.0, 1, 0.5, 0.2, DivergenceCause.BLOCKED, "joint 1 stands still", 0.2))
+        tom.get_by_text("arm: alarm at 1.0 s, likely cause: blocked joint").wait_for()
+    assert tom.get_by_role("article").count() == 3
 
 
 def test_a_lesson_leads_through_its_steps(ada: Page, lesson_room: Serving, folder: ClassFolder) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Protocol
 
 from vrs_cli.errors import LimitReached, RequestRefused
@@ -115,7 +115,7 @@ class ClassBoard:
     def _announce(self, client: ClientSession, text: str, student: str) -> None:
         if len(text) > MAX_CHARS:
             raise LimitReached(f"{len(text)} characters at once, {MAX_CHARS} at most", "say it in parts")
-        known = {grant.name for grant in self._grants() if not grant.teacher}
+        known = {grant.name for grant in self._students()}
         if student and student not in known:
             raise RequestRefused(f"there is no student {student}", f"there is {', '.join(sorted(known)) or 'none'}")
         for other in self._clients():
@@ -133,7 +133,7 @@ class ClassBoard:
         here = dict[str, list[ClientSession]]()
         for client in clients:
             here.setdefault(client.grant.name, []).append(client)
-        students = {grant.name: grant for grant in self._grants() if not grant.teacher}
+        students = {grant.name: grant for grant in self._students()}
         self._help = {name: at for name, at in self._help.items() if name in students}
         self._at = {name: robot for name, robot in self._at.items() if name in students}
         states = {name: self._state(grant, here.get(name, [])) for name, grant in students.items()}
@@ -151,6 +151,10 @@ class ClassBoard:
                 client.say(state)
                 client.flush()
         self._told = told
+
+    def _students(self) -> Iterator[Grant]:
+        """Yield the grants of the students."""
+        return (grant for grant in self._grants() if not grant.teacher and not grant.body)
 
     def enter(self, client: ClientSession) -> None:
         """Tell a client the state, and what its lesson has said: it has a new connection."""

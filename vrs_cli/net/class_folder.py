@@ -80,7 +80,8 @@ class ClassFolder(Struct, frozen=True):
         return self._of(teacher=True)
 
     def _of(self, *, teacher: bool) -> Mapping[str, str]:
-        names = {grant.name for grant in read_tokens(self.tokens).grants if grant.teacher is teacher}
+        grants = read_tokens(self.tokens).grants
+        names = {grant.name for grant in grants if grant.teacher is teacher and not grant.body}
         return {name: token for name, token in plain_tokens(self.tokens).items() if name in names}
 
     # --- what was handed in ---

@@ -107,7 +107,8 @@ class Room(ServedRobot):
     def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
         """Let a user in, perhaps again, and welcome the connection."""
         client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
-        if client is None or client.grant != grant:  # only the same token resumes
+        came = client is None or client.grant != grant  # only the same token resumes
+        if client is None or came:
             client = self._new(grant, hello)
         self._away.pop(client, None)
         connection, now = link.connection, self.wall()
@@ -124,6 +125,8 @@ class Room(ServedRobot):
         connection.welcome(said, client.delivery_log, now)
         link.flush()  # before the first that is told to all
         client.attach(link, hello)
+        if came and (alarm := self.session.divergence.alarm) is not None:
+            self._tell_alarm(alarm, (client,))
         self._mind_idleness(now)
         return client
 
@@ -233,9 +236,7 @@ class Room(ServedRobot):
 
         def tell() -> None:
             if isinstance(what, DivergenceAlarm):
-                for client in tuple(self.clients.values()):
-                    client.tell(messages.Alarm(what))
-                self._spread(messages.Told(Message(alarm_text(what), Tone.WARNING)), None)
+                self._tell_alarm(what, self.clients.values())
                 self.audit.note(self.name, self.session.body.name, "", "alarm", alarm_text(what))
                 return
             if isinstance(what, ResyncReport):
@@ -254,6 +255,12 @@ class Room(ServedRobot):
                 body.tell(messages.BodyOrder(what.order, what.at))
 
         self.put(tell)
+
+    def _tell_alarm(self, alarm: DivergenceAlarm, clients: Iterable[ClientSession]) -> None:
+        """Tell clients that the body is not where the timeline says."""
+        for client in tuple(clients):
+            client.tell(messages.Alarm(alarm))
+            client.tell(messages.Told(Message(alarm_text(alarm), Tone.WARNING)))
 
     def _driven(self, lease: RobotLease, notice: Notice | None) -> None:
         """Tell everybody that the lease has changed."""
@@ -473,9 +480,10 @@ class Hub:
         self._opening = Lock()
 
     def names(self, grant: Grant) -> tuple[str, ...]:
-        """The robots that a token may hold: its own, and shared ones."""
+        """The robots that a token may hold: its own, and shared ones; a body also those of others that it names."""
         shared = (name for name in self._robots if grant.teacher or grant.robots is None or name in grant.robots)
-        others = (name for one in self._grants() for name in self.own_names(one)) if grant.teacher else ()
+        of_all = (name for one in self._grants() for name in self.own_names(one))
+        others = (name for name in of_all if grant.teacher or (grant.body and name in (grant.robots or ())))
         return tuple(dict.fromkeys((*self.own_names(grant), *shared, *others)))
 
     def own_names(self, grant: Grant) -> tuple[str, ...]:

@@ -266,8 +266,10 @@ class ServedRobot:
             engine.measured.listeners.append(self._leave_unwritten)
             try:
                 measured_until = engine.measured.seen.end
-                if engine.realtime and measured_until is not None:  # time went on after the last motion
-                    engine.clock.set(max(engine.clock.reached, measured_until))
+                if measured_until is not None:
+                    engine.measured.forget_before(measured_until - MEASURED_SECONDS)
+                    if engine.realtime:  # time went on after the last motion
+                        engine.clock.set(max(engine.clock.reached, measured_until))
                 self._memory = MemoryFile(self.session, path.with_suffix(".v2"))
                 for wrong in self._memory.bring_back():
                     self._tell(f"{self._memory.path}:{wrong.span.line}: {wrong.message}")

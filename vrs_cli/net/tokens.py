@@ -8,8 +8,8 @@ again when it has changed:
     robots = ["cell1", "cell2"]                 # default: all that the server was started with
     expires = 2027-07-31                        # default: never
 
-A teacher is a supervisor of every robot, also of those of other tokens. A body is an observer that may be the robot's
-body: follow its timeline and report what it measures.
+A teacher is a supervisor of every robot, also of those of other tokens. A body is an observer that may be the body of
+its `robots`, which may be other tokens' own: follow their timeline and report what it measures. It has no own robots.
 """
 
 from __future__ import annotations
@@ -71,7 +71,11 @@ class Grant(Struct, frozen=True):
         return self.until is not None and now >= self.until
 
     def own_names(self, most: int) -> tuple[str, ...]:
-        """The names of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`."""
+        """The names of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`; a body has
+        none.
+        """
+        if self.body:
+            return ()
         return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in range(1, most + 1))
 
 

@@ -4,6 +4,7 @@ import { ago, handedInAt, wrong, type ClassState, type Student } from "./class";
 import { Connection, type Message } from "./core/connection";
 import { addressOf, bearer, exchangeToken, takeToken, viewOf } from "./core/token";
 import { button, h } from "./dom";
+import { Measured } from "./core/measured";
 import { bytesOf, download } from "./panels/files";
 import { Tiles } from "./scene/tiles";
 
@@ -12,6 +13,7 @@ const HZ = 2; // pictures of each robot in a second
 /** One robot of the wall: its picture and what is to be said of it. */
 class Tile {
   connection: Connection | null = null;
+  measured: Measured | null = null;
   student: Student | null = null;
   readonly picture = h("a", { class: "tile-picture", target: "_blank", rel: "noopener", tabindex: "-1", "aria-hidden": "true" });
   readonly element: HTMLElement;
@@ -38,12 +40,14 @@ class Tile {
     this.connection?.leave();
     this.connection = new Connection(addressOf(robot), this.token, "wall");
     this.connection.on("activity", (activity) => (this.activity = activity));
-    this.connection.on(["activity", "state"], () => this.show());
+    this.measured = new Measured(this.connection);
+    this.connection.on(["activity", "state", "alarm", "bodystatus", "told"], () => this.show());
     this.picture.href = this.link.href = viewOf(robot);
   }
 
   show(): void {
-    const { student, activity } = this;
+    const { student, activity, measured } = this;
+    const alarm = measured?.alarms.at(-1);
     const open = this.connection?.state === "open";
     const lit = student ? !!student.here : open;
     this.element.classList.toggle("away", !lit);
@@ -55,6 +59,7 @@ class Tile {
       student?.lesson ? `${student.lesson}${student.of ? `, step ${Math.min((student.step ?? 0) + 1, student.of)} of ${student.of}` : ""}` : "",
       activity.programs?.length ? `runs ${activity.programs.join(", ")}` : "",
       activity.driver && activity.driver !== this.name ? `${activity.driver} drives` : "",
+      measured?.body?.name ? alarm ? `${measured.body.name}: alarm at ${alarm.t.toFixed(1)} s, likely cause: ${alarm.cause}` : `${measured.body.name} is the body` : "",
       at ? `handed in ${at.toLocaleTimeString([], { timeStyle: "short" })}` : "",
     ].filter(Boolean).join(" · ");
     const asks = student?.help != null;
@@ -118,7 +123,7 @@ class Wall {
     const tile = new Tile(name, this.token, (student) => void this.ask("askhelp", { wanted: false, student }));
     this.tiles.set(name, tile);
     this.grid.append(tile.element);
-    this.pictures.add(tile.picture, () => tile.connection);
+    this.pictures.add(tile.picture, () => tile.connection, () => tile.measured?.last?.q ?? null);
     return tile;
   }
 

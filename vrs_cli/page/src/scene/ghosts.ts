@@ -12,7 +12,7 @@ import type { Stage } from "./stage";
 
 const OPACITY = 0.32;
 const BESIDE = 0.004; // [m] of a link: one that stands nearer is not seen either, as that of the base never is
-const COINCIDE = 0.02; // [rad, m] of a joint: a ghost that stands nearer would only tint the arm
+export const COINCIDE = 0.02; // [rad, m] of a joint: a ghost that stands nearer would only tint the arm
 const OUTLINE = 2.5; // [px] the width of an outline
 
 /** How an arm is drawn that is not there: the figures it consists of, and the colours that they have. */

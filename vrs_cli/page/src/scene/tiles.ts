@@ -6,12 +6,14 @@ import { HOME, homeBall, makeCamera, placeCamera } from "./camera";
 import { isDark, onTheme } from "../style/theme";
 import { palette } from "./colours";
 import { Bodies, Figure } from "./figure";
+import { COINCIDE } from "./ghosts";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 
-/** A figure that all robots of one kind share, and where the camera stands for it. */
+/** Figures that all robots of one kind share, of the arm and of a measured one, and where the camera stands for them. */
 interface Kind {
   figure: Figure;
+  measured: Figure;
   ball: THREE.Sphere;
 }
 
@@ -25,7 +27,8 @@ export class Tiles {
   private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.8);
   private readonly kinds = new Map<string, Kind>();
   private readonly known = new WeakMap<Model, Kind>();
-  private readonly places = new Map<HTMLElement, { robot: () => Connection | null; seen: string }>();
+  private readonly places = new Map<HTMLElement, { robot: () => Connection | null; measured: () => number[] | null; seen: string }>();
+  private readonly clear = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.5, depthWrite: false });
   private background = new THREE.Color();
   private layout = "";
 
@@ -42,9 +45,9 @@ export class Tiles {
     setInterval(() => document.hidden || this.draw(), 1000 / hz);
   }
 
-  /** Draws a robot where an element is. */
-  add(place: HTMLElement, robot: () => Connection | null): void {
-    this.places.set(place, { robot, seen: "" });
+  /** Draws a robot where an element is, and seen through where it was measured last, if that is elsewhere. */
+  add(place: HTMLElement, robot: () => Connection | null, measured: () => number[] | null): void {
+    this.places.set(place, { robot, measured, seen: "" });
   }
   remove(place: HTMLElement): void {
     this.places.delete(place);
@@ -52,7 +55,8 @@ export class Tiles {
   }
 
   private paint(): void {
-    const { background, sky, ground } = palette(isDark());
+    const { background, sky, ground, measured } = palette(isDark());
+    this.clear.color.set(measured);
     this.background = new THREE.Color(background);
     this.sky.color.set(sky);
     this.sky.groundColor.set(ground);
@@ -66,8 +70,8 @@ export class Tiles {
     let kind = this.kinds.get(key);
     if (!kind) {
       const bodies = new Bodies(model);
-      kind = { figure: new Figure(bodies), ball: homeBall(bodies) };
-      this.scene.add(kind.figure.root);
+      kind = { figure: new Figure(bodies), measured: new Figure(bodies, { material: this.clear, order: 1 }), ball: homeBall(bodies) };
+      this.scene.add(kind.figure.root, kind.measured.root);
       this.kinds.set(key, kind);
       void bodies.ready.then(() => {
         kind!.ball = homeBall(bodies);
@@ -98,19 +102,25 @@ export class Tiles {
       const model = robot?.welcome?.model;
       if (!robot || !model || !robot.timeline.segments.length) continue;
       const t = Math.min(robot.now(), robot.timeline.end);
-      const now = `${robot.url} ${robot.timeline.version} ${t}`;
+      const [planned, q] = [g(model, robot.timeline, t), place.measured()];
+      const away = q && Math.max(...q.map((x, i) => Math.abs(x - planned[i]))) > COINCIDE ? q : null;
+      const now = `${robot.url} ${robot.timeline.version} ${t} ${away?.map((x) => x.toFixed(3))}`;
       if (now === place.seen) continue;
       place.seen = now;
-      this.drawOne(model, frames(model, g(model, robot.timeline, t)), rect, whole);
+      this.drawOne(model, frames(model, planned), away && frames(model, away), rect, whole);
       this.drawn.tiles++;
     }
     this.drawn.milliseconds += performance.now() - begun;
   }
 
-  private drawOne(model: Model, links: Float64Array[], rect: DOMRect, whole: DOMRect): void {
+  private drawOne(model: Model, links: Float64Array[], away: Float64Array[] | null, rect: DOMRect, whole: DOMRect): void {
     const shown = this.kind(model);
-    for (const { figure } of this.kinds.values()) figure.root.visible = figure === shown.figure;
+    for (const kind of this.kinds.values()) {
+      kind.figure.root.visible = kind === shown;
+      kind.measured.root.visible = kind === shown && !!away;
+    }
     shown.figure.pose(links, 0, identity());
+    if (away) shown.measured.pose(away, 0, identity());
     this.camera.aspect = rect.width / rect.height;
     placeCamera(this.camera, shown.ball, HOME);
     this.camera.lookAt(shown.ball.center);
