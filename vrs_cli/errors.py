@@ -14,22 +14,44 @@
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
 
 The raiser gives what happened (`detail`), what would be right (`hint`), and the numbers behind both; the class holds
-VAL-II's text and code. No error is changed after it was made: `reworded` makes another one.
+VAL-II's text and code. A hint has what may be typed in braces: "{ABORT} stops it" is shown as "ABORT stops it", and to
+who calls methods as "abort() stops it" (`METHODS`; a word without a method as `do("CLOCK GO")`). No error is changed
+after it was made: `reworded` makes another one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import ClassVar, Final, Self
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, ClassVar, Final, Self
 
 Place = tuple[float, float, float]
+METHODS = {  # of `vrs_cli.api.robot`, for words of the shell or whole commands; `rest`: what stands behind the word
+    "ABORT": "abort()",
+    "AT": "at={rest}",
+    "BRANCH": "branches",
+    "COMPARE": "compare({rest})",
+    "EXECUTE": "do('EXECUTE name(value)')",
+    "EXECUTE name": "execute(name)",
+    "IN": "at=now + {rest}",
+    "LOAD": "run({rest!r})",
+    "MERGE": "merge({rest})",
+    "MOVE": "move",
+    "REDO": "redo({rest})",
+    "RESYNC": "resync()",
+    "RESYNC STOP": "resync(stop=True)",
+    "UNDO": "undo({rest})",
+}
+_TYPED = re.compile(r"\{([A-Z][^{}]*)\}")
 
 
 class VrsError(Exception):
     """A mistake that a user can understand and mend. `str()` is the one message that is shown.
 
     `value` is what was asked for, `lower` and `upper` are its bounds: of the robot in m and rad, else as the user
-    writes them. `joint` counts from 1 (0: no single one). `place`: the tool tip in the robot's frame [m].
+    writes them. `joint` counts from 1 (0: no single one). `place`: the tool tip in the robot's frame [m]. `in_python`:
+    the hint for who calls methods; empty: it is the same.
     """
 
     code: ClassVar[int] = -1
@@ -52,15 +74,34 @@ class VrsError(Exception):
         upper: float | None = None,
         joint: int = 0,
         place: Place | None = None,
+        in_python: str = "",
     ) -> None:
         super().__init__(detail, hint)
         self.detail: Final = detail
-        self.hint: Final = hint
+        self.hint: Final = _TYPED.sub(r"\1", hint)
         self.value: Final = value
         self.lower: Final = lower
         self.upper: Final = upper
         self.joint: Final = joint
         self.place: Final = place
+        self.in_python: Final = in_python or (_TYPED.sub(_method, hint) if self.hint != hint else "")
+
+    def reworded(self, detail: str | None = None, hint: str | None = None, place: Place | None = None) -> Self:
+        """The same error with another detail, hint or place."""
+        return type(self)(
+            self.detail if detail is None else detail,
+            self.hint if hint is None else hint,
+            value=self.value,
+            lower=self.lower,
+            upper=self.upper,
+            joint=self.joint,
+            place=self.place if place is None else place,
+            in_python="" if hint is not None else self.in_python,
+        )
+
+    def for_python(self) -> VrsError:
+        """The same error for who calls methods, and types no words of the shell."""
+        return self.reworded(hint=self.in_python) if self.in_python else self
 
     def __str__(self) -> str:
         return sentence(self.title, self.detail, self.hint)
@@ -75,6 +116,12 @@ class VrsError(Exception):
         """Those of value, lower, upper, joint and place that are known."""
         told = {"value": self.value, "lower": self.lower, "upper": self.upper, "joint": self.joint or None}
         return {name: number for name, number in {**told, "place": self.place}.items() if number is not None}
+
+
+def _method(typed: re.Match[str]) -> str:
+    first, _, rest = typed[1].partition(" ")
+    form = METHODS.get(typed[1]) or METHODS.get(first, "do({typed!r})")
+    return form.format(rest=rest, typed=typed[1])
 
 
 def sentence(title: str, detail: str, hint: str) -> str:
@@ -93,6 +140,15 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     """`did you mean MOVES?`, or another hint where no known word is near."""
     near = nearest(word, known)
     return f"did you mean {near}?" if near else otherwise
+
+
+@contextmanager
+def told_in_python() -> Iterator[None]:
+    """Raise errors with hints for who calls methods."""
+    try:
+        yield
+    except VrsError as error:
+        raise error.for_python() from None
 
 
 class ProgramError(VrsError):
@@ -286,18 +342,6 @@ class EndOfInput(ProgramError, code=-504, text="Unexpected end of file"):
 class MotionError(VrsError):
     """The robot cannot do the motion. A straight line fails at its `place`."""
 
-    def reworded(self, detail: str | None = None, hint: str | None = None, place: Place | None = None) -> Self:
-        """The same error with another detail, hint or place."""
-        return type(self)(
-            self.detail if detail is None else detail,
-            self.hint if hint is None else hint,
-            value=self.value,
-            lower=self.lower,
-            upper=self.upper,
-            joint=self.joint,
-            place=self.place if place is None else place,
-        )
-
 
 class RobotNotAttached(MotionError, code=-602, text="Robot not attached to this program"):
     """Another task has the robot, or none has it and the program did not ask for it."""
@@ -437,6 +481,16 @@ class RequestRefused(VrsError, code=-390, text="Request refused"):
 
 class UsageError(VrsError, code=-300, text="Illegal monitor command"):
     """A command or an option does not exist, or is used in a way it cannot be."""
+
+    def for_python(self) -> VrsError:
+        if type(self) is not UsageError:
+            return super().for_python()
+        numbers: dict[str, Any] = self.numbers
+        return NotPossible(self.detail, self.in_python or self.hint, **numbers)
+
+
+class NotPossible(UsageError, code=-395, text="Not possible"):
+    """A method is used in a way it cannot be, or not now. (The code is ours.)"""
 
 
 class LeaseHeld(UsageError, code=-694, text="Lease is not yours"):

@@ -16,7 +16,7 @@ New = Callable[[], vrs.Robot]
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Iterator[str]]:
     """The addresses of robots that nobody has moved yet."""
-    cells = tuple(f"cell{k}" for k in range(40))
+    cells = tuple(f"cell{k}" for k in range(70))
     with serving(tmp_path_factory.mktemp("served"), cells) as it:
         yield (f"{it.address}/robots/{cell}" for cell in cells)
 

@@ -566,7 +566,7 @@ WRONG: tuple[tuple[Callable[[vrs.Robot], object], type[Exception], str], ...] = 
     (lambda r: r.move(vrs.trans([1, 2])), ValueError, "location: one is wanted"),
     (lambda r: r.move(*DOWN, at=nan), ValueError, "at: finite"),
     (lambda r: r.move(*DOWN, at="1"), TypeError, "at: numbers are wanted, not '1'"),  # type: ignore[arg-type]
-    (lambda r: r.move(*DOWN, at=-1), vrs.ProgramError, r"\*Illegal value\* AT -1"),
+    (lambda r: r.move(*DOWN, at=-1), vrs.ProgramError, r"\*Illegal value\* at -1 s"),
     (lambda r: r.move(*DOWN, speed=0), ValueError, "speed: percent of nominal"),
     (lambda r: r.move(*DOWN, speed=101), ValueError, "speed: percent of nominal"),
     (
@@ -593,7 +593,7 @@ WRONG: tuple[tuple[Callable[[vrs.Robot], object], type[Exception], str], ...] = 
     (lambda r: r.__setitem__("#p", [1, 2]), ValueError, "#p: the shape"),
     (lambda r: r.run("nothing.v2"), NonexistentFile, "nothing.v2"),
     (lambda r: r.save("/nonexistent/t.vrst"), vrs.FileError, "nonexistent"),
-    (lambda r: r.plot("colour"), vrs.UsageError, "PLOT COLOUR"),
+    (lambda r: r.plot("colour"), vrs.UsageError, "COLOUR is no curve"),
     (lambda r: r.compare("main", "none"), vrs.UsageError, "there is no branch none"),
     (lambda r: r.in_units("cm"), ValueError, "units 'cm'"),
     (lambda _r: vrs.Robot("puma999"), NonexistentFile, "no robot is called 'puma999'"),

@@ -117,7 +117,7 @@ class ProgramFailed(VrsError):
     def __init__(self, result: Run) -> None:
         fault = result.fault
         assert fault is not None
-        super().__init__(f"{fault.program} step {fault.step}, {fault.source}: {fault.message}")
+        super().__init__(f"{fault.program} step {fault.step}, {fault.source}: {fault.in_python or fault.message}")
         self.result = result
 
     def __str__(self) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vrs_cli.api.location import Units
 from vrs_cli.api.robot import Robot
+from vrs_cli.errors import told_in_python
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.mirror import WINDOW
 from vrs_cli.net.socket_port import SocketPort
@@ -36,8 +37,12 @@ def connect(
     was before.
 
     After a cut it connects again by itself, which is told to the logger "vrs_cli"; what is asked meanwhile is refused.
-    Raises UsageError for what is no address, RequestRefused where no robot answers, and what the server refuses.
+    Raises NotPossible for what is no address, RequestRefused where no robot answers, and what the server refuses.
     """
+    with told_in_python():
+        return Robot.of(_port(url, token, name, ca, behind, window), units)
+
+
+def _port(url: str, token: str | None, name: str, ca: str | Path | None, behind: float, window: float) -> SocketPort:
     hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name, behind=behind)
-    port = SocketPort.connect(url, hello, ca=None if ca is None else Path(ca), window=window, told=log.warning)
-    return Robot.of(port, units)
+    return SocketPort.connect(url, hello, ca=None if ca is None else Path(ca), window=window, told=log.warning)

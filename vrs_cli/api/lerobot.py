@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from vrs_cli.api.location import Floats, Units, numbers
 from vrs_cli.api.robot import Robot
-from vrs_cli.errors import TooLate, UsageError
+from vrs_cli.errors import NotPossible, TooLate
 from vrs_cli.values.results import FollowReport
 
 MOTORS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")  # of an SO-100, base to hand
@@ -46,12 +46,12 @@ class LeRobotArm:
         self.robot, self.motors, self.rate = robot.in_units(Units.SI), tuple(motors), rate
         model = robot.held.arm.model
         if len(self.motors) != model.joint_count:
-            raise UsageError(
+            raise NotPossible(
                 f"{len(self.motors)} motors for the {model.joint_count} joints of {model.name}",
                 "name one motor for each joint: motors=(...)",
             )
         if unknown := [name for name in reversed_motors if name not in self.motors]:
-            raise UsageError(f"there is no motor {unknown[0]}", f"the motors are {', '.join(self.motors)}")
+            raise NotPossible(f"there is no motor {unknown[0]}", f"the motors are {', '.join(self.motors)}")
         low, high = np.array(model.lower), np.array(model.upper)
         scale = np.full(len(low), np.radians(1.0)) if degrees else 0.5 * (high - low) / FULL_RANGE
         self._middle: Floats = 0.5 * (low + high)
@@ -96,7 +96,7 @@ class LeRobotArm:
             try:
                 actions = [[action[f"{name}.pos"] for name in names] for action in given]
             except KeyError as error:
-                raise UsageError(
+                raise NotPossible(
                     f"an action without {error.args[0]}", f"it has {', '.join(map(str, given[0]))}"
                 ) from None
         rows = numbers(cast("ArrayLike", actions), "actions")

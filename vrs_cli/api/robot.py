@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -22,7 +23,8 @@ from vrs_cli.api.model import Model
 from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
 from vrs_cli.api.streams import RATES, Dragged, Streams
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
-from vrs_cli.errors import IllegalValue, JointOutOfRange, UsageError
+from vrs_cli.engine.targets import check_joint_limits
+from vrs_cli.errors import IllegalValue, JointOutOfRange, NotPossible, told_in_python
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
@@ -65,7 +67,11 @@ from vrs_cli.values.measured import BodyMode, Report, ResyncReport
 from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
+from vrs_cli.wire.messages import LeaseAct
 
+SLOWEST, FASTEST = 0.01, 327.0  # percent of the speed of all motions
+LEASE_ACTS = ("acquire", "ask", "give", "release")
+BRANCH_NAME = re.compile(r"[a-z][a-z0-9._]*", re.IGNORECASE)
 SCENE_HEIGHT = 420  # [px] below a cell
 MAX_METRES = 3.0  # [mm] of a target from the origin: no arm is there, and whoever writes it means metres
 NEAR = 10.0  # [degrees] that joints change by: so small ones may be meant
@@ -105,6 +111,8 @@ class Robot:
         self.units = Units.of(units)
         self._model = robot if isinstance(robot, RobotModel) else load_robot(robot, Ends(base, tip))
         joints = None if start is None else self._joints(start, "start")
+        if joints is not None:
+            check_joint_limits(self._model, joints)
         conditions = conditions_of(limits, folder, cell, signals)
         self._robot = Supervisor(local_port(self._model, conditions, joints, _clock(realtime)))
         self._folders, self._streams = ProgramFolders(fixed=folder is not None), Streams()
@@ -156,6 +164,8 @@ class Robot:
         self, target: Target, text: str, at: float | None, speed: float | None, *, straight: bool = False
     ) -> Robot:
         executed = None if at is None else number(at, "at")
+        if executed is not None and executed < 0.0:
+            raise IllegalValue(f"at {executed:g} s", "times are 0 or more seconds", value=executed, lower=0.0)
         fraction = _fraction(speed)
         text += "" if executed is None else f" AT {plain(executed)}"
         self._robot.move(target, straight=straight, executed=executed, speed=fraction, text=text)
@@ -265,7 +275,8 @@ class Robot:
         return self._do("CLOSEI")
 
     def _do(self, line: str) -> Robot:
-        self._robot.say(line, no_answer)
+        with told_in_python():
+            self._robot.say(line, no_answer)
         return self
 
     def wait(self) -> Robot:
@@ -280,6 +291,16 @@ class Robot:
         """Stop the program and the motion now; what was scheduled is dropped."""
         self._robot.abort()
         self._streams.release(self._robot)
+        return self
+
+    def lease(self, act: str, to: str = "") -> Robot:
+        """Say who drives a robot that several hold: "acquire" or "ask" for the lease, "give" it `to` another user by
+        name, "release" it. Who commands a motion first has it without asking. Raises LeaseHeld where another user
+        drives, ValueError.
+        """
+        if act not in LEASE_ACTS:
+            raise ValueError(f"act: {', '.join(LEASE_ACTS)} are known, not {act!r}")
+        self._robot.drive(LeaseAct(act), to)
         return self
 
     @property
@@ -365,12 +386,12 @@ class Robot:
         """Put a report of a body into the record of this robot: joints (n,), velocity (n,) and effort (n,) [N m, N] at
         a time [s]. `mode`: "follows", "holds" or "stopped". UNDO and branches leave the record as it is.
 
-        Raises UsageError for a robot that is served: its body is a client (`vrs body`). IllegalValue, ValueError,
+        Raises NotPossible for a robot that is served: its body is a client (`vrs body`). IllegalValue, ValueError,
         TypeError for what is no report.
         """
         port = self._robot.port
         if not isinstance(port, LocalPort):
-            raise UsageError("a robot that is served has a body that reports", "vrs body URL")
+            raise NotPossible("a robot that is served has a body that reports", "vrs body URL")
         if mode not in [one.value for one in BodyMode]:
             raise ValueError(f"mode: {', '.join(one.value for one in BodyMode)} are known, not {mode!r}")
 
@@ -447,8 +468,8 @@ class Robot:
 
     @speed.setter
     def speed(self, percent: float) -> None:
-        if not np.isfinite(percent):
-            raise IllegalValue(f"speed {percent}", "it is a number of percent, from 0.01 to 327")
+        if not SLOWEST <= percent <= FASTEST:
+            raise IllegalValue(f"speed {percent}", f"it is a number of percent, from {SLOWEST} to {FASTEST:g}")
         self._do(f"SPEED {plain(float(percent))}")
 
     def fk(self, joints: ArrayLike | None = None, *, link: int | None = None) -> Location:
@@ -513,7 +534,7 @@ class Robot:
         """
         if not isinstance(line, str):
             raise TypeError(f"line: a text is wanted, not {line!r}")
-        if "\n" in line.strip():
+        if "\n" in line.strip() or line.lstrip().upper().startswith(".PROGRAM"):
             raise ValueError("line: one line is wanted; `define` takes the text of programs")
         robot = self._under(conditions_of(limits, folder, cell, signals))
         return Replies(robot.say(line.strip(), _in_order(answers)))
@@ -554,7 +575,7 @@ class Robot:
         names = self._under(conditions).load(file)
         self._folders.put(names, find_program_file(Path(file)).parent)
         if program is None and not names:
-            raise UsageError(f"{file} holds no program", "a program begins with .PROGRAM name")
+            raise NotPossible(f"{file} holds no program", "a program begins with .PROGRAM name")
         return self._execute(program or names[0], cycles, answers, check, conditions)
 
     def _cell_of(self, file: str | Path) -> Path | None:
@@ -595,13 +616,13 @@ class Robot:
         return run
 
     def _under(self, conditions: Conditions | None) -> Supervisor:
-        """The robot, with conditions of its own for one call. Raises UsageError for a robot that is served."""
+        """The robot, with conditions of its own for one call. Raises NotPossible for a robot that is served."""
         if conditions is None:
             return self._robot
         port = self._robot.port
         if not isinstance(port, LocalPort):
             what = "limits, folder, cell and signals are for a robot of this process"
-            raise UsageError(what, "a robot that is served has those of its server")
+            raise NotPossible(what, "a robot that is served has those of its server")
         return self._robot.on(port.under(conditions))
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:
@@ -620,7 +641,7 @@ class Robot:
         return self._robot.act(ListCommands()).commands
 
     def undo(self, count: int = 1) -> Robot:
-        """Take the last motion commands back. Raises UsageError where there are not so many."""
+        """Take the last motion commands back. Raises NotPossible where there are not so many."""
         self._robot.act(Undo(count))
         return self
 
@@ -644,12 +665,14 @@ class Robot:
         """Try something else: `with r.what_if("fast"): r.move(...)` is on a branch of that name, made where there is
         none, and the robot comes back as it was.
         """
+        if not isinstance(name, str) or not BRANCH_NAME.fullmatch(name):
+            raise ValueError(f"name: a letter, and then letters, digits, points and underscores, not {name!r}")
         before = self.branch
-        self.do(f"BRANCH {name}")
+        self._do(f"BRANCH {name}")
         try:
             yield self
         finally:
-            self.do(f"BRANCH {before}")
+            self._do(f"BRANCH {before}")
 
     def compare(self, a: str, b: str) -> Replies:
         """Two branches side by side: `comparison.a.duration`, `comparison.tool.distance`, ... [s, m, rad]."""
@@ -675,11 +698,12 @@ class Robot:
     def plot(self, *what: str | int) -> Picture:
         """Curves over the whole time: joints (by number), "velocity", "acceleration", "X", "tool", "speed", "hand".
 
-        Raises UsageError where there is no motion yet, and for what cannot be drawn together.
+        Raises NotPossible where there is no motion yet, and for what cannot be drawn together.
         """
-        asked = selected(self._robot.arm, [str(word) for word in what])
+        with told_in_python():
+            asked = selected(self._robot.arm, [str(word) for word in what])
         if self.end <= self.timeline.start:
-            raise UsageError("there is no motion yet", "move the robot first")
+            raise NotPossible("there is no motion yet", "move the robot first")
         return Picture((plotted(self._robot.arm, self.timeline, asked),))
 
     def view(
@@ -689,7 +713,7 @@ class Robot:
         `.save("a.html")` writes the page.
 
         It follows its own timeline, or another one for this robot. The parts, fixtures and sensors of a cell file are
-        around it; without one, those of the cell in which the robot stands. Raises UsageError where the page is not
+        around it; without one, those of the cell in which the robot stands. Raises NotPossible where the page is not
         built, FileError for a cell that cannot be read.
         """
         world = self._robot.port.world
@@ -765,7 +789,8 @@ def load(
     Raises NonexistentFile, FileDamaged, FileError. Warns of what a file of before has in it that a robot cannot do, and
     of a last line that was not written to its end.
     """
-    recording = read_trajectory(path)
+    with told_in_python():
+        recording = read_trajectory(path)
     for warning in (*recording.warnings, *[TORN] * recording.dropped_tail):
         warnings.warn(f"{path}: {warning}", stacklevel=2)
     port = local_port(recording.model, conditions_of(limits, folder, cell, signals))

@@ -223,7 +223,7 @@ class Branches:
         """Do `merge` a part at a time. Raises RequestRefused, too, if the robot was stopped meanwhile."""
         branch = self._named(name)
         if branch.fork is None:
-            raise UsageError(f"{MAIN} cannot be merged into itself", "MERGE branch")
+            raise UsageError(f"{MAIN} cannot be merged into itself", "{MERGE branch}")
         self._check_time()
         left, main = self._left(branch), self._left(self._main)
         steps: Sequence[HistoryStep] = ()
@@ -269,7 +269,7 @@ class Branches:
         done, known = left.book.history.done, fork.done
         if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
             undone = f"{name} has undone commands of {MAIN}, which has changed since"
-            raise UsageError(undone, f"UNDO them on {MAIN}, or DELETEB {name}")
+            raise UsageError(undone, f"{{UNDO}} them on {MAIN}, or {{DELETEB {name}}}")
         numbers: dict[int, int] = {}  # of the commands on the branch, and what they become on main
         for number, step in enumerate(done[len(known) :], main.book.number + 1):
             motion = step.delta.motion._replace(number=number)

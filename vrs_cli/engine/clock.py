@@ -105,7 +105,7 @@ class WallClock:
         ahead = to - self._since.at(self._wall())
         if ahead >= TICK:
             if self.paused:
-                raise ClockPaused(f"it stands at {self.reached:.3f} s, before {to:.3f} s", "CLOCK GO lets it go on")
+                raise ClockPaused(f"it stands at {self.reached:.3f} s, before {to:.3f} s", "{CLOCK GO} lets it go on")
             self.sleep(min(ahead / self.rate, SLICE))
             ahead = to - self._since.at(self._wall())
         self.now = max(self.now, to if ahead < TICK else min(self.reached, to))

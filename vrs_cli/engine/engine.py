@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+import numpy as np
 from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
@@ -268,7 +269,7 @@ class Engine:
         if self.settings.parameters["CAUSALITY"] == "ABORT":
             raise TooLate(
                 f"{text} was to begin at {executed:.3f} s, and it is {now:.3f} s",
-                "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
+                "give a later time, {AT t} or {IN dt}; {PARAMETER CAUSALITY = POSTPONE} puts it off",
                 value=executed,
                 lower=now,
             )
@@ -312,7 +313,7 @@ class Engine:
 
     def _check_power(self) -> None:
         if not self.settings.switch("POWER"):
-            raise PowerOff("the arm has no power", "ENABLE POWER")
+            raise PowerOff("the arm has no power", "{ENABLE POWER}")
 
     def _beginning(self, move: Move, program: bool) -> tuple[Start, float]:
         """How and when a motion begins."""
@@ -579,7 +580,7 @@ class Engine:
     def _followed(self, chunk: Chunk, begin: float, late: int) -> FollowReport:
         """Compare the timeline with a chunk, from `begin` on."""
         times = chunk.times[late:]
-        errors = abs(positions_at(self.arm, self.timeline, times).joints - chunk.joints[late:])
+        errors = np.abs(positions_at(self.arm, self.timeline, times).joints - chunk.joints[late:])
         mean, worst = (tuple(found.tolist()) for found in (errors.mean(axis=0), errors.max(axis=0)))
         return FollowReport(begin, self.end, late, chunk.held, mean, worst)
 
@@ -653,7 +654,7 @@ class Engine:
                     text = delta.motion.text or "the last motion"
                     raise TooLate(
                         f"{text} has begun at {delta.executed:.3f} s, and the past stays",
-                        "ABORT stops the motion; another one IN 0 takes its place",
+                        "{ABORT} stops the motion; another one {IN 0} takes its place",
                     )
             try:
                 next(change)

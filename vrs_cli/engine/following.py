@@ -42,11 +42,11 @@ OVERSHOOT = 4.0 / 27.0  # of velocity by time: by how much a cubic goes beyond i
 RANGE_STEPS = 24  # halvings of the way between two samples, to see whether a joint leaves its range
 STILL = 1e-9  # [m/s, rad/s] a tool that stands
 CLOSE_BY = 0.2  # measure of a pose that a singularity is to blame for
-PASSED = "use MOVE there, or a via point farther from the singularity"
+PASSED = "use {MOVE} there, or a via point farther from the singularity"
 WAYS_ROUND = {  # by the singularity
-    "shoulder": "use MOVE there, or a via point that keeps the wrist farther from the axis of joint 1",
-    "elbow": "use MOVE there, or a via point where the arm is neither stretched out nor folded up",
-    "wrist": "use MOVE there, or a via point with the tool tilted, so that joint 5 does not come to 0",
+    "shoulder": "use {MOVE} there, or a via point that keeps the wrist farther from the axis of joint 1",
+    "elbow": "use {MOVE} there, or a via point where the arm is neither stretched out nor folded up",
+    "wrist": "use {MOVE} there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
 NEXT_SEED = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
@@ -328,13 +328,13 @@ class Follower:
             what, hint = ", too far", "a via point nearer to the robot"
         except MotionError:
             pass
-        return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}", place=position(pose))
+        return LocationOutOfRange(leaves + what, f"use {{MOVE}}, or {hint}", place=position(pose))
 
     def _less_turned(self, path: CartesianPath) -> str:
         """What to do where the tool cannot be turned as the line has it."""
         count = self.arm.model.joint_count
         if self.arm.steady is not None:
-            return f"a location with the tool turned as {count} joints can have it: MOVE there, and HERE"
+            return f"a location with the tool turned as {count} joints can have it: {{MOVE}} there, and {{HERE}}"
         if count < self.arm.model.task.size:
             return f"give the arm the task {ArmTask.STEADY.value!r}: {count} joints cannot turn the tool every way"
         return "turn it less on the way" if path.turns else "turn the tool otherwise first"
@@ -351,7 +351,7 @@ class Follower:
             other = "begin with other joints"
         return JointOutOfRange(
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
-            hint or f"use MOVE, or {other}",
+            hint or f"use {{MOVE}}, or {other}",
             joint=joint,
             value=joints[joint - 1],
             lower=model.lower[joint - 1],

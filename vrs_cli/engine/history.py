@@ -163,7 +163,7 @@ class History:
         which stay if it `leaves_recorded`. Raises UsageError where there are not so many, TooLate for a command that
         has begun before events which stay.
         """
-        hint = f"at most UNDO {len(self.known)}"
+        hint = f"at most {{UNDO {len(self.known)}}}"
         older = "what is older cannot be taken back any more" if self.forgotten else ""
         _check_count(len(self.known), count, "undo", hint, older)
         taken: list[HistoryStep] = []
@@ -185,8 +185,8 @@ class History:
         """
         known = [one for one in reversed(self.undone) if one is not None]
         commands = [place for place, one in enumerate(known) if not one.step.recorded]
-        never = "REDO follows UNDO; a new motion ends it"
-        _check_count(len(commands), count, "redo", f"at most REDO {len(commands)}", never)
+        never = "{REDO} follows {UNDO}; a new motion ends it"
+        _check_count(len(commands), count, "redo", f"at most {{REDO {len(commands)}}}", never)
         return known[: (*commands, len(known))[count]]
 
     def take_back(self, clock: float, motion: Motion | None = None) -> None:
@@ -234,7 +234,7 @@ def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistorySte
         passed = step.passed_by(recorded, undone=False)
         if passed is None:
             text = step.delta.motion.text or "the last command"
-            raise TooLate(f"{text} has begun before what was recorded since", "ABORT stops the motion")
+            raise TooLate(f"{text} has begun before what was recorded since", "{ABORT} stops the motion")
         step = passed[0]
         stay.append(passed[1])
     return step, stay

@@ -113,7 +113,7 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
     begins = failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
     if state.at_rest and begins and _nearly_singular(arm, joints):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
-        raise failure.reworded(hint=f"the line starts in a singular pose{as_ready}: MOVE away from it first")
+        raise failure.reworded(hint=f"the line starts in a singular pose{as_ready}: {{MOVE}} away from it first")
     raise failure
 
 
@@ -292,7 +292,7 @@ class _Line:
         except NoTimes:
             raise StraightLineSingular(
                 "the tool moves too fast to go over to the line within its limits",
-                "use MOVE, or let the arm come to rest first",
+                "use {MOVE}, or let the arm come to rest first",
             ) from None
         if self.problem.begin + sum([stretch.duration for stretch in stretches]) > self.problem.latest:
             raise NotInTime
@@ -316,7 +316,7 @@ class _Line:
                     joint = jumps.index(max(jumps)) + 1
                     raise StraightLineSingular(
                         f"joint {joint} would have to change its speed in no time, where the line starts",
-                        "use MOVE, or let the arm come to rest first",
+                        "use {MOVE}, or let the arm come to rest first",
                         joint=joint,
                     )
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))

@@ -75,7 +75,7 @@ def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here:
         have = arm.configuration(here)
         missing = settings.configuration.words_beside((have,))
         if missing:
-            raise StraightLineConfiguration(f"{' '.join(missing)} asked, the arm is {have}", "use MOVE to change it")
+            raise StraightLineConfiguration(f"{' '.join(missing)} asked, the arm is {have}", "use {MOVE} to change it")
         return pose
     else:
         joints = select(arm, settings, pose, frames, here)

@@ -155,7 +155,8 @@ def fields_of(line: str) -> list[str]:
 
 HEADING = ("time", "signal", "state")
 STATES: Mapping[str, bool] = {"1": True, "ON": True, "TRUE": True, "0": False, "OFF": False, "FALSE": False}
-FORM = "time, signal, state, such as 0.5, 1001, ON"
+FORM = "a line is time, signal, state, such as 0.5, 1001, ON"
+ROW_FORM = "a row is (time [s], signal, state), such as (0.5, 1001, True)"
 
 
 def read_signals(path: str) -> Inputs:
@@ -163,7 +164,7 @@ def read_signals(path: str) -> Inputs:
     return parse_signals(text_at(path), path)
 
 
-def parse_signals(text: str, path: str = "signals") -> Inputs:
+def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
     """The changes that a text names. Raises FileDamaged with all lines that are wrong."""
     changes, wrong = list[InputChange](), list[str]()
     for number, line in enumerate(text.splitlines(), 1):
@@ -176,14 +177,19 @@ def parse_signals(text: str, path: str = "signals") -> Inputs:
         else:
             wrong.append(f"{path}:{number}: {change}")
     if wrong:
-        raise FileDamaged("\n".join(wrong), f"a line is {FORM}")
+        raise FileDamaged("\n".join(wrong), form)
     return Inputs.of(changes)
 
 
 def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
-    """The changes of a list of (time [s], signal, state). Raises FileDamaged with all that are wrong."""
-    lines = (f"{plain(time)}, {signal}, {int(bool(state))}" for time, signal, state in rows)
-    return parse_signals("\n".join(lines))
+    """The changes of a list of (time [s], signal, state). Raises FileDamaged with all that are wrong, ValueError
+    for what is no such list.
+    """
+    try:
+        lines = [f"{plain(float(time))}, {signal}, {int(bool(state))}" for time, signal, state in rows]
+    except (TypeError, ValueError):
+        raise ValueError(f"signals: {ROW_FORM}") from None
+    return parse_signals("\n".join(lines), form=ROW_FORM)
 
 
 def _change(fields: list[str]) -> InputChange | str:

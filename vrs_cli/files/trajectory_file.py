@@ -48,6 +48,7 @@ EXTENSION = ".vrst"
 REPAIR = "vrs replay --lenient plays what can be read of it"
 MOST_FAULTS = 20  # that are told
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
+GUIDE_IN_PYTHON = "a trajectory file is what Robot.save or vrs run --save wrote"
 LINES_A_REPORT = 512  # of progress
 LONGEST_HEADER = 1 << 24  # bytes; a robot takes two thousand
 
@@ -134,7 +135,7 @@ def read_trajectory(
                 if not reader.take(number, line, lines.whole - len(line)):
                     break
     except FileNotFoundError:
-        raise NonexistentFile(str(path), GUIDE) from None
+        raise NonexistentFile(str(path), GUIDE, in_python=GUIDE_IN_PYTHON) from None
     except IsADirectoryError:
         raise FileError(f"{path} is a folder", "name a trajectory file") from None
     except OSError as error:
@@ -238,7 +239,7 @@ class _Lines:
         if len(line) == LONGEST_HEADER:
             raise _no_header(path)
         if not line.endswith(b"\n") and not is_object(line):
-            raise FileDamaged(f"{path} has no whole first line", GUIDE)
+            raise FileDamaged(f"{path} has no whole first line", GUIDE, in_python=GUIDE_IN_PYTHON)
         self.whole = len(line)
         return line
 
@@ -271,7 +272,7 @@ def _header_record(path: Path, line: bytes) -> HeaderRecord:
 
 
 def _no_header(path: Path) -> FileDamaged:
-    return FileDamaged(f"{path}, line 1: no header of a trajectory file", GUIDE)
+    return FileDamaged(f"{path}, line 1: no header of a trajectory file", GUIDE, in_python=GUIDE_IN_PYTHON)
 
 
 def _damaged(path: Path, number: int, what: str) -> FileDamaged:

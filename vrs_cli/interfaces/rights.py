@@ -39,9 +39,9 @@ def check_beside(statement: Statement, *, elsewhere: bool) -> None:
 def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
     """Raises UsageError for a request of this name and role that waits until the program has stopped."""
     if elsewhere and said in ON_BRANCH:
-        raise UsageError(f"{said} has to wait until the program on another branch stops", "ABORT stops it")
+        raise UsageError(f"{said} has to wait until the program on another branch stops", "{ABORT} stops it")
     if not (said == CHANGE or said in BESIDE or role is Role.OBSERVER):
-        raise UsageError(f"{said} has to wait until the program stops", "ABORT stops it")
+        raise UsageError(f"{said} has to wait until the program stops", "{ABORT} stops it")
 
 
 def role_of(word: str) -> Role:

@@ -54,7 +54,7 @@ class DurableLog:
         longer = sum(len(delta.segments) - delta.drop for delta in deltas)
         if longer > 0 and self._length() + longer > self._most and not happens:
             what = f"the timeline has {self._most} segments, and the server allows no more"
-            raise LimitReached(what, "UNDO takes some back")
+            raise LimitReached(what, "{UNDO} takes some back")
         if self._journal is not None:
             self._journal.record(deltas, happens=happens)
 

@@ -78,4 +78,8 @@ Answer = bool | str | None
 def ended(question: Question) -> EndOfInput:
     """The input has ended where a line is asked for."""
     text = question.text if isinstance(question, LineWanted) else ""
-    return EndOfInput(f"PROMPT {text!r} has nothing more to read", "give the input one more line")
+    return EndOfInput(
+        f"PROMPT {text!r} has nothing more to read",
+        "give the input one more line",
+        in_python="answers=[...] has one for each PROMPT",
+    )

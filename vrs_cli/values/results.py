@@ -213,7 +213,7 @@ class ProgramFault(Struct, frozen=True):
     text.
 
     `text` is VAL-II's message, `message` the whole of it with what happened and what would be right. `numbers`: those
-    of the error.
+    of the error. `in_python`: the message for who calls methods; empty: it is the same.
     """
 
     code: int
@@ -224,6 +224,7 @@ class ProgramFault(Struct, frozen=True):
     line: int
     source: str
     numbers: Mapping[str, float | Place]
+    in_python: str = ""
 
 
 class RunOutcome(Enum):

@@ -11,7 +11,6 @@ from msgspec import Struct
 from vrs_cli.engine.position import PositionArrays, positions_at
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.language.words.monitor import QUANTITIES
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import Curve, Plot
 
@@ -22,10 +21,33 @@ if TYPE_CHECKING:
 SAMPLES = 481  # more than the dots of the widest drawing need
 
 
+class Quantity(Struct, frozen=True):
+    """A word of PLOT: `joints` where it has one curve a joint; `curves`: those of the tool."""
+
+    title: str
+    unit: str
+    summary: str
+    joints: str = ""
+    curves: tuple[str, ...] = ()
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "POSITION": Quantity("Joints", "deg", "joint angles", joints="joints"),
+    "VELOCITY": Quantity("Joint velocities", "deg/s", "joint velocities", joints="velocity"),
+    "ACCELERATION": Quantity("Joint accelerations", "deg/s2", "joint accelerations", joints="acceleration"),
+    "TOOL": Quantity("Tool", "mm", "X, Y and Z of the tool", curves=("X", "Y", "Z")),
+    "X": Quantity("Tool", "mm", "X of the tool", curves=("X",)),
+    "Y": Quantity("Tool", "mm", "Y of the tool", curves=("Y",)),
+    "Z": Quantity("Tool", "mm", "Z of the tool", curves=("Z",)),
+    "SPEED": Quantity("Tool speed", "mm/s", "how fast the tool tip moves", curves=("SPEED",)),
+    "HAND": Quantity("Hand", "1 open", "the opening of the hand", curves=("HAND",)),
+}
+
 PICTURES = (".svg", ".png", ".pdf")  # how the name of a file ends that a plot is drawn into
 SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1; into a file: PLOT 1, arm.svg"
 
 
+IN_PYTHON = f'plot(1, 2), plot("velocity", 1), plot("X", "Z"); quantities: {", ".join(QUANTITIES).lower()}'
 _JOINT = re.compile(r"[0-9]{1,3}")
 
 
@@ -50,7 +72,7 @@ def selected(arm: RobotArm, words: Sequence[str]) -> Selection:
     if first.joints:
         return Selection(tuple(names), tuple(_joints(arm, numbers)))
     if numbers:
-        raise UsageError(f"{first.title.lower()} has no joint {numbers[0]}", SYNTAX)
+        raise UsageError(f"{first.title.lower()} has no joint {numbers[0]}", SYNTAX, in_python=IN_PYTHON)
     return Selection(tuple(names), ())
 
 
@@ -79,7 +101,7 @@ def _chosen(words: Sequence[str]) -> list[str]:
     names = [_full_name(word.upper()) for word in words] or ["POSITION"]
     units = {QUANTITIES[name].unit for name in names}
     if len(units) > 1 or (QUANTITIES[names[0]].joints and len(set(names)) > 1):
-        raise UsageError(f"{' and '.join(names)} do not go on one scale", SYNTAX)
+        raise UsageError(f"{' and '.join(names)} do not go on one scale", SYNTAX, in_python=IN_PYTHON)
     return list(dict.fromkeys(names))
 
 
@@ -88,7 +110,7 @@ def _full_name(word: str) -> str:
         return word
     found = [name for name in QUANTITIES if name.startswith(word)]
     if len(found) != 1:
-        raise UsageError(f"PLOT {word}", SYNTAX)
+        raise UsageError(f"{word} is no curve", SYNTAX, in_python=IN_PYTHON)
     return found[0]
 
 

@@ -83,7 +83,7 @@ def check_tasks_stand(station: Station) -> None:
     running = next(station.tasks.running, None)
     if running is not None:
         number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
-        raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
+        raise UsageError(f"{running.task.program} is running", f"{{ABORT{number}}} stops it")
 
 
 def _compare(station: Station, it: Instruction) -> Dialogue[None]:
@@ -93,7 +93,7 @@ def _compare(station: Station, it: Instruction) -> Dialogue[None]:
         return
     first, second = MAIN if a is None else word(a), station.branches.present if b is None else word(b)
     if first.lower() == second.lower():
-        raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
+        raise UsageError(f"{first} is the same as {second}", "{COMPARE a, b}; {BRANCH} lists the branches")
     yield (yield from comparison(station, first, second))
 
 

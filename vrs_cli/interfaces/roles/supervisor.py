@@ -15,7 +15,7 @@ from vrs_cli.engine.clock import SLICE
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import PositionArrays, fill
-from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.errors import RequestRefused, VrsError, told_in_python
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
@@ -100,7 +100,7 @@ class Supervisor(Observer):
         """
         if answer is None:
             return self.start(act, issued)()
-        with self._conversing(answer):
+        with told_in_python(), self._conversing(answer):
             return cast(T, self._converse(lambda id: At(id, act, issued)).found)
 
     def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
@@ -109,7 +109,12 @@ class Supervisor(Observer):
         """
         inbox: Inbox[ServerMessage] = Inbox()
         id = self.port.begin(lambda id: At(id, act, issued), inbox.put)
-        return lambda: cast(T, cast(Done, self._end(inbox, id)).found)
+
+        def wait() -> T:
+            with told_in_python():
+                return cast(T, cast(Done, self._end(inbox, id)).found)
+
+        return wait
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
         """Give a line of the prompt; return the replies, with what programs type. `answer`: to questions. Raises
@@ -165,7 +170,8 @@ class Supervisor(Observer):
     def _ask(self, make: MakeRequest) -> ServerMessage:
         """Send a request, and wait for its end."""
         inbox: Inbox[ServerMessage] = Inbox()
-        return self._end(inbox, self.port.begin(make, inbox.put))
+        with told_in_python():
+            return self._end(inbox, self.port.begin(make, inbox.put))
 
     def _end(self, inbox: Inbox[ServerMessage], id: int) -> ServerMessage:
         """Wait for the end of a request, and handle what comes before. Raises what is refused. Ctrl-C stops the

@@ -36,6 +36,9 @@ from vrs_cli.language.run.runtime import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.text.printer import program_header
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import (
@@ -212,6 +215,9 @@ def _assign(session: Session, act: Assign) -> None:
 
 def _expression(session: Session, text: str) -> Expression:
     """Raises LineRefused, and UsageError for what is a command."""
+    if text.split()[:1] and text.split()[0].upper() in (COMMANDS.keys() | INSTRUCTIONS.keys()) - FUNCTIONS.keys():
+        hint = "one variable or one expression"
+        raise UsageError(f"{text} is no expression", hint, in_python=f"do({text!r}) does it")
     line = parse_prompt(f"TYPE {text}", session.names())
     typed = line.statement if isinstance(line, DoInstruction) else None
     arguments = typed.arguments if isinstance(typed, Instruction) else ()

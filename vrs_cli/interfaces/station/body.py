@@ -226,7 +226,9 @@ class RobotBody:
             found = self._stands
             if found is None or self.name != name:
                 what = f"{name or 'the body'} was told to hold, and has not reported within {within:g} s that it stands"
-                raise RequestRefused(what if self.name == name else f"{name} is the body no longer", "try RESYNC again")
+                raise RequestRefused(
+                    what if self.name == name else f"{name} is the body no longer", "try {RESYNC} again"
+                )
             return found
 
     # --- what it is told ---

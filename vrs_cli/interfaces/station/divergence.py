@@ -135,7 +135,7 @@ class DivergenceGuard:
         check()
         if report.mode is BodyMode.STOPPED and not stops:
             what = f"{body.name or 'the body'} has stopped by itself"
-            raise RequestRefused(what, "end its emergency stop first, or RESYNC STOP goes to where it stands")
+            raise RequestRefused(what, "end its emergency stop first, or {RESYNC STOP} goes to where it stands")
         leaves = self._engine.now + DELAYS * body.clock.delay + MARGIN if body.name else 0.0
         done = self._engine.resync(report.joints, stops=stops, leaves=leaves, issued=issued)
         body.command(BodyMode.FOLLOWS, done.until)
@@ -147,7 +147,7 @@ class DivergenceGuard:
 
         def check() -> None:
             if self._runs():
-                raise UsageError("RESYNC has to wait until the program stops", "ABORT stops it")
+                raise UsageError("RESYNC has to wait until the program stops", "{ABORT} stops it")
 
         check()
         report = yield from beside(lambda: self._body.standing(STANDS_WITHIN))

@@ -71,7 +71,7 @@ class RobotLease(Struct, frozen=True):
     def check(self, who: str) -> None:
         """Raises LeaseHeld for a user who does not drive."""
         if not self.drives(who):
-            raise LeaseHeld(self._held(), "ask for the lease; in the shell: /ask")
+            raise LeaseHeld(self._held(), "ask for the lease; in the shell: /ask", in_python='lease("ask") asks for it')
 
     def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Take the lease where nobody drives, or the time of its holder has passed. Raises LeaseHeld."""

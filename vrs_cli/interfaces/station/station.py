@@ -262,7 +262,7 @@ class Station:
         track = self.tasks.uses(program)
         if track is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
-            clears = f"ABORT{number}, then KILL{number}" if track.running else f"KILL{number}"
+            clears = f"{{ABORT{number}}}, then {{KILL{number}}}" if track.running else f"{{KILL{number}}}"
             raise ProgramInterlocked(
                 f"{program} is on the stack of task {track.number}, which is {track.task.state.value}",
                 f"{clears} clears it",
@@ -334,7 +334,7 @@ class Station:
         """
         name = program or self.last_program
         if name is None:
-            raise NoProgramSpecified("there is no last program", "EXECUTE name")
+            raise NoProgramSpecified("there is no last program", "{EXECUTE name}")
         task = self._task(name, arguments, cycles, step)
         self.last_program = task.program
         if not primed:
@@ -353,7 +353,7 @@ class Station:
     def _task(self, name: str, arguments: Arguments, cycles: int, step: int) -> Task:
         stored = self.environment.program(name)
         if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
-            raise ProgramNotExecutable(stored.name, f"LISTP {stored.name} shows its bad lines with a ?")
+            raise ProgramNotExecutable(stored.name, f"{{LISTP {stored.name}}} shows its bad lines with a ?")
         if (mistake := first_error(stored.analysis.diagnostics)) is not None:
             raise ProgramNotExecutable(stored.name, mistake.detail)
         if not self.engine.settings.switch("VPLUS"):
@@ -362,7 +362,7 @@ class Station:
 
     def _clock_runs(self) -> None:
         if self.engine.clock.paused:
-            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
+            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "{CLOCK GO} lets it go on")
 
     def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
         """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
@@ -373,7 +373,7 @@ class Station:
         try:
             track = self.tasks.proceed(ROBOT_PROGRAM, retry=retry)
         except TaskNotActive:
-            raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
+            raise NoProgramSpecified("no program was stopped", "{EXECUTE name} starts one") from None
         track.stepping = stepping
         return track
 

@@ -260,7 +260,7 @@ class Tasks(System):
         """
         there = self.get(number)
         if there is not None and there.running:
-            raise TaskActive(f"task {number} runs {there.task.program}", "ABORT stops it")
+            raise TaskActive(f"task {number} runs {there.task.program}", "{ABORT} stops it")
         if number != PROMPT_LINE:
             self._devices.release(number)
         track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM, driven_by=self.who)
@@ -274,7 +274,7 @@ class Tasks(System):
         """The first number that is not in use. Raises TaskActive."""
         free = set(range(1, LAST_TASK + 1)) - {track.number for track in self.running}
         if not free:
-            raise TaskActive("every task is in use", "KILL clears one")
+            raise TaskActive("every task is in use", "{KILL} clears one")
         return min(free)
 
     def proceed(self, number: int, *, retry: bool = False) -> Track:
@@ -283,7 +283,7 @@ class Tasks(System):
         """
         track = self.get(number)
         if track is None or (not track.running and track.task.ended):
-            raise TaskNotActive(f"task {number}", "EXECUTE starts one")
+            raise TaskNotActive(f"task {number}", "{EXECUTE name} starts one")
         if track.running:
             raise TaskActive(f"task {number} runs {track.task.program}")
         if retry:

@@ -298,7 +298,7 @@ class Memory(Variables):
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
         if not begun:
             names = {other: stored.name for other, stored in self.programs.items()}
-            raise UndefinedName(f"program {typed}", closest(key, names) or f"LOAD {typed} reads it from {typed}.v2")
+            raise UndefinedName(f"program {typed}", closest(key, names) or f"{{LOAD {typed}}} reads it from {typed}.v2")
         if key in self.programs:
             return self.programs[key]
         if len(begun) > 1:
@@ -310,7 +310,7 @@ class Memory(Variables):
         key = name if name in self.programs else key_of(name)
         if key not in self.programs:
             names = {other: stored.name for other, stored in self.programs.items()}
-            raise UndefinedName(f"program {name}", closest(key, names) or f"LOAD {name} reads it from {name}.v2")
+            raise UndefinedName(f"program {name}", closest(key, names) or f"{{LOAD {name}}} reads it from {name}.v2")
         return self.programs[key]
 
 

@@ -425,6 +425,7 @@ class Task:
             span.line,
             activation.program.source(activation.step),
             error.numbers,
+            str(error.for_python()) if error.in_python else "",
         )
         return Failed(self.fault, error)
 

@@ -73,7 +73,8 @@ class Cells(dict[str | Index, Value]):
 
     def __missing__(self, key: str | Index) -> Value:
         if self.omitted is not None:
-            raise UndefinedValue(self.omitted, "its argument was left out: CALL and EXECUTE give it in parentheses")
+            hint = "its argument was left out: CALL and {EXECUTE} give it in parentheses"
+            raise UndefinedValue(self.omitted, hint)
         if self.array is not None and not isinstance(key, str):
             rounded = self.rounded(key if isinstance(key, tuple) else (key,))
             exact: Index = rounded if len(rounded) > 1 else rounded[0]
