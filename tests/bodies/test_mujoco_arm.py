@@ -28,13 +28,14 @@ from vrs_cli.errors import NotAvailable
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.masses import LinkMasses
 from vrs_cli.kinematics.model import RobotModel, link_frames
-from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.values.commands import Move
 from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.values.motion import JointTarget
 
 PUMA = load_robot("puma560")
 PLACE: Joints = (0.2, -1.2, 1.0, 0.2, 0.5, 0.1)
+MEASURED = sorted(path.stem for path in (ROBOTS / "masses").glob("*.toml"))
 EXACT = ArmSettings(noise=0.0, resolution=1e-9)
 
 
@@ -88,6 +89,22 @@ def test_computed_torque_follows_a_planned_motion() -> None:
     assert np.max(np.abs(errors(found, planned))) < radians(0.05)
     late = MujocoArm(PUMA, controller="pd").advance(engine.end + 0.2, planned)
     assert radians(0.1) < np.max(np.abs(errors(late, planned))) < radians(3.0)
+
+
+@pytest.mark.parametrize("robot", MEASURED)
+def test_robots_with_masses_follow_s_curves_to_a_twentieth_of_a_degree(robot: str) -> None:
+    model, random = replace(load_robot(robot), profile="SCURVE"), np.random.default_rng(2)
+    engine, ready = Engine(model), np.array(model.poses["ready"])
+    low, high = (np.clip(ends, ready - 0.8, ready + 0.8) for ends in (model.lower, model.upper))
+    for q in (random.uniform(low, high), ready):
+        engine.begin(Move(JointTarget(tuple(q.tolist())), straight=False), program=False)
+
+    def planned(t: float) -> tuple[Joints, Joints, Joints]:
+        found = position_at(engine.arm, engine.timeline, t)
+        return found.joints, found.velocity, found.acceleration
+
+    found = MujocoArm(model, seed=1).advance(engine.end + 0.2, planned)
+    assert np.max(np.abs(errors(found, planned))) < radians(0.05)
 
 
 def test_same_seed_gives_the_same_reports() -> None:
@@ -236,6 +253,7 @@ def test_clock_that_drifts_stamps_its_reports_and_follows_by_it() -> None:
     assert np.max(np.abs(errors(found[200:], swinging))) < radians(0.1)
 
 
-def test_robot_without_masses_is_refused() -> None:
+@pytest.mark.parametrize("robot", [name for name in robot_names() if name not in MEASURED])
+def test_robots_without_masses_are_refused(robot: str) -> None:
     with pytest.raises(NotAvailable, match="mass of links 1, 2"):
-        MujocoArm(replace(with_masses(load_robot("puma260")), masses=(LinkMasses(),) * 6))
+        MujocoArm(load_robot(robot))

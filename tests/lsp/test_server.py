@@ -41,7 +41,7 @@ CAPABILITIES = {"textDocument": {"rename": {"prepareSupport": True}}}
 class Editor:
     """The client's half of the protocol, as little of it as is needed."""
 
-    def __init__(self) -> None:
+    def __init__(self, root: str | None = None, *, begins: bool = True) -> None:
         environment = os.environ | {"PYTHONPATH": str(ROOT)}
         command = [sys.executable, "-m", "vrs_cli", "tools", "lsp", "--stdio"]
         self.log = TemporaryFile()  # noqa: SIM115 (closed with the editor)
@@ -49,8 +49,13 @@ class Editor:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, env=environment
         )
         self.notified: list[dict[str, Any]] = []
-        self._number = 0
-        said = self.ask("initialize", processId=None, rootUri=None, capabilities=CAPABILITIES)
+        self._number, self._root = 0, root
+        if begins:
+            self.begin()
+
+    def begin(self) -> None:
+        """Say hello."""
+        said = self.ask("initialize", processId=None, rootUri=self._root, capabilities=CAPABILITIES)
         self.able: dict[str, Any] = said["capabilities"]
         self.name: str = said["serverInfo"]["name"]
         self.tell("initialized")
@@ -66,7 +71,19 @@ class Editor:
         message: str = self._answer(method, params)["error"]["message"]
         return message
 
-    def _answer(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
+    def code(self, method: str, params: Any) -> int:
+        """The code of the error that answers a request."""
+        error = self._answer(method, params)["error"]
+        code: int = error["code"]
+        return code
+
+    def next(self) -> dict[str, Any]:
+        """The next message that is no notification."""
+        while "method" in (message := self._receive()):
+            self.notified.append(message)
+        return message
+
+    def _answer(self, method: str, params: Any) -> dict[str, Any]:
         self._number += 1
         self._send({"id": self._number, "method": method, "params": params or None})
         while True:
@@ -107,7 +124,10 @@ class Editor:
         return self.log.read().decode()
 
     def _send(self, message: dict[str, Any]) -> None:
-        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+        self.send_raw(json.dumps({"jsonrpc": "2.0", **message}).encode())
+
+    def send_raw(self, body: bytes) -> None:
+        """Send a message as it stands."""
         assert self.process.stdin is not None
         self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
         self.process.stdin.flush()
@@ -298,6 +318,59 @@ def test_formatting(editor: Editor) -> None:
     assert "    MOVE part\n" in edit["newText"]
     assert edit["range"]["start"] == {"line": 0, "character": 0}
     assert edit["range"]["end"]["line"] >= TEXT.count("\n")
+
+
+def test_every_request_is_answered(server: Editor) -> None:
+    """Also one that is no request of the protocol."""
+    wrong: list[Any] = [{}, [1, 2], {"textDocument": {"uri": 3}, "position": {"line": "a", "character": 0}}]
+    wrong += [{"textDocument": {"uri": URI}, "position": {"line": -5, "character": 0}}]
+    for params in wrong:
+        assert server.code("textDocument/hover", params) == -32602, params
+    assert server.code("no/such", {}) == -32601
+    server.send_raw(b"{no json")
+    assert server.next()["error"]["code"] == -32700
+    server.send_raw(b"[1]")
+    assert server.next()["error"]["code"] == -32600
+
+
+def test_a_request_comes_in_its_time() -> None:
+    early = Editor(begins=False)
+    try:
+        assert early.code("textDocument/hover", at(0, 0)) == -32002
+        early.begin()
+        early.ask("shutdown")
+        assert early.code("textDocument/hover", at(0, 0)) == -32600
+    finally:
+        early.close()
+
+
+def test_the_files_of_a_folder(tmp_path: Path) -> None:
+    """Definitions, rename, symbols and findings in files that are not open."""
+    (tmp_path / "sub folder").mkdir()
+    main, lib = tmp_path / "sub folder" / "main.v2", tmp_path / "sub folder" / "lib.v2"
+    lib.write_text(".PROGRAM grip(n)\n    CALL grip(n)\n.END\n")
+    text = ".PROGRAM main()\n    CALL grip(1, 2)\n.END\n"
+    editor = Editor(root=tmp_path.as_uri())
+    try:
+        uri = main.as_uri()
+        editor.tell("textDocument/didOpen", textDocument={"uri": uri, "languageId": "v", "version": 1, "text": text})
+        assert [one["code"] for one in editor.diagnostics(1)] == [-408]
+        place = {"textDocument": {"uri": uri}, "position": {"line": 1, "character": 10}}
+        found = editor.ask("textDocument/definition", **place)
+        assert (found["uri"], where(found)) == (lib.as_uri(), (0, 9, 13))
+        found = editor.ask("textDocument/references", **place, context={"includeDeclaration": False})
+        assert [(one["uri"] == uri, where(one)) for one in found] == [(True, (1, 9, 13)), (False, (1, 9, 13))]
+        changes = editor.ask("textDocument/rename", **place, newName="hold")["changes"]
+        assert {one: len(edits) for one, edits in changes.items()} == {uri: 1, lib.as_uri(): 2}
+        assert [where(one) for one in editor.ask("textDocument/documentHighlight", **place)] == [(1, 9, 13)]
+        (symbol,) = editor.ask("workspace/symbol", query="gr")
+        assert (symbol["name"], symbol["location"]["uri"]) == ("grip", lib.as_uri())
+        assert ".PROGRAM grip(n)" in editor.ask("textDocument/hover", **place)["contents"]["value"]
+        lib.write_text(".PROGRAM grip(n, m)\n.END\n")
+        editor.tell("textDocument/didSave", textDocument={"uri": uri})
+        assert editor.diagnostics(1) == []
+    finally:
+        editor.close()
 
 
 def test_goodbye() -> None:

@@ -119,7 +119,8 @@ def window(browser: Browser, *, size: tuple[int, int] = SIZE, **options: Any) ->
         yield page
     finally:
         context.close()
-    faults = [fault for fault in faults if "ERR_CONNECTION_REFUSED" not in fault]  # of a server that a test has ended
+    ended = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET")  # said of a server that a test has ended
+    faults = [fault for fault in faults if not any(one in fault for one in ended)]
     assert not faults, "\n".join(faults)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from math import isfinite
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from vrs_cli.engine.dated import edit_of
 from vrs_cli.engine.one_motion import joint_limits
@@ -13,7 +13,6 @@ from vrs_cli.engine.planner import place_at, plan_steering
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.errors import IllegalValue, TooLate
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.instant import LATEST, on_grid
@@ -22,6 +21,9 @@ from vrs_cli.trajectory.segment import Segment, stay_inside
 from vrs_cli.trajectory.state import JointLimits, JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.motion import Motion
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.arrays import Floats
 
 TICK = on_grid(0.02)  # [s] between the targets that are taken from a chunk
 MAX_SAMPLES = 2000
@@ -36,6 +38,8 @@ class Chunk:
     """
 
     def __init__(self, model: RobotModel, times: Sequence[float], joints: Sequence[Joints]) -> None:
+        import numpy as np
+
         count = len(times)
         if not 1 <= count <= MAX_SAMPLES:
             raise IllegalValue(f"a chunk of {count} samples", f"1 to {MAX_SAMPLES} samples", value=count)
@@ -63,14 +67,16 @@ class Chunk:
         """Return when the chunk begins that is followed from `now` on, and how many samples are too late for that.
         Raises TooLate if all are.
         """
-        late = int(np.searchsorted(self.times, now, side="left"))
+        late = bisect_left(self.times.tolist(), now)
         if late == len(self.times):
             said = f"all {late} samples have passed: the last one was for {self.times[-1]:.3f} s"
             raise TooLate(said, f"the robot's clock shows {now:.3f} s: send samples for later times")
         return max(float(self.times[0]), now), late
 
-    def at(self, times: Floats) -> Floats:
+    def at(self, times: Sequence[float] | Floats) -> Floats:
         """Return the joints at times (M,) [s], those of the ends before the first and after the last sample: (M, n)."""
+        import numpy as np
+
         t = np.clip(times, self.times[0], self.times[-1])
         if len(self.times) == 1:
             return np.repeat(self.joints, len(t), axis=0)
@@ -90,7 +96,7 @@ def plan_chunk(
     """
     ticks = max(round((chunk.times[-1] - begin) / TICK), 1)
     times = [begin + k * TICK for k in range(ticks + 1)]
-    places = [tuple(row) for row in chunk.at(np.array(times)).tolist()]
+    places = [tuple(row) for row in chunk.at(times).tolist()]
     place, after = None, timeline
     for t, here, there in zip(times, places, places[1:], strict=False):
         target = Target(here, tuple([(b - a) / TICK for a, b in zip(here, there, strict=True)]))

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-import numpy as np
 from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
@@ -580,7 +579,7 @@ class Engine:
     def _followed(self, chunk: Chunk, begin: float, late: int) -> FollowReport:
         """Compare the timeline with a chunk, from `begin` on."""
         times = chunk.times[late:]
-        errors = np.abs(positions_at(self.arm, self.timeline, times).joints - chunk.joints[late:])
+        errors = abs(positions_at(self.arm, self.timeline, times).joints - chunk.joints[late:])
         mean, worst = (tuple(found.tolist()) for found in (errors.mean(axis=0), errors.max(axis=0)))
         return FollowReport(begin, self.end, late, chunk.held, mean, worst)
 

@@ -6,7 +6,8 @@ Lines and columns count from 1, as everywhere in the language (`Span`); the serv
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, pairwise
 from typing import NamedTuple
@@ -17,7 +18,7 @@ from msgspec.structs import replace
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
 from vrs_cli.interfaces.conversation.complete import DefinedNames, Signature, blanked, signature, suggestions
-from vrs_cli.interfaces.inspection import Inspector
+from vrs_cli.interfaces.inspection import ALONE, Beside, Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.analysis.names import BlockKind
@@ -73,23 +74,40 @@ class Mend(NamedTuple):
 
 
 class Document:
-    """A text, read once. `model`: the robot whose reach is checked; `inspector`: who has read the version before it."""
+    """A text, read once. `model`: the robot whose reach is checked; `inspector`: who has read the version before it.
+    `name`: of the file, for steps without a heading.
+    """
 
-    def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None) -> None:
-        self.text = text
+    def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None, name: str = "") -> None:
+        self.text, self.name = text, name
         self._inspector = inspector or Inspector(model)
-        self._parts = self._inspector.read(text)
+        self._parts = self._inspector.read(text, name)
         self._programs = tuple(programs_of(self._parts))
+        self._found: tuple[Diagnostic, ...] | None = None
         self.lines = [line for placed in self._parts for line in placed.part.lines]
+
+    @cached_property
+    def programs(self) -> Mapping[str, Program]:
+        """By key."""
+        return {program.key: program for _, program in self._programs}
+
+    @cached_property
+    def sections(self) -> tuple[Section, ...]:
+        return tuple(one.part.node for one in self._parts if isinstance(one.part.node, Section))
 
     # --- what is wrong ---
 
-    @cached_property
-    def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What `vrs check` finds."""
-        return self._inspector.inspect(self._parts)
+    def findings(self, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
+        """What `vrs check` finds. `beside`: what other files have."""
+        self._found = self._inspector.inspect(self._parts, beside)
+        return self._found
 
-    @cached_property
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """What was found last."""
+        return self.findings() if self._found is None else self._found
+
+    @property
     def mends(self) -> tuple[Mend, ...]:
         """What can be mended: what is sure, and every name that may have been meant."""
         return tuple(mend for one in self.diagnostics if (mend := self._mend(one)) is not None)
@@ -164,6 +182,36 @@ class Document:
             if one.is_same(asked)
         )
 
+    def is_local(self, asked: Occurrence, line: int) -> bool:
+        """Return whether a name in a line is that of a label, or of a variable of its program's own."""
+        here = self._at(line)
+        return asked.kind is SymbolKind.LABEL or (here is not None and self._own(asked, here))
+
+    def _own(self, asked: Occurrence, placed: Placed) -> bool:
+        return asked.kind is SymbolKind.VARIABLE and asked.key in locals_of(placed.part)
+
+    def places(self, asked: Occurrence) -> tuple[Span, ...]:
+        """Where a name of all files stands here."""
+        parts = (placed for placed in self._parts if not self._own(asked, placed))
+        return tuple(
+            placed.span(one.span) for placed in parts for one in occurrences(placed.part) if one.is_same(asked)
+        )
+
+    def origin(self, asked: Occurrence) -> Span | None:
+        """Where a name of all files is defined here: a program's heading, a section, the first assignment."""
+        if asked.kind is SymbolKind.PROGRAM:
+            found = next((one for one in self._programs if one[1].key == asked.key), None)
+            return None if found is None else found[0].span(heading_span(found[1]))
+        given = (one for one in self._given() if one[1].key == asked.key and not self._own(asked, one[0]))
+        return next((placed.span(variable.span) for placed, variable, *_ in given), None)
+
+    def check_free(self, asked: Occurrence, new: str) -> None:
+        """Raises UsageError for a new name that something else has here, or that would be taken for a function."""
+        wanted = replace(asked, key=key_of(new))
+        if wanted != asked and self.places(wanted):
+            raise UsageError(f"{new} is there already", "another name")
+        self._check_renamed(asked, wanted, self.places(asked), new)
+
     def renamed(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
         """The new name as it is written, and where. Raises UsageError, InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
@@ -207,8 +255,12 @@ class Document:
 
     # --- what could come next ---
 
-    def completions(self, line: int, column: int) -> list[Suggestion]:
-        """What may be typed at a place."""
+    def completions(
+        self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
+    ) -> list[Suggestion]:
+        """What may be typed at a place. `project`: the other files of the name space; `near`: all files whose programs
+        may be called.
+        """
         before = self.lines[line - 1][: column - 1] if line <= len(self.lines) else ""
         program = self._program_at(line)
         if program is None:  # outside of programs
@@ -219,26 +271,38 @@ class Document:
             begun = before[len(before.rstrip("0123456789")) :]
             labelled = (step for step in program.steps if step.label is not None and str(step.label).startswith(begun))
             return [Suggestion(str(step.label), len(begun), _step_text(step)) for step in labelled]
-        return suggestions(before, self._names, in_program=True)
+        return suggestions(before, self._names(project, near), in_program=True)
 
-    def signature(self, line: int, column: int) -> Signature | None:
+    def signature(self, line: int, column: int, near: Sequence[Document] = ()) -> Signature | None:
         """What is being typed takes which arguments; None outside of programs."""
         if self._program_at(line) is None:
             return None
         before = self.lines[line - 1][: column - 1]
-        return signature(before, {program.key: program for _, program in self._programs}.get)
+        return signature(before, ChainMap(*(dict(one.programs) for one in (self, *near))).get)
 
-    @cached_property
-    def _names(self) -> DefinedNames:
+    def _names(self, project: Sequence[Document], near: Sequence[Document]) -> DefinedNames:
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
-        for _, variable, kind, owner in self._given():
-            variables[kind].setdefault(variable.sigil + variable.name, owner)
+        for document in (self, *project):
+            for kind, names in document._given_names.items():
+                variables[kind] = names | variables[kind]
+        programs: dict[str, str] = {}
+        for document in (self, *near):
+            for program in document.programs.values():
+                programs.setdefault(program.name, _signature(program))
         return DefinedNames(
-            programs={program.name: _signature(program) for _, program in self._programs},
+            programs=programs,
             variables=variables.get,
             switches={row.name: row.summary for row in SWITCHES.values()},
             parameters={row.name: row.summary for row in PARAMETERS.values()},
         )
+
+    @cached_property
+    def _given_names(self) -> Mapping[Kind, dict[str, str]]:
+        """The variables that are given a value here, by kind, each with the name of the section or program."""
+        variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
+        for _, variable, kind, owner in self._given():
+            variables[kind].setdefault(variable.sigil + variable.name, owner)
+        return variables
 
     def _given(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
         """Yield every variable that the file gives a value, with its part, its kind, and the name of the section or
@@ -259,14 +323,29 @@ class Document:
 
     # --- what a word means, and where it comes from ---
 
-    def hover(self, line: int, column: int) -> tuple[str, Span] | None:
-        """Help on a word of the language, or what a name of the file is, as Markdown; and the place of the word."""
+    def hover(
+        self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
+    ) -> tuple[str, Span] | None:
+        """Help on a word of the language, or what a name is, as Markdown; and the place of the word. `project`, `near`:
+        as in `completions`.
+        """
         text, span = self._word(line, column) or ("", None)
         if span is None or text[0].isdigit():
             return None
-        unread = (one for placed in self._parts for one in placed.found(placed.part.diagnostics))
-        named = self.occurrence(line, column) is not None or any(one.span.line == line for one in unread)
-        found = (self._own_meaning(text, line) if named else "") or _help(text)
+        asked = self.occurrence(line, column)
+        if asked is None:  # a word of the language, or a name in a line that cannot be read
+            unread = (one for placed in self._parts for one in placed.found(placed.part.diagnostics))
+            named = any(one.span.line == line for one in unread)
+            found = (self._own_meaning(text, line) if named else "") or _help(text)
+        elif asked.kind is SymbolKind.PROGRAM:
+            files = (one.program_meaning(asked.key) for one in (self, *near))
+            found = next(filter(None, files), f"`{text}` is a program of no file here")
+        else:
+            others = () if self.is_local(asked, line) else project
+            found = self._variable_meaning(text, line) or next(
+                (one.place_meaning(text, asked) for one in others if one.origin(asked) is not None),
+                f"`{text}` is given a value nowhere here",
+            )
         return (found, span) if found else None
 
     def definition(self, line: int, column: int) -> Span | None:
@@ -293,16 +372,28 @@ class Document:
         return None
 
     def _own_meaning(self, word: str, line: int) -> str:
+        return self._variable_meaning(word, line) or self.program_meaning(key_of(word))
+
+    def _variable_meaning(self, word: str, line: int) -> str:
         span = self._variable(word, line)
-        if span is not None:
-            shown = self.lines[span.line - 1].strip()
-            return f"```val2\n{shown}\n```\n`{word}` is first given a value in line {span.line}"
-        found = self._program_named(word)
-        if found is None:
+        if span is None:
             return ""
-        program = found[1]
+        shown = self.lines[span.line - 1].strip()
+        return f"```val2\n{shown}\n```\n`{word}` is first given a value in line {span.line}"
+
+    def program_meaning(self, key: str) -> str:
+        """The heading of a program with its comment, as Markdown; "" for one that is not here."""
+        program = self.programs.get(key)
+        if program is None:
+            return ""
         comment = f"\n\n{program.comment.strip()}" if program.comment else ""
         return f"```val2\n.PROGRAM {_signature(program)}\n```{comment}"
+
+    def place_meaning(self, word: str, asked: Occurrence) -> str:
+        """Where a variable of all files is given a value here, as Markdown."""
+        span = self.origin(asked)
+        shown = "" if span is None else self.lines[span.line - 1].strip()
+        return f"```val2\n{shown}\n```\n`{word}` is given a value in {self.name}"
 
     def _program_named(self, name: str) -> tuple[Placed, Program] | None:
         key = key_of(name)

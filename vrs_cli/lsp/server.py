@@ -8,23 +8,38 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
-from typing import Any, Protocol
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, cast
 
 from lsprotocol import types as lsp
-from pygls.exceptions import JsonRpcInvalidParams
+from pygls import uris
+from pygls.exceptions import (
+    JsonRpcException,
+    JsonRpcInvalidParams,
+    JsonRpcInvalidRequest,
+    JsonRpcParseError,
+    JsonRpcServerNotInitialized,
+)
 from pygls.lsp.server import LanguageServer
-from pygls.protocol import json_rpc
+from pygls.protocol import LanguageServerProtocol, json_rpc
+from pygls.workspace import TextDocument
 
-from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.inspection import Inspector
+from vrs_cli.errors import FileError, VrsError
+from vrs_cli.files.opening import stamp
+from vrs_cli.files.program_file import PROGRAM_SUFFIXES, read_program_file
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.lsp.document import Document, Symbol
 from vrs_cli.lsp.occurrences import Colour, Modifier, SymbolKind
+from vrs_cli.lsp.workspace import FileSpan, Workspace
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 from vrs_cli.version import __version__
 
+MAX_FILES = 2000  # of a workspace that are looked at
 PAUSE = 0.05  # [s] without a keystroke before a text is checked: a burst of keys is checked once
 
 _SEVERITIES: Mapping[Severity, lsp.DiagnosticSeverity] = {
@@ -50,14 +65,57 @@ class Question(Protocol):
     position: lsp.Position
 
 
+class UnreadMessage(NamedTuple):
+    """A message that cannot be read: the number of the request, if it has one, and why."""
+
+    number: int | str | None
+    error: lsp.ResponseError
+    jsonrpc: str = "2.0"
+
+
+class AnsweringProtocol(LanguageServerProtocol):
+    """Answers every request, also one that is no request of the protocol, or comes before or after its time."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """Read a message."""
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as wrong:
+            if "method" in data and "id" in data:
+                number = data["id"] if isinstance(data["id"], int | str) else None
+                return UnreadMessage(number, JsonRpcInvalidParams.of(wrong).to_response_error())
+            raise
+
+    def handle_message(self, message: Any) -> None:
+        """Answer a request, or take a notification."""
+        number, method = getattr(message, "id", None), getattr(message, "method", None)
+        if isinstance(message, UnreadMessage):
+            self.refuse(message.number, message.error)
+        elif not hasattr(message, "jsonrpc"):
+            self.refuse(None, JsonRpcInvalidRequest("a message is an object with jsonrpc").to_response_error())
+        elif method is not None and number is not None and self._shutdown:
+            self.refuse(number, JsonRpcInvalidRequest("the server is shut down").to_response_error())
+        elif method not in (None, lsp.INITIALIZE, lsp.EXIT) and self._workspace is None:
+            if number is not None:
+                self.refuse(number, JsonRpcServerNotInitialized("initialize comes first").to_response_error())
+        else:
+            super().handle_message(message)
+
+    def refuse(self, number: int | str | None, error: lsp.ResponseError) -> None:
+        """Answer with an error."""
+        self._send_data(lsp.ResponseErrorMessage(number, error))
+
+
 class Val2Server(LanguageServer):
-    """The open texts, each read once a version."""
+    """The texts of the workspace, each read once a version: those that are open as the editor has them, the others as
+    they are on the disk.
+    """
 
     def __init__(self, model: RobotModel) -> None:
-        super().__init__("vrs", __version__)
-        self._model = model
-        self._read: dict[str, Document] = {}
-        self._inspectors: dict[str, Inspector] = {}
+        super().__init__("vrs", __version__, protocol_cls=AnsweringProtocol)
+        self.files = Workspace(model)
+        self._on_disk: dict[str, str] = {}
+        self._stamps: dict[str, tuple[object, str]] = {}  # of files that were read, with their texts
         self._waiting: dict[str, asyncio.TimerHandle] = {}
         logging.getLogger(json_rpc.__name__).addFilter(  # what is refused has been answered, and is no fault of ours
             lambda record: record.exc_info is None or not isinstance(record.exc_info[1], InvalidRequest)
@@ -66,16 +124,50 @@ class Val2Server(LanguageServer):
             self.feature(name, options)(partial(feature, self))
 
     def document(self, uri: str) -> Document:
-        """The text as it is now, or as it is on the disk where it is not open. Raises Refused."""
-        try:
-            source = self.workspace.get_text_document(uri).source
-        except (OSError, UnicodeError) as error:
-            raise InvalidRequest(f"{uri} is not open, and cannot be read: {error}") from None
-        known = self._read.get(uri)
-        if known is None or known.text != source:
-            inspector = self._inspectors.setdefault(uri, Inspector(self._model))
-            known = self._read[uri] = Document(source, self._model, inspector)
-        return known
+        """The text as it is now, or as it is on the disk where it is not open. Raises InvalidRequest."""
+        texts = self._texts()
+        if uri not in texts:
+            try:
+                texts[uri] = self.workspace.get_text_document(uri).source
+            except (OSError, UnicodeError) as error:
+                raise InvalidRequest(f"{uri} is not open, and cannot be read: {error}") from None
+        self.files.take(texts)
+        return self.files.document(uri)
+
+    def take(self) -> None:
+        """Take the texts as they are now."""
+        self.files.take(self._texts())
+
+    def _texts(self) -> dict[str, str]:
+        return self._on_disk | {one: document.source for one, document in self.open_texts.items()}
+
+    @property
+    def open_texts(self) -> dict[str, TextDocument]:
+        """Those that the editor has open, by address."""
+        return {document.uri: document for document in self.workspace.text_documents.values()}
+
+    def look(self) -> None:
+        """Read the program files of the workspace, and those beside open files, which have changed on the disk."""
+        opened = {uris.to_fs_path(uri): uri for uri in self.open_texts}
+        roots = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
+        found = {path: uri for path, uri in opened.items() if path}
+        for path in islice(_program_files(filter(None, roots), found), MAX_FILES):
+            found.setdefault(path, uris.from_fs_path(path) or path)
+        self._on_disk = {}
+        for path, uri in found.items():
+            if uri not in self.open_texts and (text := self._text(path)) is not None:
+                self._on_disk[uri] = text
+
+    def _text(self, path: str) -> str | None:
+        """The text of a file; None where it cannot be read."""
+        stamped = stamp(Path(path))
+        known = self._stamps.get(path)
+        if known is None or known[0] != stamped:
+            try:
+                known = self._stamps[path] = stamped, read_program_file(path)
+            except FileError:
+                return None
+        return known[1]
 
     # --- places ---
 
@@ -83,8 +175,7 @@ class Val2Server(LanguageServer):
         """The text of a question as it is now, and the line and column, from 1, that it asks about."""
         uri = params.text_document.uri
         document = self.document(uri)
-        codec = self.workspace.get_text_document(uri).position_codec
-        found = codec.position_from_client_units([*document.lines, ""], params.position)
+        found = self.workspace.position_codec.position_from_client_units([*document.lines, ""], params.position)
         return uri, document, (found.line + 1, found.character + 1)
 
     def range(self, uri: str, span: Span) -> lsp.Range:
@@ -94,8 +185,7 @@ class Val2Server(LanguageServer):
     def _position(self, uri: str, line: int, column: int) -> lsp.Position:
         lines = self.document(uri).lines
         text = lines[line - 1] if line <= len(lines) else ""
-        codec = self.workspace.get_text_document(uri).position_codec
-        return lsp.Position(line - 1, codec.client_num_units(text[: column - 1]))
+        return lsp.Position(line - 1, self.workspace.position_codec.client_num_units(text[: column - 1]))
 
     # --- diagnostics ---
 
@@ -106,11 +196,18 @@ class Val2Server(LanguageServer):
 
     def check(self, uri: str) -> None:
         """Tell the editor all that is wrong with a text that it has open."""
-        if uri not in self.workspace.text_documents:
+        if uri not in self.open_texts:
             return
-        document = self.workspace.get_text_document(uri)
-        found = [self.diagnostic(uri, one) for one in self.document(uri).diagnostics]
-        self.publish(uri, found, document.version)
+        self.document(uri)
+        for one in self.files.project(uri):
+            if one in self.open_texts:  # a change shows in the files that belong to it, too
+                found = [self.diagnostic(one, wrong) for wrong in self.files.diagnostics(one)]
+                self.publish(one, found, self.open_texts[one].version)
+
+    def opened(self, uri: str) -> None:
+        """The editor has opened or saved a text."""
+        self.look()
+        self.check(uri)
 
     def diagnostic(self, uri: str, one: Diagnostic) -> lsp.Diagnostic:
         place, severity = self.range(uri, one.span), _SEVERITIES[one.severity]
@@ -129,9 +226,20 @@ class Val2Server(LanguageServer):
     def close(self, uri: str) -> None:
         """The editor has the text open no more."""
         self.forget(uri)
-        self._read.pop(uri, None)
-        self._inspectors.pop(uri, None)
+        self.look()
         self.publish(uri, [])
+
+    def report_server_error(self, error: Exception, source: Any) -> None:
+        """Answer what is no JSON; the editor shows all else."""
+        if isinstance(error, ValueError):
+            protocol = cast(AnsweringProtocol, self.protocol)
+            protocol.refuse(None, JsonRpcParseError(str(error)).to_response_error())
+        elif not isinstance(error, JsonRpcException):
+            super().report_server_error(error, source)
+
+    def location(self, place: FileSpan) -> lsp.Location:
+        """A place in the editor's units."""
+        return lsp.Location(place.uri, self.range(place.uri, place.span))
 
     # --- symbols ---
 
@@ -146,13 +254,28 @@ class Val2Server(LanguageServer):
         )
 
 
+def _program_files(roots: Iterable[str], opened: Iterable[str]) -> Iterator[str]:
+    """The program files below some folders, and those beside files that are open; nothing hidden."""
+    for folder in sorted({os.path.dirname(path) for path in opened}):
+        with suppress(OSError):
+            yield from (os.path.join(folder, name) for name in sorted(os.listdir(folder)) if _is_program(name))
+    for root in roots:
+        for here, folders, names in os.walk(root):
+            folders[:] = sorted(name for name in folders if not name.startswith(".") and name != "node_modules")
+            yield from (os.path.join(here, name) for name in sorted(names) if _is_program(name))
+
+
+def _is_program(name: str) -> bool:
+    return name.lower().endswith(PROGRAM_SUFFIXES) and not name.startswith(".")
+
+
 # --- features --------------------------------------------------------------------------------------------------------
 
 
 def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
     uri, document, (line, column) = server.asked(params)
     items = list[lsp.CompletionItem]()
-    for one in document.completions(line, column):
+    for one in document.completions(line, column, *server.files.near(uri)):
         edit = lsp.TextEdit(server.range(uri, Span(line, column - one.length, column)), one.text)
         kind = lsp.CompletionItemKind.Keyword if one.text.isupper() else lsp.CompletionItemKind.Variable
         rank = f"{len(items):04}"
@@ -162,16 +285,16 @@ def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.Complet
 
 def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
     uri, document, place = server.asked(params)
-    found = document.hover(*place)
+    found = document.hover(*place, *server.files.near(uri))
     if found is None:
         return None
     return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found[0]), server.range(uri, found[1]))
 
 
 def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    uri, document, place = server.asked(params)
-    span = document.definition(*place)
-    return None if span is None else lsp.Location(uri, server.range(uri, span))
+    uri, _, place = server.asked(params)
+    found = server.files.definition(uri, *place)
+    return None if found is None else server.location(found)
 
 
 def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Sequence[lsp.TextEdit] | None:
@@ -191,11 +314,28 @@ def _symbols(server: Val2Server, params: lsp.DocumentSymbolParams) -> Sequence[l
 
 
 def _references(server: Val2Server, params: lsp.ReferenceParams) -> Sequence[lsp.Location]:
+    server.look()
+    uri, _, place = server.asked(params)
+    defined = None if params.context.include_declaration else server.files.definition(uri, *place)
+    taken = None if defined is None else (defined.uri, defined.span.line, defined.span.column)
+    found = server.files.references(uri, *place)
+    return [server.location(one) for one in found if (one.uri, one.span.line, one.span.column) != taken]
+
+
+def _highlights(server: Val2Server, params: lsp.DocumentHighlightParams) -> Sequence[lsp.DocumentHighlight]:
     uri, document, place = server.asked(params)
-    defined = None if params.context.include_declaration else document.definition(*place)
-    taken = None if defined is None else (defined.line, defined.column)
-    spans = (span for span in document.references(*place) if (span.line, span.column) != taken)
-    return [lsp.Location(uri, server.range(uri, span)) for span in spans]
+    return [lsp.DocumentHighlight(server.range(uri, span)) for span in document.references(*place)]
+
+
+def _workspace_symbols(server: Val2Server, params: lsp.WorkspaceSymbolParams) -> Sequence[lsp.WorkspaceSymbol]:
+    server.look()
+    server.take()
+    return [
+        lsp.WorkspaceSymbol(
+            server.location(FileSpan(uri, one.span)), one.name, _SYMBOLS[one.kind], container_name=holder or None
+        )
+        for uri, one, holder in server.files.symbols(params.query)
+    ]
 
 
 def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.Range | None:
@@ -205,13 +345,16 @@ def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.
 
 
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    """Raises Refused for a name that cannot be taken."""
-    uri, document, place = server.asked(params)
+    """Raises InvalidRequest for a name that cannot be taken."""
+    server.look()
+    uri, _, place = server.asked(params)
     try:
-        name, spans = document.renamed(*place, params.new_name)
+        name, found = server.files.renamed(uri, *place, params.new_name)
     except VrsError as refused:
         raise InvalidRequest(str(refused)) from None
-    return lsp.WorkspaceEdit({uri: [lsp.TextEdit(server.range(uri, span), name) for span in spans]})
+    return lsp.WorkspaceEdit(
+        {one: [lsp.TextEdit(server.range(one, span), name) for span in spans] for one, spans in found.items()}
+    )
 
 
 def _folding(server: Val2Server, params: lsp.FoldingRangeParams) -> Sequence[lsp.FoldingRange]:
@@ -220,8 +363,8 @@ def _folding(server: Val2Server, params: lsp.FoldingRangeParams) -> Sequence[lsp
 
 
 def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-    _, document, place = server.asked(params)
-    found = document.signature(*place)
+    uri, document, place = server.asked(params)
+    found = document.signature(*place, server.files.near(uri)[1])
     if found is None:
         return None
     parameters = [lsp.ParameterInformation(place) for place in found.arguments]
@@ -282,7 +425,9 @@ def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.Semant
 
 
 _FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # each with its options
-    lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.check(params.text_document.uri), None),
+    lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.opened(params.text_document.uri), None),
+    lsp.TEXT_DOCUMENT_DID_SAVE: (lambda server, params: server.opened(params.text_document.uri), None),
+    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: (lambda server, _params: server.look(), None),
     lsp.TEXT_DOCUMENT_DID_CHANGE: (lambda server, params: server.check_soon(params.text_document.uri), None),
     lsp.TEXT_DOCUMENT_DID_CLOSE: (lambda server, params: server.close(params.text_document.uri), None),
     lsp.TEXT_DOCUMENT_HOVER: (_hover, None),
@@ -290,6 +435,8 @@ _FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # eac
     lsp.TEXT_DOCUMENT_FORMATTING: (_formatting, None),
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: (_symbols, None),
     lsp.TEXT_DOCUMENT_REFERENCES: (_references, None),
+    lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: (_highlights, None),
+    lsp.WORKSPACE_SYMBOL: (_workspace_symbols, None),
     lsp.TEXT_DOCUMENT_PREPARE_RENAME: (_prepare_rename, None),
     lsp.TEXT_DOCUMENT_RENAME: (_rename, lsp.RenameOptions(prepare_provider=True)),
     lsp.TEXT_DOCUMENT_FOLDING_RANGE: (_folding, None),

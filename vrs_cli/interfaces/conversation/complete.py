@@ -20,16 +20,21 @@ from msgspec import Struct, field
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import FileError
 from vrs_cli.files.opening import FREE, Folder
-from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
-from vrs_cli.interfaces.monitor.plotting import QUANTITIES
-from vrs_cli.interfaces.monitor.state import BODY_WORDS, CLOCK_WORDS, STOP
-from vrs_cli.interfaces.station.operands import MEASURED
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
-from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
+from vrs_cli.language.words.monitor import (
+    AXIS_WORDS,
+    BODY_WORDS,
+    CLOCK_WORDS,
+    COMMANDS,
+    EXPLAINED,
+    MEASURED,
+    QUANTITIES,
+    STOP,
+)
 from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values.numbers import Value, count, fixed

@@ -59,12 +59,6 @@ UNITS: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 AXES: Mapping[str, Axis] = {
     axis.name: axis for frame in (Frame.WORLD, Frame.TOOL) for axis in (Axis(frame, index) for index in range(6))
 }
-AXIS_WORDS: Mapping[str, str] = {
-    "X": "along X, Y, Z of the world [mm]",
-    "RX": "about X, Y, Z of the world [deg]",
-    "TX": "along X, Y, Z of the tool [mm]",
-    "TRX": "about X, Y, Z of the tool [deg]",
-}
 FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
 
 

@@ -11,6 +11,7 @@ from msgspec import Struct
 from vrs_cli.engine.position import PositionArrays, positions_at
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.language.words.monitor import QUANTITIES
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import Curve, Plot
 
@@ -20,28 +21,6 @@ if TYPE_CHECKING:
 
 SAMPLES = 481  # more than the dots of the widest drawing need
 
-
-class Quantity(Struct, frozen=True):
-    """A word of PLOT: `joints` where it has one curve a joint; `curves`: those of the tool."""
-
-    title: str
-    unit: str
-    summary: str
-    joints: str = ""
-    curves: tuple[str, ...] = ()
-
-
-QUANTITIES: Mapping[str, Quantity] = {
-    "POSITION": Quantity("Joints", "deg", "joint angles", joints="joints"),
-    "VELOCITY": Quantity("Joint velocities", "deg/s", "joint velocities", joints="velocity"),
-    "ACCELERATION": Quantity("Joint accelerations", "deg/s2", "joint accelerations", joints="acceleration"),
-    "TOOL": Quantity("Tool", "mm", "X, Y and Z of the tool", curves=("X", "Y", "Z")),
-    "X": Quantity("Tool", "mm", "X of the tool", curves=("X",)),
-    "Y": Quantity("Tool", "mm", "Y of the tool", curves=("Y",)),
-    "Z": Quantity("Tool", "mm", "Z of the tool", curves=("Z",)),
-    "SPEED": Quantity("Tool speed", "mm/s", "how fast the tool tip moves", curves=("SPEED",)),
-    "HAND": Quantity("Hand", "1 open", "the opening of the hand", curves=("HAND",)),
-}
 
 PICTURES = (".svg", ".png", ".pdf")  # how the name of a file ends that a plot is drawn into
 SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1; into a file: PLOT 1, arm.svg"

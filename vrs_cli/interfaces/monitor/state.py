@@ -37,6 +37,7 @@ from vrs_cli.language.run.memory import stamp_of
 from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task
 from vrs_cli.language.text.ast import BareWord, Instruction
 from vrs_cli.language.text.printer import statement_text
+from vrs_cli.language.words.monitor import BODY_WORDS, CLOCK_WORDS, STOP
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.commands import SetMonitorSpeed
@@ -204,11 +205,6 @@ def _signal(station: Station, it: Instruction) -> None:
     station.settle()
 
 
-CLOCK_WORDS: Mapping[str, str] = {
-    "PAUSE": "time stands, and with it the arm",
-    "GO": "time goes on",
-    "RATE": "RATE = r: so many seconds of the robot in one second",
-}
 RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 
@@ -241,17 +237,6 @@ def _change_clock(time: WallClock, word: str, value: object) -> None:
         time.change(paused=word == "PAUSE")
     else:
         raise UsageError(f"CLOCK {word}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
-
-
-STOP = "STOP"  # of RESYNC: nothing that was scheduled is done
-BODY_WORDS: Mapping[str, str] = {
-    "RELEASE": "the client that is the body is it no longer",
-    "OFF": "nobody looks whether it is where the timeline says",
-    "WARN": "an alarm is told",
-    "HOLD": "after an alarm it is told to hold",
-    "ABORT": "after an alarm the robot stops",
-    "RESYNC": "after an alarm it holds, and is brought back if the cause has passed",
-}
 
 
 def _body(station: Station, it: Instruction) -> Dialogue[None]:

@@ -11,6 +11,7 @@ from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.language.run.runtime import WatchedExpression, evaluate
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
+from vrs_cli.language.words.monitor import MEASURED
 from vrs_cli.language.words.values import kind_of_value, plain
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import Reply
@@ -18,7 +19,6 @@ from vrs_cli.values.replies import Reply
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
-MEASURED = "MEASURED"
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
 MOST_ROWS = 100_000
 DEFAULT_ROWS = 10

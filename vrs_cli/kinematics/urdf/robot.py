@@ -1,8 +1,8 @@
 """A robot out of a URDF file: the serial chain of its joints from a base link to a tip link, and usual figures beside.
 
-Read are joints with their origins, axes and limits, and the looks of links: boxes, cylinders, spheres and files of
-meshes, each fixed in a body. Collision bodies, inertias and transmissions are left aside, nothing is fetched. Metres,
-radians, seconds, as URDF has them.
+Read are joints with their origins, axes and limits, the masses of links, and their looks: boxes, cylinders, spheres and
+files of meshes, each fixed in a body. Transmissions are left aside, nothing is fetched. Metres, radians, seconds,
+kilograms, as URDF has them.
 
 A body is what one joint of the arm moves: all links that hang on it by fixed joints, those that the joints of its hand
 move, as they are while it is closed, and those that other joints move, as they are at zero. Looks that cannot be
@@ -40,6 +40,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.hand import Fingers, Z, fingers_of, moved, other_than_z, pointing_note
+from vrs_cli.kinematics.urdf.inertial import completed, masses_of_bodies
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
 from vrs_cli.kinematics.urdf.tree import ENDLESS, HUGE, MOVING, Joint, Mimic, Tree, named, robot_element
@@ -118,6 +119,10 @@ def robot_of(
         collision=reader.shapes(table.get("collision"), model.joint_count, "collision")
         or link_shapes(folder, tree, arm.places, collision=True),
         hand_width=arm.fingers.width if width is None else width,
+        masses=completed(
+            masses_of_bodies(tree, arm.joints, {name: (place.body, place.T) for name, place in arm.places.items()}),
+            reader.masses(table.get("masses"), model.joint_count),
+        ),
         origin=Origin(
             arm.choice.base,
             arm.choice.tip,

@@ -20,7 +20,7 @@ def _fitted(text: str, width: int) -> str:
 
 def _fixed(value: float, width: int, decimals: int) -> str:
     text = f"{value:.{decimals}f}"
-    return _fitted(text[1:] if text.startswith("-") and not text.strip("-0.") else text, width)  # -0.00 is said as 0.00
+    return _fitted(text[1:] if text[0] == "-" and not text.strip("-0.") else text, width)  # -0.00 is said as 0.00
 
 
 def _general(value: float, width: int, decimals: int) -> str:
@@ -69,21 +69,19 @@ def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tup
     parts, newline = list[str](), True
     form, width, decimals = NUMBER_FORMS["D"], 0, DECIMALS
     for item in items:
-        match item:
-            case str():
-                parts.append(item)
-            case float():
-                parts.append(form(item, width, decimals))
-            case None | Format(code="N"):  # N says how to write, not what
-                pass
-            case Format(code="S"):
-                newline = False
-            case Format() if item.code in CONTROLS:
-                parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
-            case Format():
+        if isinstance(item, float):
+            parts.append(form(item, width, decimals))
+        elif isinstance(item, str):
+            parts.append(item)
+        elif isinstance(item, Format):
+            if item.code in NUMBER_FORMS:
                 form, width = NUMBER_FORMS[item.code], item.width or 0
                 decimals = DECIMALS if item.decimals is None else item.decimals
-            case _:
-                shown = (form(number, width, decimals) for number in numbers_of(item, units))
-                parts += (text if text.startswith(" ") else f" {text}" for text in shown)
+            elif item.code in CONTROLS:
+                parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
+            elif item.code == "S":  # and N says how to write, not what
+                newline = False
+        elif item is not None:
+            shown = (form(number, width, decimals) for number in numbers_of(item, units))
+            parts += (text if text.startswith(" ") else f" {text}" for text in shown)
     return "".join(parts), newline

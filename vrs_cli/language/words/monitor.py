@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from vrs_cli.language.words.instructions import DEFINED, INSTRUCTIONS, PLACE, refused
 from vrs_cli.language.words.word import Role, Shape, Word, by_name
 
@@ -241,3 +243,51 @@ BESIDE = frozenset(_BESIDE.split())
 # those of them that move the robot, or ask where it is: not from another branch than that of the program
 _ON_BRANCH = "HERE TEACH EXECUTE PRIME SSTEP XSTEP NEXT PROCEED RETRY PCEXECUTE PCPROCEED PCRETRY"
 ON_BRANCH = frozenset(_ON_BRANCH.split())
+
+
+# --- words behind a command ---
+
+MEASURED = "MEASURED"  # of WHERE and COMPARE: the measured robot
+CLOCK_WORDS: Mapping[str, str] = {
+    "PAUSE": "time stands, and with it the arm",
+    "GO": "time goes on",
+    "RATE": "RATE = r: so many seconds of the robot in one second",
+}
+STOP = "STOP"  # of RESYNC: nothing that was scheduled is done
+BODY_WORDS: Mapping[str, str] = {
+    "RELEASE": "the client that is the body is it no longer",
+    "OFF": "nobody looks whether it is where the timeline says",
+    "WARN": "an alarm is told",
+    "HOLD": "after an alarm it is told to hold",
+    "ABORT": "after an alarm the robot stops",
+    "RESYNC": "after an alarm it holds, and is brought back if the cause has passed",
+}
+AXIS_WORDS: Mapping[str, str] = {
+    "X": "along X, Y, Z of the world [mm]",
+    "RX": "about X, Y, Z of the world [deg]",
+    "TX": "along X, Y, Z of the tool [mm]",
+    "TRX": "about X, Y, Z of the tool [deg]",
+}
+
+
+class Quantity(Struct, frozen=True):
+    """A word of PLOT: `joints` where it has one curve a joint; `curves`: those of the tool."""
+
+    title: str
+    unit: str
+    summary: str
+    joints: str = ""
+    curves: tuple[str, ...] = ()
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "POSITION": Quantity("Joints", "deg", "joint angles", joints="joints"),
+    "VELOCITY": Quantity("Joint velocities", "deg/s", "joint velocities", joints="velocity"),
+    "ACCELERATION": Quantity("Joint accelerations", "deg/s2", "joint accelerations", joints="acceleration"),
+    "TOOL": Quantity("Tool", "mm", "X, Y and Z of the tool", curves=("X", "Y", "Z")),
+    "X": Quantity("Tool", "mm", "X of the tool", curves=("X",)),
+    "Y": Quantity("Tool", "mm", "Y of the tool", curves=("Y",)),
+    "Z": Quantity("Tool", "mm", "Z of the tool", curves=("Z",)),
+    "SPEED": Quantity("Tool speed", "mm/s", "how fast the tool tip moves", curves=("SPEED",)),
+    "HAND": Quantity("Hand", "1 open", "the opening of the hand", curves=("HAND",)),
+}

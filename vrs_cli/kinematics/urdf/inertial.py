@@ -1,0 +1,119 @@
+"""What a URDF file says of the masses and drives of an arm: one `LinkMasses` for each body that a joint of it moves.
+
+A body has the masses of all its links: those that hang on it by fixed joints, and its closed hand. An inertia that is
+not given, or given as zeros, stays unknown. What a file says of drives is the effort of a joint's limits, and damping
+and friction of its dynamics, where they are above zero. Format: http://wiki.ros.org/urdf/XML/link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element
+
+from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics.masses import Inertia, LinkMasses
+from vrs_cli.kinematics.transform import Transform, Vector, added, compose, position, rotate, scaled, subtracted
+from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, named
+
+INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # in the order of `Inertia`
+ZERO: Inertia = (0.0,) * 6
+
+
+class _Solid(NamedTuple):
+    """A mass [kg], its centre [m] and its inertia about the centre [kg m2], in the frame of a body."""
+
+    mass: float
+    centre: Vector
+    inertia: Inertia
+
+
+def masses_of_bodies(
+    tree: Tree, joints: Sequence[Joint], places: Mapping[str, tuple[int, Transform]]
+) -> tuple[LinkMasses, ...]:
+    """Return the masses and drives of the bodies behind the joints of an arm. `places`: in which body each link is (0
+    is the base), and T_body_link. A body is unknown where no link of it has a mass, or one has a wrong figure.
+    """
+    solids: list[list[_Solid | None]] = [[] for _ in range(len(joints) + 1)]
+    for link in tree.robot.findall("link"):
+        place, inertial = places.get(named(link)), link.find("inertial")
+        if place is not None and inertial is not None:
+            body, T = place
+            solids[body].append(_solid(tree, inertial, T))
+    return tuple(
+        (_together(row) or LinkMasses())._replace(**_drive(tree, joint))
+        for row, joint in zip(solids[1:], joints, strict=True)
+    )
+
+
+def completed(masses: Sequence[LinkMasses], own: Sequence[LinkMasses]) -> tuple[LinkMasses, ...]:
+    """Return the masses with what `own` says of a link in the place of what they say; nothing if no mass is known."""
+    said = ({key: x for key, x in one._asdict().items() if x is not None} for one in own or masses)
+    found = tuple(link._replace(**row) for link, row in zip(masses, said, strict=True))
+    return found if any(link.mass is not None for link in found) else ()
+
+
+def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
+    """Return the mass of a link in the frame of its body, T = T_body_link; None where a figure of it is wrong."""
+    found, inertia = inertial.find("mass"), inertial.find("inertia")
+    with suppress(FileDamaged):
+        placed = compose(T, tree.origin(inertial))
+        (mass,) = tree.numbers(inertial, "mass", "" if found is None else found.get("value", ""), 1)
+        if mass < 0.0:
+            return None
+        values: Mapping[str, str] = {} if inertia is None else inertia.attrib
+        rows = [tree.numbers(inertial, f"inertia {key}", values.get(key, "0"), 1)[0] for key in INERTIA_KEYS]
+        xx, yy, zz, xy, xz, yz = rows
+        return _Solid(mass, position(placed), _turned(placed, (xx, yy, zz, xy, xz, yz)))
+    return None
+
+
+def _turned(T: Transform, inertia: Inertia) -> Inertia:
+    """Return R I R^T with the rotation R of T."""
+    xx, yy, zz, xy, xz, yz = inertia
+    half = [rotate(T, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]  # columns of R I
+    (a, d, e), (_, b, f), (_, _, c) = (rotate(T, row) for row in zip(*half, strict=True))  # rows of R I, turned
+    return a, b, c, d, e, f
+
+
+def _together(solids: Sequence[_Solid | None]) -> LinkMasses | None:
+    """Return the mass of all solids of a body, or None where it is not known."""
+    known = [one for one in solids if one is not None]
+    if not known or len(known) < len(solids):
+        return None
+    mass = sum(one.mass for one in known)
+    if not mass > 0.0:
+        return LinkMasses(mass=0.0, centre=known[0].centre, inertia=known[0].inertia)
+    centre: Vector = (0.0, 0.0, 0.0)
+    for one in known:
+        centre = added(centre, scaled(one.centre, one.mass / mass))
+    total = ZERO
+    for one in known:
+        x, y, z = subtracted(one.centre, centre)
+        moved = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+        total = _sum(total, one.inertia, [one.mass * part for part in moved])
+    return LinkMasses(mass=mass, centre=centre, inertia=total if any(total) else None)
+
+
+def _sum(*rows: Sequence[float]) -> Inertia:
+    xx, yy, zz, xy, xz, yz = map(sum, zip(*rows, strict=True))
+    return xx, yy, zz, xy, xz, yz
+
+
+def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
+    """Return the greatest torque and the friction of a joint, where the file says them."""
+    said = dict[str, Any]()
+    for key, tag, attribute in (
+        ("max_torque", "limit", "effort"),
+        ("viscous", "dynamics", "damping"),
+        ("coulomb", "dynamics", "friction"),
+    ):
+        element = joint.element.find(tag)
+        with suppress(FileDamaged):
+            (value,) = tree.numbers(
+                joint.element, attribute, "0" if element is None else element.get(attribute, "0"), 1
+            )
+            if 0.0 < value < HUGE:
+                said[key] = value
+    return said

@@ -1,0 +1,223 @@
+"""The program files of a workspace: which of them are one name space, and where a name stands in all of these.
+
+Files belong together where one names another in a comment (`; with: lib.v2`), or calls a program that it does not have
+and exactly one other file of its folder has. Pure: whoever makes it gives the texts by their addresses.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from posixpath import dirname, join, normpath, splitext
+from typing import NamedTuple
+from urllib.parse import unquote
+
+from vrs_cli.errors import UsageError
+from vrs_cli.interfaces.inspection import Beside, Inspector
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.text.source import files_named_above, program_name, programs_headed
+from vrs_cli.language.words.values import key_of
+from vrs_cli.lsp.document import Document, Symbol
+from vrs_cli.lsp.occurrences import SymbolKind
+from vrs_cli.values.diagnostics import Diagnostic, Span
+
+MAX_SYMBOLS = 500  # that are found for a query
+_CALLS = re.compile(r"(?i)\b(?:CALLP?|GOSUB|PRIME|(?:PC)?EXECUTE|REACT[IE]?)[ \t]([^;\n]*)")
+_NAME = re.compile(r"[A-Za-z][\w.]*")
+
+
+class FileSpan(NamedTuple):
+    """A span in the text of an address."""
+
+    uri: str
+    span: Span
+
+
+class _Outline(NamedTuple):
+    """What links a text to others, found without reading it: the keys of its programs, those that it may call, and the
+    files that it names.
+    """
+
+    programs: frozenset[str]
+    called: frozenset[str]
+    named: tuple[str, ...]
+
+
+@lru_cache(maxsize=4096)
+def _outline(text: str, name: str) -> _Outline:
+    own = programs_headed(text) or {key_of(program_name(name))}
+    found = (
+        one[1]
+        for one in _CALLS.finditer(text)
+        if text.rfind(";", text.rfind("\n", 0, one.start()) + 1, one.start()) < 0
+    )
+    called = frozenset(key_of(word) for rest in set(found) for word in _NAME.findall(rest))
+    return _Outline(frozenset(own), called - own, tuple(file for file, _ in files_named_above(text)))
+
+
+class Workspace:
+    """The texts by address, as they are now; `take` gives newer ones. A text that is not read again keeps its tree."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self._model = model
+        self._texts: Mapping[str, str] = {}
+        self._documents: dict[str, Document] = {}
+        self._inspectors: dict[str, Inspector] = {}
+        self._links: dict[str, set[str]] | None = None
+
+    def take(self, texts: Mapping[str, str]) -> None:
+        """The texts from now on."""
+        self._texts, self._links = texts, None
+        for gone in self._documents.keys() - texts.keys():
+            del self._documents[gone]
+            self._inspectors.pop(gone, None)
+
+    def document(self, uri: str) -> Document:
+        """A text, read once. Raises KeyError for one that is not there."""
+        known, text = self._documents.get(uri), self._texts[uri]
+        if known is None or known.text != text:
+            inspector = self._inspectors.setdefault(uri, Inspector(self._model))
+            known = self._documents[uri] = Document(text, self._model, inspector, _stem(uri))
+        return known
+
+    # --- which files belong together ---
+
+    def project(self, uri: str) -> tuple[str, ...]:
+        """The addresses of one name space: this one, then the others in the order of their names."""
+        if self._links is None:
+            self._links = self._linked()
+        found, waiting = {uri}, [uri]
+        for here in waiting:  # which grows
+            new = self._links.get(here, set()) - found
+            found |= new
+            waiting += new
+        return (uri, *sorted(found - {uri}))
+
+    def _linked(self) -> dict[str, set[str]]:
+        """The files that each file is linked with."""
+        outlines = {other: _outline(text, _stem(other)) for other, text in self._texts.items()}
+        folders = {other: _folder(other) for other in outlines}
+        links: dict[str, set[str]] = {other: set() for other in outlines}
+        owners: dict[tuple[str, str], list[str]] = {}
+        for other, outline in outlines.items():
+            for key in outline.programs:
+                owners.setdefault((folders[other], key), []).append(other)
+        by_path = {unquote(other).lower(): other for other in outlines}
+        for other, outline in outlines.items():
+            of_calls = (owners.get((folders[other], key), ()) for key in outline.called)
+            linked = {files[0] for files in of_calls if len(files) == 1}
+            paths = (normal(join(folders[other], file)) for file in outline.named)
+            linked |= {meant for path in paths if (meant := by_path.get(path) or by_path.get(f"{path}.v2"))}
+            links[other] |= linked
+            for one in linked:
+                links[one].add(other)
+        return links
+
+    def others(self, uri: str) -> list[Document]:
+        """The other files of its name space."""
+        return [self.document(other) for other in self.project(uri)[1:]]
+
+    def _near(self, uri: str) -> list[Document]:
+        """The other files whose programs may be called: those of its name space, then of its folder."""
+        project = self.project(uri)[1:]
+        folder = sorted(
+            one for one in self._texts if _folder(one) == _folder(uri) and one not in project and one != uri
+        )
+        return [self.document(other) for other in (*project, *folder)]
+
+    # --- what is wrong ---
+
+    def diagnostics(self, uri: str) -> tuple[Diagnostic, ...]:
+        """What `vrs check` finds in a text that stands in its name space."""
+        document, others, project = self.document(uri), self.others(uri), self.project(uri)
+        first = (self.document(other) for other in project[1:] if other < uri)
+        near = frozenset(
+            key
+            for other, text in self._texts.items()
+            if _folder(other) == _folder(uri) and other != uri
+            for key in _outline(text, _stem(other)).programs
+        )
+        return document.findings(
+            Beside(
+                {key: program for other in others for key, program in other.programs.items()},
+                tuple(section for other in others for section in other.sections),
+                frozenset(key for other in first for key in other.programs),
+                near,
+            )
+        )
+
+    # --- names in all files ---
+
+    def definition(self, uri: str, line: int, column: int) -> FileSpan | None:
+        """Where a name is defined: in its own file, else in another one of the name space."""
+        document = self.document(uri)
+        asked = document.occurrence(line, column)
+        span = document.definition(line, column)
+        if span is not None or asked is None or document.is_local(asked, line):
+            return None if span is None else FileSpan(uri, span)
+        for other in self.project(uri)[1:]:
+            if (span := self.document(other).origin(asked)) is not None:
+                return FileSpan(other, span)
+        return None
+
+    def references(self, uri: str, line: int, column: int) -> Iterator[FileSpan]:
+        """All places of a name, those of its own file first."""
+        document = self.document(uri)
+        asked = document.occurrence(line, column)
+        yield from (FileSpan(uri, span) for span in document.references(line, column))
+        if asked is not None and not document.is_local(asked, line):
+            for other in self.project(uri)[1:]:
+                yield from (FileSpan(other, span) for span in self.document(other).places(asked))
+
+    def renamed(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
+        """The new name as it is written, and where. Raises UsageError, InvalidName."""
+        document = self.document(uri)
+        asked = document.occurrence(line, column)
+        new, spans = document.renamed(line, column, name)
+        found = {uri: spans}
+        if asked is None or document.is_local(asked, line):
+            return new, found
+        for other in self.project(uri)[1:]:
+            file = self.document(other)
+            if places := file.places(asked):
+                found[other] = places
+            try:
+                file.check_free(asked, new)
+            except UsageError as refused:
+                raise UsageError(f"{refused.detail} in {_stem(other)}", refused.hint) from None
+        return new, found
+
+    def symbols(self, query: str) -> Iterator[tuple[str, Symbol, str]]:
+        """Programs and variables of sections whose names hold a text, with the address and what holds them."""
+        count, wanted = 0, query.lower()
+        for uri in sorted(self._texts):
+            for symbol in self.document(uri).symbols:
+                named = [(symbol, "")] if symbol.kind is SymbolKind.PROGRAM else []
+                named += [(one, symbol.name) for one in symbol.children if one.kind is SymbolKind.VARIABLE]
+                for one, holder in named:
+                    if wanted in one.name.lower():
+                        yield uri, one, holder
+                        count += 1
+                        if count == MAX_SYMBOLS:
+                            return
+
+    # --- what is near ---
+
+    def near(self, uri: str) -> tuple[Sequence[Document], Sequence[Document]]:
+        """The other files of the name space, and all whose programs may be called."""
+        return self.others(uri), self._near(uri)
+
+
+def normal(path: str) -> str:
+    """An address that a file name leads to, as addresses are compared."""
+    scheme, sign, rest = path.partition("://")
+    return f"{scheme}{sign}{normpath(rest)}".lower() if sign else normpath(path).lower()
+
+
+def _folder(uri: str) -> str:
+    return dirname(unquote(uri))
+
+
+def _stem(uri: str) -> str:
+    return splitext(unquote(uri).rsplit("/", 1)[-1])[0]
