@@ -18,7 +18,7 @@ from vrs_cli.language.words.instructions import CONNECTIVES, CONTROL, INSTRUCTIO
 from vrs_cli.language.words.monitor import COMMANDS
 
 ROOT = Path(__file__).parents[2]
-FILES = ("programs/*.v2", "tests/programs/conformance/*.v2", "tests/errors/*.v2err")
+FILES = ("programs/*.v2", "tests/conformance/programs/*.v2", "tests/errors/*.v2err")
 LONGEST_PART = 13  # lines of a sample
 
 FRAGMENTS = (

@@ -119,7 +119,7 @@ def test_every_rule_that_makes_something_has_a_method_that_makes_it() -> None:
 
 def lines() -> Iterator[str]:
     """Lines of all sample programs, right and wrong, and random ones; and some of them with a part left out."""
-    files = sorted((*ROOT.glob("programs/*.v2"), *ROOT.glob("tests/programs/**/*.v2*")))
+    files = sorted((*ROOT.glob("programs/*.v2"), *ROOT.glob("tests/conformance/**/*.v2*")))
     found = {line for file in files for line in file.read_text(encoding="utf-8").splitlines()}
     random = Random(20)
     found |= {random_line(random) for _ in range(some(2000))}

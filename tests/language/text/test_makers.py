@@ -95,5 +95,5 @@ def test_other_files_are_not(text: str) -> None:
 
 def test_no_program_of_ours_is_taken_for_another() -> None:
     home = Path(__file__).parents[3]
-    for path in (*home.glob("programs/**/*.v2"), *home.glob("tests/programs/**/*.v2")):
+    for path in (*home.glob("programs/**/*.v2"), *home.glob("tests/conformance/**/*.v2")):
         assert foreign_file(path.read_text(encoding="utf-8")) is None, path
