@@ -304,12 +304,9 @@ class ExpressionCompiler:
 
     def given_to_call(self, expression: ast.Expression | None) -> py.expr:
         """Pass an argument as `argument_of_call` does; a plain variable as a tuple, which costs no call."""
-        if (
-            isinstance(expression, ast.Variable)
-            and not expression.grouped
-            and not (expression.many and expression.indexes)
-        ):
-            return tree.tuple_of(self._fields(expression))
+        if isinstance(expression, ast.Variable) and not expression.grouped:
+            part = expression.many and expression.indexes  # a row: its reference is computed
+            return self.reference(expression) if part else tree.tuple_of(self._fields(expression))
         if expression is not None and self.kind_of(expression) is Kind.REAL:
             return tree.call("real_by_value", tree.name("X"), self.in_range(expression))
         return self.argument_of_call(expression)
