@@ -38,6 +38,8 @@ def test_program(name: str, tmp_path: Path) -> None:
     assert tuple(line.strip() for line in result.typed) == case.expected
     fault = result.fault
     assert (() if fault is None else (str(fault.code), fault.program, str(fault.step))) == case.fault
+    beside = [one.fault for one in result.beside if one.fault is not None]
+    assert tuple(word for one in beside for word in (str(one.code), one.program, str(one.step))) == case.task
     assert result.outcome in (RunOutcome.COMPLETED, RunOutcome.HALTED, RunOutcome.FAILED)
     if case.end:
         end = session.engine.position(session.engine.end).joints
