@@ -21,6 +21,7 @@ WORDS = (
     "expect",
     "written",
     "fault",
+    "task",
     "end",
     "dialect",
 )  # of the lines above a program
