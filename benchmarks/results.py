@@ -19,11 +19,27 @@ from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from io import BytesIO
+from math import degrees
 from pathlib import Path
 from time import process_time
 from typing import Any, NamedTuple
 
-from benchmarks import bulk, engine, events, program, prompt, robots, startup, steering, timeline, world
+from benchmarks import (
+    body,
+    bulk,
+    divergence,
+    engine,
+    events,
+    jitter,
+    measured,
+    program,
+    prompt,
+    robots,
+    startup,
+    steering,
+    timeline,
+    world,
+)
 from benchmarks import contacts as first_contacts
 from benchmarks.peers import Peers, beside
 from benchmarks.peers.timing import each
@@ -213,6 +229,23 @@ def contacts(_: Peers) -> Iterator[Figure]:
     yield Figure("first contact of a motion", "ms", 1e3 * motion, 3.5)
 
 
+def measured_robot(_: Peers) -> Iterator[Figure]:
+    """A body, what it reports, the watch over it, and steering over a jittery line."""
+    if find_spec("mujoco") is not None:
+        it = min((body.followed() for _ in range(ROUNDS)), key=lambda one: one.seconds)
+        off = f"off by {degrees(body.errors(it).max()):.2g} deg at most"
+        yield Figure("simulated PUMA 560 at 1 kHz", "s per s", body.SECONDS / it.seconds, 30.0, off, True)
+        yield Figure("divergence, a report", "us", divergence.report_time(it))
+    costs = measured.costs()
+    yield Figure("a report of 6 joints with velocities, memory", "bytes a joint", costs.bytes / measured.JOINTS, 16.0)
+    yield Figure("- taken", "us", costs.add)
+    yield Figure("- g of the measured timeline, at random", "us", costs.look)
+    yield Figure("- g, 200,000 times at once", "us", costs.together)
+    rms = {name: jerk.rms for name, (jerk, _) in jitter.measured(600.0).items()}
+    beside_it = f"naive {rms['naive']:.3g}, the targets {rms['targets']:.3g}"
+    yield Figure("steering over gamma 200 +- 80 ms, jerk", "deg/s3 rms", rms["stamped"], 0.0, beside_it)
+
+
 def long_ones(_: Peers) -> Iterator[Figure]:
     for count, wanted in ((100_000, 0.0), (1_000_000, 2.0)):
         arm, course = timeline.tiled(count)
@@ -268,7 +301,7 @@ KINDS: dict[str, tuple[Callable[[int], float], tuple[int, ...]]] = {
 
 # --- the page ----------------------------------------------------------------------------------------------------
 
-PARTS = (starting, motion, kinematics, reading, planning, steered, dated, contacts, parts, long_ones)
+PARTS = (starting, motion, kinematics, reading, planning, steered, dated, contacts, parts, measured_robot, long_ones)
 
 
 def machine() -> str:

@@ -9,6 +9,7 @@ import pytest
 from tests.engine.wall import ManualWall
 from vrs_cli.api.robot import Robot
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import LocationOutOfRange, PowerOff
 from vrs_cli.interfaces.steering import ChunkSteering, Steering
 from vrs_cli.kinematics.joints import Joints
@@ -68,6 +69,20 @@ def test_its_time_still_says_how_fast_the_targets_move() -> None:
         steering.to((READY[0] + radians(0.2 * k), *READY[1:]), 0.02 * k)
     assert engine.now == pytest.approx(3.0)
     assert max(segment.path.velocity(0.0)[0] for segment in engine.timeline) < radians(80.0)
+
+
+def test_between_targets_that_come_in_bunches_the_robot_goes_on() -> None:
+    wall = ManualWall(0.0)
+    engine = Engine(MODEL, clock=wall.clock())
+    steering = Steering(engine)
+    for bunch in range(20):
+        wall.seconds = 0.2 * (bunch + 1)
+        for k in range(10 * bunch, 10 * bunch + 10):
+            steering.to(swing(0.02 * k), 0.02 * k)
+    off = [
+        abs(joints_at(engine.arm, engine.timeline, t)[0] - swing(t - 0.2)[0]) for t in (1.1, 1.5, 2.1, 2.5, 3.1, 3.5)
+    ]
+    assert max(off) < radians(5.0)
 
 
 def test_without_a_time_a_target_is_for_now() -> None:

@@ -26,6 +26,7 @@ from vrs_cli.values.acts import FollowChunk
 from vrs_cli.values.results import FollowReport
 
 STEER = "STEER"  # the text of its motions
+KEPT = 0.95  # of the longest wait between targets that come late, from target to target
 SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
 WINDOW = 0.25  # [s] of a stream that go to a served robot in one chunk
 
@@ -76,6 +77,7 @@ class Steering:
         self.engine, self.speed = engine, speed
         self.following = Following()
         self._last: tuple[float, Joints] | None = None
+        self._came, self._wait = 0.0, 0.0  # when the last target came, and how long the robot may wait for the next [s]
 
     def to(self, target: Joints | Transform, t: float | None = None) -> None:
         """Go to a target at time t [s], or now. A target outside the range of a joint is taken at its end.
@@ -91,8 +93,9 @@ class Steering:
         goal = put_inside(asked, model.lower, model.upper)
         stamp = now if t is None else t
         self.following.count(where, goal, model.units, held=goal != asked, lag=max(now - stamp, 0.0))
+        self._wait = max(now - self._came, KEPT * self._wait) if now > stamp else 0.0
         self._go(goal, stamp)
-        self._last = stamp, goal
+        self._last, self._came = (stamp, goal), now
 
     def _wait_for(self, t: float | None) -> float:
         """Wait until a time, which may have passed already. Return the present instant [s]."""
@@ -108,7 +111,9 @@ class Steering:
             self._last = None
 
     def _go(self, goal: Joints, stamp: float) -> None:
-        """Chase a target that moves; go to the first one, and to one after a gap, whose motion is not known."""
+        """Chase a target that moves; go to the first one, and to one after a gap, whose motion is not known. Targets that
+        come late come in bunches: until the next bunch the robot goes on.
+        """
         last = self._last
         since = stamp - last[0] if last is not None else 0.0
         if last is None or not 0.0 < since <= LONGEST:
@@ -116,7 +121,8 @@ class Steering:
             return
         tick = max(since, SHORTEST)
         velocity = tuple((b - a) / tick for a, b in zip(last[1], goal, strict=True))
-        self.engine.steer(Target(goal, velocity), tick, speed=self.speed, text=STEER)
+        lasting = max(tick, min(self._wait, LONGEST))
+        self.engine.steer(Target(goal, velocity), lasting, speed=self.speed, text=STEER)
 
 
 class FollowedChunks(Struct):
