@@ -69,6 +69,15 @@ def behind(it: Serving, forward: float, backward: float | Delays) -> Iterator[Se
         thread.join(PATIENCE)
 
 
+def test_a_robot_is_entered_over_a_round_trip_of_nearly_the_whole_wait(
+    robot: Serving, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The socket takes one round trip, hello another one."""
+    monkeypatch.setattr("vrs_cli.net.client.OPENING", 2.0)
+    with behind(robot, 0.6, 0.6) as far, vrs.connect(far.address) as r:
+        assert r.model.name == "puma560"
+
+
 def first_change(caller: Caller) -> Delta:
     """Of what has come, or comes."""
     there = [one for one in caller.heard if isinstance(one, Delta)]

@@ -111,8 +111,8 @@ class Steering:
             self._last = None
 
     def _go(self, goal: Joints, stamp: float) -> None:
-        """Chase a target that moves; go to the first one, and to one after a gap, whose motion is not known. Targets that
-        come late come in bunches: until the next bunch the robot goes on.
+        """Chase a target that moves; go to the first one, and to one after a gap, whose motion is not known. Late
+        targets come in bunches: until the next bunch the robot goes on.
         """
         last = self._last
         since = stamp - last[0] if last is not None else 0.0

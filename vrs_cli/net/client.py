@@ -40,7 +40,7 @@ from vrs_cli.net.playout import USUAL_PERCENTILE, Playout
 from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.wire.codec import Encoding
 
-OPENING = 10.0  # [s] that a handshake takes at most
+OPENING = 10.0  # [s] that each of two handshakes takes at most: of the socket, and hello
 KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
 CLOSING = 2.0  # [s] that closing takes at most
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
@@ -167,10 +167,10 @@ class Client:
         """Connect. To be called once. Raises RequestRefused if no robot answers, and what the server refuses."""
         self._opened = asyncio.get_running_loop().create_future()
         self._task = asyncio.create_task(self._run())
-        done, _ = await asyncio.wait([self._opened], timeout=OPENING)
+        done, _ = await asyncio.wait([self._opened], timeout=2.0 * OPENING)
         if not done:
             await self.close()
-            raise RequestRefused(f"{self.url} does not say hello within {OPENING:g} s", A_ROBOT)
+            raise RequestRefused(f"{self.url} does not say hello within {2.0 * OPENING:g} s", A_ROBOT)
         self._opened.result()
         assert self.far.welcome is not None, "it is open"
         return self.far.welcome

@@ -144,7 +144,7 @@ class DelayProxy:
         try:
             await connection.carry((reader, writer), far)
         except OSError as error:
-            self._tell(f"{number}: {error.strerror}")
+            self._tell(f"{number}: {error.strerror or 'one end has closed it'}")
         finally:
             _reset(writer)
             _reset(far[1])
