@@ -33,7 +33,7 @@ ROOMS = (
     Room("network", ("net", "bodies", "lab"), 150, 150),
     Room("teaching", ("teach",), 640, 150),
     Room("robot", ("interfaces", "devices"), 440, 230),
-    Room("files and wire", ("files", "wire"), 150, 300),
+    Room("files and wire", ("files", "wire", "convert"), 150, 300),
     Room("cell and body", ("world", "contacts", "twin"), 640, 265),
     Room("language", ("language",), 610, 335),
     Room("motion: f and g", ("engine", "trajectory"), 380, 410),

@@ -31,6 +31,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "language",
     "wire",
     "files",
+    "convert",
     "world",
     "devices",
     "contacts",

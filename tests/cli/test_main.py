@@ -69,7 +69,7 @@ def test_help_lists_every_subcommand(vrs: Vrs, option: str) -> None:
 
 
 TREE = """
-work: shell demo run check fmt
+work: shell demo run convert check fmt
 trajectories: view where replay export verify
 class: learn grade class class token
 many: serve connect body

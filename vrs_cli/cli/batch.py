@@ -129,14 +129,18 @@ class Batch(Struct, frozen=True):
         """The first file."""
         return self.sources[0]
 
+    @property
+    def aside(self) -> bool:
+        """Return whether the result of the run stands alone on standard output."""
+        return self.options.json or self.outputs.takes_standard_output
+
     def run(self) -> int:
         """Load and execute; the exit status."""
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
-        aside = options.json or self.outputs.takes_standard_output  # where TYPE and PROMPT write
         with memory(options.max_memory) as enough, running as progress, self._folder() as folder:
             lines = piped(sys.stdin) if options.realtime is not None else None
-            output = sys.stderr if aside else sys.stdout
+            output = sys.stderr if self.aside else sys.stdout  # where TYPE and PROMPT write
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
             station = self._station(terminal, folder)
             end_by = station.driver.end_by

@@ -41,7 +41,7 @@ A link lets in whoever has it: give each student the own one alone. See docs/ser
     option("students", metavar="NAME", nargs="*", help="of new and forget: students; of links: only theirs"),
     option("--names", metavar="FILE", help="new: names of students, one in each line"),
     option("--at", metavar="URL", help="links: the address of the server (default: http://127.0.0.1:8765)"),
-    option("--to", metavar="FOLDER", help="collect: where to (default: the folder collected of the class)"),
+    option("--to", metavar="FOLDER", help="collect: where to (default: collected, in FOLDER)"),
 )
 
 

@@ -167,7 +167,7 @@ CHOICES = (  # which arm of a URDF file, and what counts of its locations: descr
     option("--task", metavar="TASK", choices=TASKS, rare=True, help="see vrs robots --help"),
 )
 ROBOT = (  # for `chosen_robot`
-    option("--robot", metavar="NAME|FILE", help="name (vrs robots), or TOML or URDF file"),
+    option("--robot", metavar="NAME|FILE", help="name or file: see vrs robots"),
     *CHOICES,
 )
 DIALECT = option(  # for `chosen_dialect`
@@ -180,7 +180,7 @@ DIALECT = option(  # for `chosen_dialect`
 CELL = option(
     "--cell",
     metavar="CELL.toml",
-    help="signals, parts and sensors (default: see docs/cell.md)",
+    help="what is around it (see docs/cell.md)",
 )
 
 

@@ -233,7 +233,7 @@ file under pseudonyms. After a kill the same command goes on with the next trial
         nargs="+",
         help="what becomes of late commands (default: ABORT and POSTPONE)",
     ),
-    option("--seeds", metavar="N", type=size, help="trials a row (default: 20; of methods 5, of twin 2)"),
+    option("--seeds", metavar="N", type=size, help="trials a row (default: 20, 5 or 2)"),
     option(
         "--seconds",
         rare=True,

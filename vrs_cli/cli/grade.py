@@ -310,7 +310,7 @@ teacher.html; students' files tell the points of all hidden checks together.
     option("--quiet", rare=True, action="store_true", help="print no table"),
     group(
         "outputs, - is standard output",
-        option("--json", metavar="FILE", help="all results: marks, reasons, variants, similar submissions, digest"),
+        option("--json", metavar="FILE", help="all results, with reasons and variants"),
         option("--csv", metavar="FILE", help="a table for a gradebook"),
         option("--junit", rare=True, metavar="FILE", help="JUnit's XML"),
         option(

@@ -51,13 +51,13 @@ def rate_option(beside: str = "") -> AddOption:
 
 
 OUTPUT_OPTIONS = (  # for `Outputs.of`
-    option("--csv", metavar="OUT", help="write a table of joints and tool (- is standard output)"),
+    option("--csv", metavar="OUT", help="a table of joints and tool (- is standard output)"),
     rate_option(),
-    option("--plot", metavar="OUT.svg|png|pdf", help="draw the curves"),
+    option("--plot", metavar="OUT.svg|png|pdf", help="the curves"),
     option(
         "--report",
         metavar="OUT.html",
-        help="write a page with curves and a picture",
+        help="a page with curves and a picture",
     ),
     option("--report-at", rare=True, metavar="S", type=number, help="the moment of that picture (default: the end)"),
 )

@@ -311,7 +311,7 @@ def export_parser(prog: str) -> Parser:
         ),
         rate_option(", or frames (gif, mp4: 10)"),
         option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
-        option("--cell", metavar="CELL.toml", help="the cell of the robot, to be shown (mcap: where its parts are)"),
+        option("--cell", metavar="CELL.toml", help="the cell to be shown (mcap: where parts are)"),
         MEASURED,
         LENIENT,
     )

@@ -195,7 +195,7 @@ def serve_parser(prog: str) -> Parser:
             type=_robot,
             action="append",
             default=[],
-            help="a robot that all may hold, and its name or file (vrs robots); may be repeated",
+            help="a robot for all, and its name or file; may be repeated",
         ),
         *CHOICES,
         option(
@@ -204,12 +204,12 @@ def serve_parser(prog: str) -> Parser:
             type=_cell,
             action="append",
             default=[],
-            help="what is around each robot, or the one that is named: parts, fixtures and sensors; may be repeated",
+            help="what is around each robot, or the named one; may be repeated",
         ),
         group(
             "a class",
             option("--class", dest="class_folder", metavar="FOLDER", help="of vrs class new: all that a class needs"),
-            option("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes"),
+            option("--tokens", metavar="FILE", help="who may enter, as what (TOML, read again when it changes)"),
             option(
                 "--robots-per-token",
                 rare=True,
@@ -253,7 +253,7 @@ def serve_parser(prog: str) -> Parser:
         ),
         group(
             "what is kept",
-            option("--journal", metavar="DIR", help="what robots do and know: there again when the server is"),
+            option("--journal", metavar="DIR", help="what robots do and know, kept over a restart"),
             option("--folder", metavar="DIR", help="the files of robots, one folder for each (default: temporary)"),
             option(
                 "--audit", rare=True, metavar="FILE", help="a line for each command (default: audit.jsonl in --journal)"
@@ -269,7 +269,7 @@ def serve_parser(prog: str) -> Parser:
                 action="store_true",
                 help="other machines too, though all can be read on the way",
             ),
-            option("--pages", action="store_true", help="show the robots in browsers, at the same address"),
+            option("--pages", action="store_true", help="show the robots in browsers"),
             option(
                 "--origin",
                 rare=True,

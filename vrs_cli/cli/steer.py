@@ -49,8 +49,7 @@ MOST_TOLD = 5  # lines that are no targets, or out of reach, that are named
 LONGEST_LINE = 1 << 16  # characters: a longer one is no target, and is not kept whole
 
 EPILOG = """\
-A line is a time and the joints [s, deg; mm where a joint slides]; or the first line names the columns, as
-vrs run --csv writes them: t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg].
+A line is a time and the joints [s, deg, mm], or what the first line names, such as t,x,y,z,o,a,t_angle.
 
   vrs lab steer taught.csv --csv followed.csv
   robot_logger | vrs lab steer ws://lab:8000

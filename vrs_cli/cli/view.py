@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.world import World
 
 
-CELL_HELP = "parts, fixtures and sensors (default: of a program file, as in vrs run)"
+CELL_HELP = "what is around it (see docs/cell.md)"
 EPILOG = """\
   vrs view
   vrs view pick.v2 --rate 0.5

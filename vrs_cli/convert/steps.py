@@ -1,0 +1,301 @@
+"""The executed steps of a run: its timeline as one neutral list, which `writers` put into other languages.
+
+Everything is read from the timeline: motions, standing still, and dated events. Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from math import dist, hypot
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vrs_cli.engine.position import position_at
+from vrs_cli.engine.problem import segment_joints
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.kinematics.transform import position as tip
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.events import FIRST_INPUT, HAND, Event
+from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
+
+SAME_TIME = 1e-6  # [s]
+SAME_PLACE = 1e-7  # [rad, m] of joints
+LEAST_BLEND = 1e-4  # [m]: a smaller one is written as a stop
+SAMPLES = 9  # of the speeds in a segment
+
+
+class RunStep(Struct, frozen=True, kw_only=True):
+    """Something that happened at `time` [s]. `late`: how long after the begin of the motion written next (positive) or
+    before the end of the one written last (negative) it was [s].
+    """
+
+    time: float
+    late: float = 0.0
+
+
+class MoveStep(RunStep, frozen=True):
+    """A motion: joint-interpolated, or a straight line of the tool tip.
+
+    It ends at `joints`, where the tool is at `T_world_tool`, as seen from BASE; where it was cut short, that is the
+    place of the cut. `end`: when it ends [s], or the next one cuts it. `rounded`: the next one begins as it slows down.
+    `blend`: how near the tip comes before the next
+    motion begins [m]; 0 for a stop. `motion`: what was commanded. The greatest values on the way: `joint_rate`, a
+    fraction of what the joints can; `axis_speed` and `axis_acceleration` of the joint that goes farthest; `tip_speed`,
+    `tip_acceleration` and `turn_speed` of the tool.
+    """
+
+    straight: bool
+    joints: Joints
+    T_world_tool: Transform
+    end: float
+    motion: Motion
+    cut: bool = False
+    rounded: bool = False
+    blend: float = 0.0
+    joint_rate: float = 0.0
+    axis_speed: float = 0.0
+    axis_acceleration: float = 0.0
+    tip_speed: float = 0.0
+    tip_acceleration: float = 0.0
+    turn_speed: float = 0.0
+
+
+class FramesStep(RunStep, frozen=True):
+    """TOOL and BASE that hold from now on."""
+
+    frames: Frames
+
+
+class SignalStep(RunStep, frozen=True):
+    """An output goes on or off."""
+
+    number: int
+    on: bool
+
+
+class HandStep(RunStep, frozen=True):
+    """The hand begins to open or to close, as far as `opening` (from 0, closed, to 1), and takes `duration` [s]."""
+
+    opens: bool
+    opening: float
+    duration: float
+
+
+class InputStep(RunStep, frozen=True):
+    """A program has read an input, which was `on` or off then. `waited`: how long it had waited for that [s]."""
+
+    number: int
+    on: bool
+    waited: float = 0.0
+
+
+class WaitStep(RunStep, frozen=True):
+    """The robot stood still for `seconds`."""
+
+    seconds: float
+
+
+class ExecutedRun(Struct, frozen=True):
+    """A run: where it began, and its steps. `inputs`: when inputs became on or off (time [s], signal, state)."""
+
+    arm: RobotArm
+    start: Joints
+    frames: Frames
+    steps: tuple[RunStep, ...]
+    inputs: tuple[tuple[float, int, bool], ...] = ()
+
+    @property
+    def moves(self) -> Iterator[MoveStep]:
+        return (step for step in self.steps if isinstance(step, MoveStep))
+
+
+def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
+    """Read the steps of a run from its timeline."""
+    motions = [list(found) for _, found in groupby(timeline, key=lambda segment: segment.motion.number)]
+    initial, *motions = motions
+    start = segment_joints(arm, initial[0], 0.0)
+    builder = StepBuilder(arm, timeline, motions, initial[0].motion.frames)
+    inputs, on = list[tuple[float, int, bool]](), dict[int, bool]()
+    for event in timeline.events:  # a sensor of a cell has no events: what was read of it tells how it was
+        if event.channel >= FIRST_INPUT and on.get(event.channel, False) is not event.value > 0.0:
+            on[event.channel] = event.value > 0.0
+            inputs.append((event.time, event.channel, event.value > 0.0))
+    return ExecutedRun(arm, start, initial[0].motion.frames, tuple(_without_polling(builder.steps())), tuple(inputs))
+
+
+class StepBuilder:
+    """Makes the steps of a timeline whose segments are given by motion."""
+
+    def __init__(self, arm: RobotArm, timeline: Timeline, motions: Sequence[Sequence[Segment]], frames: Frames) -> None:
+        self.arm, self.timeline, self.motions, self.frames = arm, timeline, motions, frames
+        self.opening = 0.0  # of the hand
+        self.clock = timeline.start  # up to which the steps tell what happened [s]
+        self.events = [e for e in timeline.events if e.observed is (e.channel >= FIRST_INPUT)]
+
+    def steps(self) -> Iterator[RunStep]:
+        """Yield all steps in the order in which they are to be written."""
+        moves, waiting = self._moves(), list(self.events)
+        for segments, move in zip(self.motions, moves, strict=True):
+            begin, end = segments[0].start, segments[-1].finish
+            while waiting and self._belongs_before(waiting[0], segments[0], move):
+                yield from self._event(waiting.pop(0), move)
+            yield from self._wait(begin)
+            frames = segments[0].motion.frames
+            if frames != self.frames:
+                self.frames = frames
+                yield FramesStep(time=begin, frames=frames)
+            if move is not None:
+                yield move
+                self.clock = end
+                while waiting and waiting[0].time < end - SAME_TIME:
+                    event = waiting.pop(0)
+                    yield self._step_of(event, late=event.time - end)
+        for event in waiting:
+            yield from self._event(event, None)
+        yield from self._wait(self.timeline.last)
+
+    def _belongs_before(self, event: Event, first: Segment, move: MoveStep | None) -> bool:
+        """Whether an event is written before a motion: also an output in its first half; while the robot only stands,
+        what was commanded first comes first.
+        """
+        if abs(event.time - first.start) <= SAME_TIME:
+            return move is not None or event.number <= first.motion.number
+        if event.time < first.start or move is None or event.channel >= FIRST_INPUT:
+            return event.time < first.start
+        return event.time - move.time < move.end - event.time
+
+    def _event(self, event: Event, move: MoveStep | None) -> Iterator[RunStep]:
+        """Yield what an event is, after the time that the robot stood still until then."""
+        if move is not None and event.time > move.time + SAME_TIME:
+            yield from self._wait(move.time)
+            yield self._step_of(event, late=event.time - move.time)
+            return
+        if event.observed and event.duration == 0.0:  # it has just become so: the program waited for that
+            yield self._step_of(event, waited=max(event.time - self.clock, 0.0))
+            self.clock = max(self.clock, event.time)
+            return
+        yield from self._wait(event.time)
+        yield self._step_of(event)
+
+    def _step_of(self, event: Event, *, late: float = 0.0, waited: float = 0.0) -> RunStep:
+        on = event.value > 0.0
+        if event.channel == HAND:
+            opens = event.value > self.opening or event.value == 1.0
+            self.opening = event.value
+            return HandStep(opens, event.value, event.duration, time=event.time, late=late)
+        if event.channel >= FIRST_INPUT:
+            return InputStep(event.channel, on, waited, time=event.time, late=late)
+        return SignalStep(event.channel, on, time=event.time, late=late)
+
+    def _wait(self, until: float) -> Iterator[WaitStep]:
+        if until > self.clock + SAME_TIME:
+            yield WaitStep(time=self.clock, seconds=until - self.clock)
+            self.clock = until
+
+    def _moves(self) -> list[MoveStep | None]:
+        """The motions as moves, None where the robot only stood."""
+        found = list[MoveStep | None]()
+        for index, segments in enumerate(self.motions):
+            following = self.motions[index + 1] if index + 1 < len(self.motions) else None
+            found.append(self._move(segments, following))
+        return _without_overlaps(found)
+
+    def _move(self, segments: Sequence[Segment], following: Sequence[Segment] | None) -> MoveStep | None:
+        first, last = segments[0], segments[-1]
+        motion, arm = first.motion, self.arm
+        if all(segment.phase is Phase.REST for segment in segments):
+            return None
+        begun, reached = segment_joints(arm, first, 0.0), segment_joints(arm, last, last.duration)
+        goal = self._goal(motion, last, reached)
+        short = max(abs(a - b) for a, b in zip(goal, reached, strict=True)) > SAME_PLACE
+        slows = following is not None and (following[0].motion.start is Start.BLEND or last.phase is Phase.DECELERATE)
+        joints = goal if slows else reached
+        pose, left = (
+            compose(inverse(motion.frames.base), compose(arm.forward(q), motion.frames.tool)) for q in (joints, reached)
+        )
+        return MoveStep(
+            motion.kind is MotionKind.STRAIGHT,
+            joints,
+            pose,
+            last.finish,
+            motion,
+            short and not slows,
+            short and slows,
+            dist(tip(pose), tip(left)),
+            *self._rates(segments, begun, joints),
+            time=first.start,
+        )
+
+    def _goal(self, motion: Motion, last: Segment, reached: Joints) -> Joints:
+        """The joints where a motion leads if nothing cuts it short; those `reached` where it has no goal."""
+        if motion.kind is MotionKind.JOINT and motion.goal is not None:
+            return motion.goal
+        if motion.pose is None or isinstance(last.path, JointPath):
+            return reached
+        flange = compose(motion.pose, inverse(motion.frames.tool))
+        if max(abs(a - b) for a, b in zip(self.arm.forward(reached), flange, strict=True)) < SAME_PLACE:
+            return reached
+        found = self.arm.inverse_branch(flange, last.path.configuration, reached)
+        return reached if found is None else found
+
+    def _rates(self, segments: Sequence[Segment], begun: Joints, joints: Joints) -> tuple[float, ...]:
+        """The greatest speeds of a motion, as MoveStep has them."""
+        arm, tool, limits = self.arm, segments[0].motion.frames.tool, self.arm.model.max_velocity
+        farthest = max(range(len(joints)), key=lambda i: abs(joints[i] - begun[i]) / limits[i])
+        most = [0.0] * 6
+        steady = [segment for segment in segments if segment.phase is not Phase.BLEND]  # no speed of the one before
+        for segment in steady or segments:
+            h, before = segment.duration / (SAMPLES - 1), None
+            for k in range(SAMPLES if h > 0.0 else 0):
+                at = position_at(arm, self.timeline, segment.start + k * h)
+                if not at.moving:
+                    continue
+                vx, vy, vz, wx, wy, wz = arm.twist(at.joints, at.velocity, tool)
+                speed = hypot(vx, vy, vz)
+                rising = 0.0 if before is None else abs(speed - before) / h
+                rate = max(abs(v) / limit for v, limit in zip(at.velocity, limits, strict=True))
+                now = (
+                    rate,
+                    abs(at.velocity[farthest]),
+                    abs(at.acceleration[farthest]),
+                    speed,
+                    rising,
+                    hypot(wx, wy, wz),
+                )
+                most, before = [max(a, b) for a, b in zip(most, now, strict=True)], speed
+        return tuple(most)
+
+
+def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
+    """Yield the steps; of several readings of an input with only waits between, the last one, with all the waits."""
+    held: list[RunStep] = []  # a reading, and the waits after it
+    for step in steps:
+        first = held[0] if held else None
+        if isinstance(step, InputStep) and isinstance(first, InputStep) and step.number == first.number:
+            waited = sum(one.seconds for one in held if isinstance(one, WaitStep))
+            held = [replace(step, waited=first.waited + waited + step.waited)]
+        elif isinstance(step, WaitStep) and held:
+            held.append(step)
+        else:
+            yield from held
+            held = [step] if isinstance(step, InputStep) else []
+            if not held:
+                yield step
+    yield from held
+
+
+def _without_overlaps(moves: Sequence[MoveStep | None]) -> list[MoveStep | None]:
+    """The moves with blends of at most half the way to the corners before and after, as controllers want them."""
+    found, places = list(moves), [None if move is None else tip(move.T_world_tool) for move in moves]
+    for k, move in enumerate(moves):
+        here = places[k]
+        if move is not None and here is not None and move.blend:
+            near = (*places[max(k - 1, 0) : k], *places[k + 1 : k + 2])
+            blend = min([move.blend, *(0.5 * dist(here, place) for place in near if place is not None)])
+            found[k] = replace(move, blend=blend if blend >= LEAST_BLEND else 0.0)
+    return found

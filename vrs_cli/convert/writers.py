@@ -1,0 +1,694 @@
+"""Executed steps in the languages of robot makers, and as a Python program: one class a target, listed in `TARGETS`.
+
+The facts of the languages are those that their makers publish: the script manual of Universal Robots (motion module,
+blends, digital inputs and outputs), the RAPID reference manuals of ABB (confdata, speeddata, zonedata, tooldata,
+wobjdata, MoveAbsJ, MoveL), KUKA's KRL reference (PTP, LIN, $APO, TRIGGER; C_DIS behind PTP from KSS 8.2 on).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from math import atan2, degrees, floor, hypot, inf
+from typing import ClassVar
+
+from msgspec import Struct
+
+from vrs_cli.convert.steps import (
+    SAME_TIME,
+    ExecutedRun,
+    FramesStep,
+    HandStep,
+    InputStep,
+    MoveStep,
+    RunStep,
+    SignalStep,
+    WaitStep,
+)
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.one_motion import rounding_begins, slowing_down
+from vrs_cli.engine.parameters import PARAMETERS
+from vrs_cli.errors import UsageError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import Arm, Elbow, Joints, Wrist
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import IDENTITY, Transform, axis_angle, scaled, to_oat, unit_quaternion
+from vrs_cli.kinematics.transform import position as tip
+from vrs_cli.language.run.operations import trans
+from vrs_cli.values.commands import (
+    Break,
+    Delay,
+    Move,
+    Request,
+    SetAcceleration,
+    SetBase,
+    SetDuration,
+    SetParameter,
+    SetSpeed,
+    SetTool,
+    SpeedUnit,
+    Stamp,
+)
+from vrs_cli.values.events import FIRST_INPUT
+from vrs_cli.values.motion import Frames, JointTarget, MotionKind, PoseTarget, Start, Target
+
+SLOW = 0.2  # of the greatest velocity of the joints: the way to where the run began
+UNNAMED = re.compile(r"\W+", re.ASCII)
+
+
+class Written(Struct, frozen=True):
+    """A program in another language, and `notes`: what that language cannot say, and what its reader must know."""
+
+    text: str
+    notes: tuple[str, ...]
+
+
+def number(value: float, decimals: int = 4) -> str:
+    """Return a number without zeros at its end; never -0."""
+    text = f"{value:.{decimals}f}".rstrip("0").rstrip(".")
+    return "0" if text in {"-0", ""} else text
+
+
+def numbers(values: Sequence[float], decimals: int = 4) -> str:
+    return ", ".join([number(value, decimals) for value in values])
+
+
+def mm(T: Transform) -> tuple[float, float, float]:
+    """Return the place of a pose in millimetres."""
+    x, y, z = scaled(tip(T), 1000.0)
+    return x, y, z
+
+
+class StepWriter:
+    """Writes the steps of a run, one method a kind of step. `axes`: the robots that the language moves, R a joint that
+    turns, P one that slides; none given: all. `outputs`, `inputs`: how many signals it has; None: as VAL-II.
+    """
+
+    title: ClassVar[str]
+    remark: ClassVar[str]  # begins a comment
+    indent: ClassVar[str] = "  "
+    axes: ClassVar[tuple[str, ...]] = ()
+    longest_name: ClassVar[int] = 32
+    outputs: ClassVar[int | None] = None
+    says_times: ClassVar[bool] = False
+
+    def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
+        self.run, self.arm, self.units = run, run.arm, run.arm.model.units
+        self.name, self.source = identifier(name, self.longest_name), source
+        self.lines, self.notes = list[str](), dict[str, None]()
+        self.frames = run.frames
+        self.before: MoveStep | None = None  # the move that was written last
+
+    @classmethod
+    def check(cls, model: RobotModel) -> None:
+        """Raise UsageError for a robot whose joints the language cannot tell."""
+        kind = "".join("P" if model.units.slides(joint) else "R" for joint in range(1, model.joint_count + 1))
+        if cls.axes and kind not in cls.axes:
+            what = f"{cls.title} moves robots with the joints {' or '.join(cls.axes)} (R turns, P slides)"
+            raise UsageError(f"{what}, and {model.name} has {kind}", "--to python takes every robot")
+
+    def write(self, stopped: str = "") -> Written:
+        """Write all steps; `stopped`: with which error the program stopped, behind them."""
+        if not self.says_times:
+            self.note(f"the joints are those of {self.arm.model.name}, axis by axis; places are in its frame")
+        steps = self.run.steps
+        for place, step in enumerate(steps):
+            following = next((one for one in steps[place + 1 :] if isinstance(one, MoveStep | WaitStep)), None)
+            self.step(step, following if isinstance(following, MoveStep) else None)
+        if stopped:
+            self.say(f"{self.remark} here the program stopped: {stopped}")
+        head, foot = self.around()
+        return Written(
+            "\n".join([*head, *(f"{self.indent}{line}" for line in self.lines), *foot, ""]), tuple(self.notes)
+        )
+
+    def step(self, step: RunStep, following: MoveStep | None) -> None:
+        """Write a step; `following`: the move that begins right after it, if one does."""
+        match step:
+            case MoveStep():
+                self._tell_of(step)
+                self.move(step)
+                self.before = step
+            case FramesStep():
+                before, self.frames = self.frames, step.frames
+                self.set_frames(before)
+            case WaitStep():
+                self.wait(step)
+            case InputStep():
+                self.say(f"{self.remark} signal {step.number} is {'on' if step.on else 'off'}{_waited(step)}")
+                self._tell_late(step, f"signal {step.number} is read")
+                self.input(step)
+            case SignalStep() if self.outputs is not None and step.number > self.outputs:
+                self.cannot(f"{self.title} has no output {step.number}")
+            case SignalStep():
+                self._tell_late(step, f"signal {step.number}")
+                self.signal(step, following)
+            case HandStep():
+                self._tell_late(step, "the hand")
+                if step.opening not in (0.0, 1.0) and not self.says_times:
+                    self.cannot(f"the hand {'opens' if step.opens else 'closes'} to {100.0 * step.opening:.0f} %")
+                self.hand(step, following)
+
+    def _tell_of(self, move: MoveStep) -> None:
+        """Say what the next move cannot say: its time, or that another cut it short."""
+        motion = move.motion
+        if motion.text:
+            self.say(f"{self.remark} {motion.text}")
+        if self.says_times:
+            return
+        if motion.kind is MotionKind.STEERED:
+            self.cannot(f"{motion.text or 'a motion'} follows a stream of targets: written as one motion to its end")
+        if motion.start is Start.AT:
+            self.cannot(f"{motion.text or 'a motion'} begins at {move.time:.3f} s: written without the time")
+        if move.cut:
+            self.cannot(
+                f"{motion.text or 'a motion'} is cut short at {move.end:.3f} s: written up to there, with a stop"
+            )
+
+    def _tell_late(self, step: RunStep, what: str) -> None:
+        if abs(step.late) > SAME_TIME and not self.says_times:
+            where = "after the begin" if step.late > 0.0 else "before the end"
+            self.cannot(f"{what} at {step.time:.3f} s, {abs(step.late):.3f} s {where} of the motion")
+
+    def note(self, text: str) -> None:
+        self.notes[text] = None
+
+    def cannot(self, text: str) -> None:
+        """Write what the language cannot say, as a comment and as a note."""
+        self.note(text)
+        self.say(f"{self.remark} NOT SAID: {text}")
+
+    def say(self, line: str) -> None:
+        self.lines.append(line.replace("\n", " "))
+
+    # --- what each language says in its own way ---
+
+    def around(self) -> tuple[list[str], list[str]]:
+        """Return the lines before and behind the steps."""
+        raise NotImplementedError
+
+    def move(self, step: MoveStep) -> None:
+        raise NotImplementedError
+
+    def set_frames(self, before: Frames) -> None:
+        raise NotImplementedError
+
+    def wait(self, step: WaitStep) -> None:
+        raise NotImplementedError
+
+    def input(self, step: InputStep) -> None:
+        raise NotImplementedError
+
+    def signal(self, step: SignalStep, following: MoveStep | None) -> None:
+        raise NotImplementedError
+
+    def hand(self, step: HandStep, following: MoveStep | None) -> None:
+        raise NotImplementedError
+
+    def shown(self, joints: Joints) -> list[str]:
+        """Return joints in degrees (mm where one slides)."""
+        return [number(value, 6) for value in self.units.shown(joints)]
+
+    def heading(self) -> list[str]:
+        model = self.arm.model
+        return [
+            f"{self.remark} {self.source}, as executed in virtual time by vrs, for the joints of {model.title}",
+            f"{self.remark} Tried in no simulator of the maker: look at every line before a robot moves.",
+        ]
+
+
+def identifier(name: str, longest: int) -> str:
+    """Return a name that every language takes: letters, digits and underscores, a letter first."""
+    plain = UNNAMED.sub("_", name).strip("_")[: longest - 2] or "program"
+    return plain if plain[0].isalpha() else f"p_{plain}"
+
+
+def _waited(step: InputStep) -> str:
+    return f": the program waited {step.waited:.3f} s for it" if step.waited > SAME_TIME else " when it is read"
+
+
+# --- URScript ---------------------------------------------------------------------------------------------------------
+
+
+class URScriptWriter(StepWriter):
+    """Metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's base."""
+
+    title, remark, axes = "URScript", "#", ("RRRRRR",)
+    BANK = 8  # standard inputs and outputs, and as many configurable ones
+    outputs = 2 * BANK
+
+    def around(self) -> tuple[list[str], list[str]]:
+        self.note(
+            "URScript: signals 1 to 8 are the standard outputs 0 to 7, 9 to 16 the configurable ones, inputs likewise"
+        )
+        self.note("URScript: the hand is the tool output 0; a pose has no configuration, the joints before it decide")
+        start = numbers(self.run.start, 9)
+        rate = SLOW * min(self.arm.model.max_velocity)
+        head = [
+            *(f"# {line[2:]}" for line in self.heading()),
+            f"def {self.name}():",
+            "  def hand(opens):",
+            "    set_tool_digital_out(0, opens)",
+            "  end",
+            f"  set_tcp({self._pose(self.run.frames.tool)})",
+            f"  base = {self._pose(self.run.frames.base)}",
+            f"  movej([{start}], a={number(rate)}, v={number(rate)})",
+        ]
+        return head, ["end"]
+
+    def move(self, step: MoveStep) -> None:
+        blend = f", r={number(step.blend, 5)}" if step.blend else ""
+        if step.straight:
+            a, v = max(step.tip_acceleration, 0.01), max(step.tip_speed, 0.001)
+            target, word = f"pose_trans(base, {self._pose(step.T_world_tool)})", "movel"
+        else:
+            a, v = max(step.axis_acceleration, 0.01), max(step.axis_speed, 0.001)
+            target, word = f"[{numbers(step.joints, 9)}]", "movej"
+        self.say(f"{word}({target}, a={number(a)}, v={number(v)}{blend})")
+
+    def set_frames(self, before: Frames) -> None:
+        if self.frames.tool != before.tool:
+            self.say(f"set_tcp({self._pose(self.frames.tool)})")
+        if self.frames.base != before.base:
+            self.say(f"base = {self._pose(self.frames.base)}")
+
+    def wait(self, step: WaitStep) -> None:
+        self.say(f"sleep({number(step.seconds)})")
+
+    def input(self, step: InputStep) -> None:
+        place = step.number - FIRST_INPUT
+        if place >= 2 * self.BANK:
+            self.cannot(f"{self.title} has no input {step.number}")
+            return
+        self.say(f"while get_{self._bank(place, 'in')} != {step.on}:")
+        self.say("  sync()")
+        self.say("end")
+
+    def signal(self, step: SignalStep, following: MoveStep | None) -> None:  # noqa: ARG002 (KRL and Python look at it)
+        self.say(f"set_{self._bank(step.number - 1, 'out', f', {step.on}')}")
+
+    def hand(self, step: HandStep, following: MoveStep | None) -> None:  # noqa: ARG002
+        self.say(f"hand({step.opens})")
+
+    def _bank(self, place: int, way: str, value: str = "") -> str:
+        kind = "standard" if place < self.BANK else "configurable"
+        return f"{kind}_digital_{way}({place % self.BANK}{value})"
+
+    def _pose(self, T: Transform) -> str:
+        axis, angle = axis_angle(T)
+        return f"p[{numbers((*tip(T), *scaled(axis, angle)), 9)}]"
+
+
+# --- KRL --------------------------------------------------------------------------------------------------------------
+
+
+class KRLWriter(StepWriter):
+    """Millimetres and degrees; a frame is {X, Y, Z, A, B, C}, turned about z, the new y and the new x."""
+
+    title, remark, indent, axes, longest_name = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
+    NAMES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1")
+    HAND = 1000  # the output of the hand
+
+    def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
+        super().__init__(run, name, source)
+        self.set: dict[str, str] = {}  # what each variable or setting is
+
+    def around(self) -> tuple[list[str], list[str]]:
+        self.note(
+            f"KRL: signal n is $OUT[n], input 1000+n is $IN[n], the hand is $OUT[{self.HAND}] (see the first lines)"
+        )
+        head = [
+            f"DEF {self.name}()",
+            *self.heading(),
+            f"SIGNAL HAND $OUT[{self.HAND}]",
+            "BAS(#INITMOV, 0)",
+            f"$TOOL = {self._frame(self.run.frames.tool)}",
+            f"$BASE = {self._frame(self.run.frames.base)}",
+            f"BAS(#VEL_PTP, {round(100 * SLOW)})",
+            f"PTP {self._axes(self.run.start)}",
+        ]
+        return head, ["END"]
+
+    def move(self, step: MoveStep) -> None:
+        blend = ""
+        if step.blend:
+            self._set("$APO.CDIS", number(1000.0 * step.blend, 2))
+            blend = " C_DIS"
+        if step.straight:
+            self._set("$VEL.CP", number(max(step.tip_speed, 0.001)))
+            self._set("$VEL.ORI1", number(max(degrees(step.turn_speed), 1.0), 2))
+            self.say(f"LIN {self._frame(step.T_world_tool, step.joints[6:])}{blend}")
+        else:
+            percent = max(round(100.0 * step.joint_rate), 1)
+            if self.set.get("PTP") != str(percent):
+                self.set["PTP"] = str(percent)
+                self.say(f"BAS(#VEL_PTP, {min(percent, 100)})")
+            self.say(f"PTP {self._axes(step.joints)}{blend}")
+
+    def _set(self, variable: str, value: str) -> None:
+        if self.set.get(variable) != value:
+            self.set[variable] = value
+            self.say(f"{variable} = {value}")
+
+    def set_frames(self, before: Frames) -> None:
+        if self.frames.tool != before.tool:
+            self.say(f"$TOOL = {self._frame(self.frames.tool)}")
+        if self.frames.base != before.base:
+            self.say(f"$BASE = {self._frame(self.frames.base)}")
+
+    def wait(self, step: WaitStep) -> None:
+        self.say(f"WAIT SEC {number(step.seconds)}")
+
+    def input(self, step: InputStep) -> None:
+        self.say(f"WAIT FOR {'' if step.on else 'NOT '}$IN[{step.number - FIRST_INPUT + 1}]")
+
+    def signal(self, step: SignalStep, following: MoveStep | None) -> None:
+        self._switch(f"$OUT[{step.number}] = {str(step.on).upper()}", step, following)
+
+    def hand(self, step: HandStep, following: MoveStep | None) -> None:
+        self._switch(f"HAND = {str(step.opens).upper()}", step, following)
+
+    def _switch(self, assignment: str, step: RunStep, following: MoveStep | None) -> None:
+        """An assignment to an output stops the advance run, and so a blend: between blended motions it is a TRIGGER."""
+        if following is not None and (step.late > 0.0 or (self.before is not None and self.before.blend)):
+            self.say(f"TRIGGER WHEN DISTANCE=0 DELAY={round(1000.0 * max(step.late, 0.0))} DO {assignment}")
+        else:
+            self.say(assignment)
+
+    def _tell_late(self, step: RunStep, what: str) -> None:
+        if step.late < 0.0 or isinstance(step, InputStep):  # what comes later than a begin is the DELAY of a TRIGGER
+            super()._tell_late(step, what)
+
+    def _axes(self, joints: Joints) -> str:
+        return "{" + ", ".join(f"{name} {q}" for name, q in zip(self.NAMES, self.shown(joints), strict=False)) + "}"
+
+    def _frame(self, T: Transform, more: Joints = ()) -> str:
+        pairs = list(zip("XYZ", mm(T), strict=True)) + list(zip("ABC", map(degrees, zyx(T)), strict=True))
+        pairs += [("E1", degrees(q)) for q in more]
+        return "{" + ", ".join(f"{name} {number(value, 6)}" for name, value in pairs) + "}"
+
+
+def zyx(T: Transform) -> tuple[float, float, float]:
+    """Return the angles about z, the new y and the new x that turn as T does [rad]; where B is 90 degrees, C is 0."""
+    nx, sx, _, _, ny, sy, _, _, nz, sz, az, _ = T
+    level = hypot(nx, ny)
+    if level < 1e-9:
+        return atan2(-sx, sy), atan2(-nz, level), 0.0
+    return atan2(ny + 0.0, nx), atan2(-nz, level), atan2(sz + 0.0, az)
+
+
+# --- RAPID ------------------------------------------------------------------------------------------------------------
+
+
+class RapidWriter(StepWriter):
+    """Millimetres, degrees and quaternions (w, x, y, z); data stand before the procedure, each once."""
+
+    title, remark, axes, indent = "RAPID", "!", ("RRRRRR", "RRRRRRR", "RRPR"), "    "
+
+    def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
+        super().__init__(run, name, source)
+        self.data: dict[tuple[str, str], str] = {}  # the name of each (type, value)
+
+    def around(self) -> tuple[list[str], list[str]]:
+        self.note("RAPID: signal n is do<n>, input 1000+n is di<n>, the hand is doHand: these are to be configured")
+        self.note("RAPID: the mass of each tool is written as 1 kg at its flange: give its own")
+        speed = self._datum("speeddata", speeddata(SLOW, SLOW))
+        target = self._datum("jointtarget", self.jointtarget(self.run.start))
+        start = f"    MoveAbsJ {target}, {speed}, fine, {self._tool(self.run.frames)};"
+        head = [f"MODULE {self.name}", *(f"  {line}" for line in self.heading())]
+        for (kind, value), name in sorted(self.data.items(), key=lambda item: ORDER.index(item[0][0])):
+            head.append(f"  {'PERS' if kind in PERSISTENT else 'CONST'} {kind} {name} := {value};")
+        return [*head, "  PROC main()", "    ConfL \\Off;", start], ["  ENDPROC", "ENDMODULE"]
+
+    def move(self, step: MoveStep) -> None:
+        speed = self._datum("speeddata", speeddata(step.tip_speed, step.turn_speed))
+        zone = self._datum("zonedata", zonedata(step.blend)) if step.blend else "fine"
+        word, kind, value = "MoveAbsJ", "jointtarget", self.jointtarget(step.joints)
+        if step.straight:
+            word, kind, value = "MoveL", "robtarget", robtarget(self.arm, step.T_world_tool, step.joints)
+        self.say(f"{word} {self._datum(kind, value)}, {speed}, {zone}, {self._tool(self.frames)};")
+
+    def _tool(self, frames: Frames) -> str:
+        return (
+            f"{self._datum('tooldata', tooldata(frames.tool))}\\WObj:={self._datum('wobjdata', wobjdata(frames.base))}"
+        )
+
+    def set_frames(self, before: Frames) -> None:
+        """Do nothing: each motion names its tool and its frame."""
+
+    def wait(self, step: WaitStep) -> None:
+        self.say(f"WaitTime {number(step.seconds)};")
+
+    def input(self, step: InputStep) -> None:
+        self.say(f"WaitDI di{step.number - FIRST_INPUT + 1}, {int(step.on)};")
+
+    def signal(self, step: SignalStep, following: MoveStep | None) -> None:  # noqa: ARG002 (KRL and Python look at it)
+        self.say(f"SetDO do{step.number}, {int(step.on)};")
+
+    def hand(self, step: HandStep, following: MoveStep | None) -> None:  # noqa: ARG002
+        self.say(f"SetDO doHand, {int(step.opens)};")
+
+    def _datum(self, kind: str, value: str) -> str:
+        """Return the name of a value of this type, which the head of the module declares."""
+        same = sum(known == kind for known, _ in self.data)
+        return self.data.setdefault((kind, value), f"{SHORT[kind]}{same + 1}")
+
+    def jointtarget(self, joints: Joints) -> str:
+        shown = self.shown(joints)
+        axes = [*shown[:6], *["0"] * (6 - len(shown))]
+        return f"[[{', '.join(axes)}], {external(shown[6:])}]"
+
+
+SHORT = {
+    "tooldata": "tool",
+    "wobjdata": "frame",
+    "speeddata": "speed",
+    "zonedata": "zone",
+    "jointtarget": "j",
+    "robtarget": "p",
+}
+ORDER = tuple(SHORT)  # in which the data are declared
+PERSISTENT = ("tooldata", "wobjdata")
+NO_AXIS = "9E9"
+
+
+def external(axes: Sequence[str] = ()) -> str:
+    """Return the external axes of a target: a seventh joint is the first of them."""
+    return f"[{', '.join([*axes, *[NO_AXIS] * (6 - len(axes))])}]"
+
+
+def pose(T: Transform) -> str:
+    return f"[[{numbers(mm(T), 5)}], [{numbers(unit_quaternion(T), 9)}]]"
+
+
+def robtarget(arm: RobotArm, T: Transform, joints: Joints) -> str:
+    """Return the robtarget of a pose that the arm reaches with these joints."""
+    shown = [number(q, 6) for q in arm.model.units.shown(joints)]
+    return f"{pose(T)[:-1]}, [{', '.join(map(str, confdata(arm, joints)))}], {external(shown[6:])}]"
+
+
+def confdata(arm: RobotArm, joints: Joints) -> tuple[int, int, int, int]:
+    """Return cf1, cf4, cf6, cfx: the quarter turns of axes 1, 4 and 6, and the number of the configuration.
+
+    cfx counts 4 for a wrist behind axis 1 (RIGHTY), 2 for one behind the lower arm, 1 for a negative axis 5. ABOVE
+    looks from the side to which the arm reaches, so that the second depends on the first.
+    """
+    quarters = [floor(q / 90.0 + 1e-9) for q in map(degrees, joints)]
+    cf1, cf4, cf6 = (quarters[k] if k < len(quarters) and not arm.model.units.slides(k + 1) else 0 for k in (0, 3, 5))
+    configuration = arm.configuration(joints)
+    behind = configuration.arm is Arm.RIGHTY
+    folded = (configuration.elbow is Elbow.BELOW) is not behind
+    cfx = 4 * behind + 2 * (folded and configuration.elbow is not None) + (configuration.wrist is Wrist.FLIP)
+    return cf1, cf4, cf6, cfx
+
+
+def speeddata(tip_speed: float, turn_speed: float) -> str:
+    """Return the speed of the tip and of turning the tool [m/s, rad/s]; a joint motion has no other in RAPID."""
+    return f"[{number(max(1000.0 * tip_speed, 1.0), 1)}, {number(max(degrees(turn_speed), 1.0), 1)}, 5000, 1000]"
+
+
+def zonedata(blend: float) -> str:
+    """Return a zone of a radius [m], in the proportions of z1 to z200."""
+    r = 1000.0 * blend
+    return f"[FALSE, {numbers((r, 1.5 * r, 1.5 * r, 0.15 * r, 1.5 * r, 0.15 * r), 2)}]"
+
+
+def tooldata(T: Transform) -> str:
+    return f"[TRUE, {pose(T)}, [1, [0, 0, 1], [1, 0, 0, 0], 0, 0, 0]]"
+
+
+def wobjdata(T: Transform) -> str:
+    return f'[FALSE, TRUE, "", {pose(T)}, {pose(IDENTITY)}]'
+
+
+# --- Python -----------------------------------------------------------------------------------------------------------
+
+
+class PythonWriter(StepWriter):
+    """The robot of `vrs_cli` in Python. It has no continuous path, but times: a motion that rounds a corner begins when
+    the one before slows down. `engine` does what is written, and tells when that is.
+    """
+
+    title, remark, indent, says_times = "Python", "#", "", True
+
+    def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
+        super().__init__(run, name, source)
+        self.engine = Engine(self.arm.model, start=run.start)
+        self.later = 0.0  # than in the run [s]
+        self.inputs = list(run.inputs)
+        self.taken = 0.0  # by the hand, of the wait that comes [s]
+        self.told = {
+            "ACCEL": "ACCEL 100",
+            "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",
+            "HAND.TIME": f"PARAMETER HAND.TIME = {PARAMETERS['HAND.TIME'].default}",
+        }
+        self.signals = list[str]()  # when inputs change, as the robot is told
+        for request in (SetTool(run.frames.tool), SetBase(run.frames.base)):
+            self.engine.perform(request)
+
+    def around(self) -> tuple[list[str], list[str]]:
+        self._tell_inputs(inf)
+        start = f", start=[{', '.join(self.shown(self.run.start))}]"
+        given = f", signals=[{', '.join(self.signals)}]" if self.signals else ""
+        head = [
+            *self.heading(),
+            "from vrs_cli import Robot, trans",
+            "",
+            f'robot = Robot("{self.arm.model.name}"{start}{given})',
+        ]
+        head += [f"robot.do({line!r})" for line in frames_lines(Frames(), self.run.frames)]
+        return head, []
+
+    def move(self, step: MoveStep) -> None:
+        motion, engine = step.motion, self.engine
+        profile, rising = motion.profile.name, 100.0 * motion.acceleration
+        self._setting("PROFILE", f"PARAMETER PROFILE = {profile}", SetParameter("PROFILE", profile))
+        self._setting("ACCEL", f"ACCEL {number(rising)}", SetAcceleration(rising))
+        if motion.duration:
+            self._do(f"DURATION {seconds(motion.duration)}", SetDuration(motion.duration))
+        target, percent = self.shown(motion.goal or step.joints), number(min(100.0 * motion.speed, 100.0), 6)
+        goal: Target = JointTarget(self.units.read(map(float, target)))
+        how, fraction = [f"speed={percent}"], float(percent) / 100.0
+        if step.straight:
+            six = oat_numbers(step.T_world_tool)
+            target, goal = [f"trans({', '.join(six)})"], PoseTarget(trans(*map(float, six)))
+        if step.straight and motion.tip_speed is not None:
+            mmps = number(1000.0 * motion.tip_speed, 6)
+            turning = None if motion.rotation is None else number(100.0 * motion.rotation, 6)
+            speed = SetSpeed(float(mmps), None if turning is None else float(turning), SpeedUnit.MMPS)
+            self._do(f"DO SPEED {mmps}{'' if turning is None else f', {turning}'} MMPS", speed)
+            how = []
+        stamp = self._stamp(step)
+        begins = max(engine.now, engine.end) if stamp is None else stamp
+        at = None if stamp is None else Stamp(stamp)
+        engine.perform(Move(goal, step.straight, None, fraction if how else None, at))
+        self._tell_inputs(step.time)
+        self.later = begins - step.time
+        how += [] if stamp is None else [f"at={stamp!r}"]
+        self.say(f"robot.{'moves' if step.straight else 'move'}({', '.join([*target, *how])})")
+
+    def _stamp(self, step: MoveStep) -> float | None:
+        """Return when a motion begins that cuts the one before it; None for others."""
+        before, slowing = self.before, slowing_down(self.engine.timeline)
+        if before is None or not (before.rounded or before.cut):
+            return None
+        rounds = before.rounded and slowing
+        return rounding_begins(self.arm, slowing, step.motion.rounding) if rounds else step.time + self.later
+
+    def _tell_inputs(self, until: float) -> None:
+        """Tell the inputs that change up to a time of the run [s]."""
+        while self.inputs and self.inputs[0][0] <= until:
+            t, signal, on = self.inputs.pop(0)
+            self.signals.append(f"({seconds(t + self.later)}, {signal}, {on})")
+
+    def _setting(self, name: str, line: str, request: Request | None = None) -> None:
+        """Set what stays, where it is another value than before."""
+        if self.told[name] != line:
+            self.told[name] = line
+            self._do(line, request)
+
+    def _do(self, line: str, request: Request | None = None) -> None:
+        self.say(f"robot.do({line!r})")
+        if request is not None:
+            self.engine.perform(request)
+
+    def set_frames(self, before: Frames) -> None:
+        for line in frames_lines(before, self.frames):
+            self._do(line)
+        for request in (SetTool(self.frames.tool), SetBase(self.frames.base)):
+            self.engine.perform(request)
+
+    def wait(self, step: WaitStep) -> None:
+        """What the hand took is over, and a motion that was cut short has left the clock where it would have ended."""
+        left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
+        self.taken = 0.0
+        if left > SAME_TIME:
+            self._do(f"DELAY {seconds(left)}", Delay(left))
+
+    def input(self, step: InputStep) -> None:
+        if step.late:
+            return
+        self._tell_inputs(step.time)
+        self._time(step, None)
+        self._do(f"WAIT SIG({'' if step.on else '-'}{step.number})")
+        self.engine.clock.advance(max(self.engine.now, self.engine.end) + step.waited)
+
+    def signal(self, step: SignalStep, following: MoveStep | None) -> None:
+        time = self._time(step, following)
+        at = "" if time is None else f" AT {seconds(time)}"
+        self._do(f"SIGNAL {'' if step.on else '-'}{step.number}{at}")
+
+    def hand(self, step: HandStep, following: MoveStep | None) -> None:
+        """OPENI waits for the fingers, OPEN is done with the next motion, and AT a time nobody waits."""
+        word, width, time = "OPEN" if step.opens else "CLOSE", self.arm.model.hand_width, self._time(step, following)
+        how_far = f" {number(1000.0 * width * step.opening, 6)}" if width else ""
+        if step.duration:
+            self._setting("HAND.TIME", f"PARAMETER HAND.TIME = {seconds(step.duration)}")
+        if time is None and following is None and step.duration:
+            self._do(f"{word}I{how_far}", Delay(step.duration))
+            self.taken = step.duration
+        elif time is None and following is not None and not step.duration:
+            self._do(f"{word}{how_far}")
+        else:
+            self._do(f"{word}I{how_far} AT {seconds(self._begins(following) + step.late)}")
+
+    def _time(self, step: RunStep, following: MoveStep | None) -> float | None:
+        """Return the time of an event, as far from its motion as in the run; None for now, when the robot stands."""
+        if step.late or (following is not None and self._stamp(following) is not None):
+            return max(self._begins(following) + step.late, 0.0)
+        if self.engine.now < self.engine.end:
+            self.say("robot.wait()")
+            self.engine.perform(Break())
+        return None
+
+    def _begins(self, following: MoveStep | None) -> float:
+        """Return when the next motion begins [s]."""
+        stamp = None if following is None else self._stamp(following)
+        return max(self.engine.now, self.engine.end) if stamp is None else stamp
+
+
+def seconds(t: float) -> str:
+    """Return a time with as many digits as the time grid needs."""
+    return number(t, 9)
+
+
+def frames_lines(before: Frames, frames: Frames) -> Iterator[str]:
+    """Yield the lines of the prompt that set TOOL and BASE where they are others than before."""
+    if frames.tool != before.tool:
+        yield f"TOOL TRANS({', '.join(oat_numbers(frames.tool))})"
+    if frames.base != before.base:
+        turn = degrees(atan2(frames.base.ny, frames.base.nx))  # BASE turns about Z alone
+        yield f"BASE {numbers((*mm(frames.base), turn), 7)}"
+
+
+def oat_numbers(T: Transform) -> list[str]:
+    """Return X, Y, Z [mm], O, A and T [deg] of a pose."""
+    return [number(value, 7) for value in (*mm(T), *map(degrees, to_oat(T)))]
+
+
+TARGETS: Mapping[str, type[StepWriter]] = {
+    "urscript": URScriptWriter,
+    "rapid": RapidWriter,
+    "krl": KRLWriter,
+    "python": PythonWriter,
+}
