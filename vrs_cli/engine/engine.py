@@ -6,6 +6,7 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from operator import is_not
 
 from msgspec import Struct, structs
 
@@ -130,6 +131,7 @@ class Engine:
         self.turned: list[Callable[[ToolTurning], None]] = []  # the same, of those that are `NOTICEABLE`
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
+        self._rounding: tuple[Move, Timeline, Settings, float | None] | None = None
 
     def __repr__(self) -> str:
         return f"<Engine of {self.model.name} at {self.now:.3f} s: {self.timeline!r}>"
@@ -321,10 +323,20 @@ class Engine:
             return Start.AT, self._time_of(move.stamp)
         if now >= end:
             return Start.AFTER, now
-        slowing = slowing_down(self.timeline)
-        if program and slowing and self._may_blend(move):
-            return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self.settings.rounding))
-        return Start.AFTER, end
+        rounds = self._rounding_begins(move) if program else None
+        return (Start.AFTER, end) if rounds is None else (Start.BLEND, max(now, rounds))
+
+    def _rounding_begins(self, move: Move) -> float | None:
+        """When a motion may begin to round the corner before it [s]; None where it begins when the robot stands. Kept:
+        a program asks when it waits for the motion, and when the motion begins.
+        """
+        timeline, settings = self.timeline, self.settings
+        if self._rounding is None or any(map(is_not, self._rounding, (move, timeline, settings))):
+            slowing = slowing_down(timeline)
+            blends = slowing and self._may_blend(move)
+            begins = rounding_begins(self.arm, slowing, settings.rounding) if blends else None
+            self._rounding = move, timeline, settings, begins
+        return self._rounding[3]
 
     def _time_of(self, stamp: Stamp) -> float:
         """Return the time that a stamp means [s]. Raises IllegalValue."""
@@ -337,10 +349,10 @@ class Engine:
         """Whether continuous path is on, and no configuration word asks for another one than the arm will have."""
         if not (self.settings.switch("CP") and self.settings.mode(Mode.CONTINUOUS_PATH)):
             return False
-        if not isinstance(move.target, PoseTarget | ToolOffsetTarget):
+        asked = self.settings.configuration
+        if not isinstance(move.target, PoseTarget | ToolOffsetTarget) or not any(asked.flags):
             return True
-        have = self.arm.configuration(self.destination(self.end).joints)
-        return not self.settings.configuration.words_beside((have,))
+        return not asked.words_beside((self.arm.configuration(joints_at(self.arm, self.timeline, self.end)),))
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
         """A motion with a time stamp follows the one that is under way then, another the last one: one that rounds the

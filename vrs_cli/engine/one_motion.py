@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
-from itertools import chain, takewhile
+from itertools import chain
 from math import copysign
 
 from msgspec import structs
@@ -135,10 +135,15 @@ def plan_stop(problem: Problem) -> tuple[Segment, ...]:
 
 def slowing_down(segments: Timeline | Sequence[Segment]) -> list[Segment]:
     """The last segments of a timeline, or of a part of it, in which the last motion slows down."""
-    last = segments[-1]
-    backwards = (segments[index] for index in range(len(segments) - 1, -1, -1))
-    same = takewhile(lambda one: one.phase is Phase.DECELERATE and one.motion.number == last.motion.number, backwards)
-    return list(same)[::-1]
+    last, found, index = segments[-1], list[Segment](), len(segments) - 1
+    segment = last
+    while segment.phase is Phase.DECELERATE and segment.motion.number == last.motion.number:
+        found.append(segment)
+        if not index:
+            break
+        index -= 1
+        segment = segments[index]
+    return found[::-1]
 
 
 def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:

@@ -180,16 +180,17 @@ class CutPlace(Struct, frozen=True):
 def place_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
     """Cut the timeline at a time."""
     keep = timeline.index_at(t) + 1
-    while keep > 1 and timeline[keep - 1].start >= t and timeline[keep - 1].duration > 0.0:
-        keep -= 1  # of segments of no length those at t have happened
     segment = timeline[keep - 1]
+    while keep > 1 and segment.start >= t and segment.duration > 0.0:
+        keep -= 1  # of segments of no length those at t have happened
+        segment = timeline[keep - 1]
     here = state_at(arm, segment, min(t - segment.start, segment.duration))
     if segment.finish > t:
         return CutPlace(keep, here, segment.motion)
-    if keep == len(timeline) or timeline[keep].start > t:
+    if keep == len(timeline) or (after := timeline[keep]).start > t:
         return CutPlace(keep, here.standing(), None)
-    moving = not state_at(arm, timeline[keep], 0.0).joints.at_rest
-    return CutPlace(keep, here if moving else here.standing(), timeline[keep].motion)
+    moving = not state_at(arm, after, 0.0).joints.at_rest
+    return CutPlace(keep, here if moving else here.standing(), after.motion)
 
 
 def _plan_new(timeline: Timeline, place: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
@@ -211,9 +212,9 @@ def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[CutPlace, 
     """Return the first place and time at which the robot stands after the first `keep` segments have begun."""
     while True:
         segment = timeline[keep - 1]
-        if keep == len(timeline) or timeline[keep].start > segment.finish:
+        if keep == len(timeline) or (after := timeline[keep]).start > segment.finish:
             break
-        if state_at(arm, timeline[keep], 0.0).joints.at_rest:
+        if state_at(arm, after, 0.0).joints.at_rest:
             break
         keep += 1
     return CutPlace(keep, rest_after(arm, segment), None), segment.finish
