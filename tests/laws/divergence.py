@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from copy import copy
+from copy import copy, deepcopy
 from functools import partial
 from math import inf
 from random import Random
@@ -81,16 +81,13 @@ class Servo(ServoArm):
 
 
 class Simulated:
-    """The arm of MuJoCo. The arm without a fault is a second one, which goes along with it from the beginning."""
+    """The arm of MuJoCo."""
 
-    def __init__(self, arm: RobotArm, seed: int, well: Simulated | None = None) -> None:
-        self._arm, self._mujoco, self._well = arm, MujocoArm(arm.model, seed=seed), well
+    def __init__(self, arm: RobotArm, seed: int) -> None:
+        self._arm, self._mujoco = arm, MujocoArm(arm.model, seed=seed)
         self.delay: Callable[[float], float] = lambda _t: 0.0
 
     def advance(self, timeline: Timeline, t: float) -> list[Report]:
-        if self._well is not None:
-            self._well.advance(timeline, t)
-
         return self._mujoco.advance(t, lambda at: joint_state_at(self._arm, timeline, max(at - self.delay(at), 0.0)))
 
     def block(self, joint: int) -> None:
@@ -100,25 +97,32 @@ class Simulated:
         self._mujoco.disturb(Payload(mass=mass))
 
     def twin(self) -> Body:
-        assert self._well is not None
-        well, self._well = self._well, None
+        well = copy(self)
+        well._mujoco = _copied(self._mujoco)
         return well
+
+
+def _copied(arm: MujocoArm) -> MujocoArm:
+    """Return an arm in the same state, which shares nothing that changes with this one."""
+    found = copy(arm)
+    found._m, found._d, found._guess = copy(arm._m), copy(arm._d), copy(arm._guess)
+    found._seen, found._rate = found._guess.qpos, found._guess.qvel
+    found._random, found._effort, found._push = deepcopy(arm._random), arm._effort.copy(), arm._push.copy()
+    found._waiting, found._active = [*arm._waiting], [*arm._active]
+    return found
 
 
 Kind = Literal["servo", "mujoco"]
 
 
 class Course:
-    """A robot, its body and its watch in virtual time. `followed`: the timeline of the body, if it is another one.
-    `faults`: some will come.
-    """
+    """A robot, its body and its watch in virtual time. `followed`: the timeline of the body, if it is another one."""
 
-    def __init__(self, seed: int, kind: Kind = "servo", *, faults: bool = True) -> None:
+    def __init__(self, seed: int, kind: Kind = "servo") -> None:
         self.commands, self.watch = Commands(seed), DivergenceWatch(Commands(seed).engine.arm)
         self.engine = self.commands.engine
         arm = self.engine.arm
-        well = Simulated(arm, seed) if kind == "mujoco" and faults else None
-        self.body: Body = Servo(arm, seed) if kind == "servo" else Simulated(arm, seed, well)
+        self.body: Body = Servo(arm, seed) if kind == "servo" else Simulated(arm, seed)
         self.followed: Timeline | None = None
         self.steps = 0
 
@@ -210,7 +214,7 @@ def outcome(name: str, seed: int, learned: float = 40.0, kind: Kind = "servo") -
 
 
 def _half_an_hour(kind: Kind, seed: int) -> list[DivergenceAlarm]:
-    return Course(seed, kind, faults=False).healthy(1800.0)
+    return Course(seed, kind).healthy(1800.0)
 
 
 def main(what: Literal["faults", "healthy"], count: int = 60, kind: Kind = "servo") -> int:
