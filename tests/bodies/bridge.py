@@ -1,13 +1,15 @@
 """A stand-in for a rosbridge server with a controller behind it, written from ROSBRIDGE_PROTOCOL.md: what it answers
 to messages, without a socket (`Bridge`) and with one (`served`).
 
-`python -m tests.bodies.bridge [PORT] [ROBOT] [RATE]` is one to try by hand, with `vrs body --rosbridge`.
+`python -m tests.bodies.bridge [PORT] [ROBOT] [RATE]` is one to try by hand, with `vrs body --rosbridge`. While it runs
+`stop` on standard input is an emergency stop, and `release` ends it.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import sys
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, suppress
@@ -114,6 +116,11 @@ def main(port: int = 9090, robot: str = "puma560", rate: float = 100.0) -> int:
     async def serve_arm() -> None:
         async with served(bridge, rate, port) as address:
             print(f"a stand-in for rosbridge at {address}", flush=True)
+            while word := await asyncio.to_thread(sys.stdin.readline):
+                if word.strip() == "stop":
+                    controller.stop(time.monotonic() + bridge.offset)
+                elif word.strip() == "release":
+                    controller.release()
             await asyncio.Event().wait()
 
     asyncio.run(serve_arm())

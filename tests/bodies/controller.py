@@ -72,11 +72,23 @@ class Controller:
         self._active: tuple[Trajectory, float, State] | None = None
         self._waiting: Trajectory | None = None
         self.received: list[Mapping[str, Any]] = []
+        self.stopped = False
+
+    def stop(self, now: float) -> None:
+        """Stop in an emergency at a time of ROS [s]: the arm stands, and refuses all trajectories until `release`."""
+        joints, still = self.state(now)[0], (0.0,) * len(self.names)
+        self._rest, self._active, self._waiting, self.stopped = (joints, still, still), None, None, True
+
+    def release(self) -> None:
+        """End the emergency stop: the arm stands, and takes trajectories again."""
+        self.stopped = False
 
     def receive(self, message: Mapping[str, Any], now: float) -> None:
         """Take a trajectory_msgs/msg/JointTrajectory at a time of ROS [s]. Raises Refusal."""
         self.received.append(message)
         self._hand_over(now)
+        if self.stopped:
+            raise Refusal("Can't accept new action goals. Controller is not running.")
         trajectory = self._check(message, now)
         stamp = seconds(message["header"]["stamp"])
         if self.replaces and stamp > now:

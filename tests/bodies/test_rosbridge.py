@@ -43,7 +43,7 @@ class Body:
         self.model, self.rate, self.mirror = PUMA, 100.0, self
         self.far = SimpleNamespace(rate=1.0)
         self.arm = self.engine.arm
-        self.order = BodyOrder(BodyMode.FOLLOWS, 0.0)
+        self.order, self.life, self.embodied = BodyOrder(BodyMode.FOLLOWS, 0.0), "first", True
         self.reports = list[Report]()
 
     @property
@@ -111,6 +111,14 @@ class Run:
             for one in self.body.reports
             if one.t >= since
             for p, q in zip(one.joints, self.body.setpoint(one.t).joints, strict=True)
+        )
+
+    def fastest(self, since: float) -> float:
+        """The greatest share of the greatest velocity of a joint that reports show."""
+        return max(
+            abs(b - a) / (there.t - here.t) / most
+            for here, there in itertools.pairwise(one for one in self.body.reports if one.t >= since)
+            for a, b, most in zip(here.joints, there.joints, PUMA.max_velocity, strict=True)
         )
 
 
@@ -203,6 +211,54 @@ def test_what_a_long_timeline_has_later_is_sent_in_time() -> None:
     assert run.body.timeline.end > 15.0
     assert len(run.controller.received) > 1
     assert run.error(2.0) < 1e-6
+
+
+@pytest.mark.parametrize("lost", [5.0, 0.04])
+def test_a_server_that_began_anew_is_followed_only_from_where_the_arm_is(lost: float) -> None:
+    """The robot's clock loses some seconds, in which the arm went on."""
+    run = Run()
+    run.until(0.6)
+    run.move(*AWAY)
+    run.move(*BACK)
+    run.until(1.0)
+    run.bridge.offset += lost
+    run.body.life, run.body.embodied = "second", False
+    count = len(run.body.reports)
+    run.until(1.1)
+    assert len(run.body.reports) == count  # its clock is not known yet
+    run.body.embodied = True
+    run.until(5.0)
+    assert run.fastest(1.1) < 1.05
+    if lost < 1.0:
+        assert not run.told
+        assert run.error(2.0) < 1e-6
+        return
+    assert len(run.told) == 1
+    assert "the arm does not follow: joint" in run.told[0]
+    assert run.body.reports[-1].mode is BodyMode.HOLDS
+    run.body.order = BodyOrder(BodyMode.HOLDS, 5.0)  # as RESYNC does, and the arm is where the timeline ends
+    run.until(5.5)
+    run.body.order = BodyOrder(BodyMode.FOLLOWS, 5.6)
+    run.move(*AWAY)
+    run.until(9.0)
+    assert run.error(7.0) < 1e-6
+    assert run.body.reports[-1].mode is BodyMode.FOLLOWS
+
+
+def test_an_arm_that_moves_elsewhere_is_stopped_gently() -> None:
+    """The timeline is replaced while the arm is under way, and then the body is ordered to hold."""
+    run = Run()
+    run.until(0.6)
+    run.move(*AWAY)
+    run.until(1.0)
+    run.body.order = BodyOrder(BodyMode.HOLDS, 1.2)
+    run.body.setpoint = lambda t: joint_state_at(run.body.arm, Engine(PUMA).timeline, t)  # type: ignore[method-assign]
+    run.until(3.0)
+    speed = [one.velocity for one in run.body.reports if one.t > 0.9]
+    steps = max(abs(b - a) for u, v in itertools.pairwise(speed) for a, b in zip(u or (), v or (), strict=True))
+    assert steps < 2.0 * TICK * max(PUMA.max_acceleration)
+    assert not any(speed[-1] or ())
+    assert seconds(run.controller.received[-1]["header"]["stamp"]) == 0.0  # it begins whenever it comes
 
 
 # --- what is wrong with what comes ---------------------------------------------------------------------------------

@@ -167,16 +167,17 @@ def _load_joints(path: Path, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]
 
 
 def trajectory_message(
-    points: Sequence[TrajectoryPoint], joints: Sequence[RosJoint], offset: float, begin: float | None = None
+    points: Sequence[TrajectoryPoint], joints: Sequence[RosJoint], offset: float | None, begin: float | None = None
 ) -> Mapping[str, Any]:
     """Return a trajectory_msgs/msg/JointTrajectory as JSON has it.
 
     `begin`: the time [s] of its stamp, that of the first point if it is left out. If it is earlier, the controller goes
-    by a spline from where it is then to the first point. `offset` [s]: the clock of ROS minus the robot's.
+    by a spline from where it is then to the first point. `offset` [s]: the clock of ROS minus the robot's; None for no
+    stamp: the trajectory begins when it comes.
     """
     first = points[0].t if begin is None else begin
     return {
-        "header": {"stamp": ros_time(first + offset), "frame_id": ""},
+        "header": {"stamp": ros_time(0.0 if offset is None else first + offset), "frame_id": ""},
         "joint_names": [one.name for one in joints],
         "points": [
             {

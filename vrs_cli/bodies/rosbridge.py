@@ -2,7 +2,8 @@
 reports its joint_states, both over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
 
 The arm follows the timeline only from where it is near it. Otherwise the body holds, until RESYNC has brought
-the timeline to the measured joints.
+the timeline to the measured joints. A server that began anew is one whose timeline may be another one: the body begins
+with it as with the first.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from math import inf
 from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec import Struct
 from websockets.asyncio.client import ClientConnection as Socket
@@ -31,7 +32,7 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue, RequestRefused, VrsError
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import JointKind, Joints, put_inside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.body_client import BodyClient
 from vrs_cli.net.client import waits
@@ -56,6 +57,7 @@ NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] from the
 FRESH = 1.0  # [s] a measurement tells where the arm is
 HORIZON = 10.0  # [s] of the timeline that a trajectory has at least; it goes on to where the robot rests
 MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] that the arm has to get to a timeline that has changed meanwhile
+SHARE = 0.5  # ours: of the limits of its joints, beside what the timeline asks of them
 AHEAD = 2.0  # [s] before a trajectory ends, the next one is sent
 FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two questions for the time of ROS: the first ones, and later
 FIRST_ANSWERS = 4
@@ -66,7 +68,13 @@ SILENT = 3.0  # [s] without joint_states, after which that is told
 OPENING = 10.0  # [s] that a connection may take
 MAX_TOLD = 5  # different faults of one kind that are told in one connection
 
-Trajectory = tuple[float, list[TrajectoryPoint]]  # the time of its stamp [s], and its points
+
+class Trajectory(NamedTuple):
+    """The time of its stamp [s], and its points. `at_once`: it has no stamp, so that it begins whenever it comes."""
+
+    begin: float
+    points: list[TrajectoryPoint]
+    at_once: bool = False
 
 
 class RosSettings(Struct, frozen=True):
@@ -103,13 +111,18 @@ class RosArm:
         self._sync, self._stamps = TimeSync(), OneWay()
         self._asked: dict[str, float] = {}  # when the time of ROS was asked for, by the id of the question
         self._ask_at, self._answers = -inf, 0
-        self._measured: tuple[float, Joints] | None = None
+        self._measured: tuple[float, Joints, Joints] | None = None
         self._last_stamp, self._next_report = -inf, -inf
         self._begun = self._came = now
         self._starts, self._retried = True, False
         self._order = self.body.order
         self._cut, self._waiting, self._until = inf, -inf, inf
-        self._number = 0
+        self._number, self._life = 0, self.body.life
+
+    @property
+    def _outdated(self) -> bool:
+        """Whether the server began anew since: what is known of clocks and of the arm is of another robot's clock."""
+        return self.body.life != self._life
 
     def tell(self, kind: str, text: str) -> None:
         if kind not in self._told:
@@ -129,17 +142,23 @@ class RosArm:
 
     def due(self, now: float) -> list[Mapping[str, Any]]:
         """Return what is to be sent now, at this time of the robot's clock [s]."""
+        if self._outdated:
+            if not self.body.embodied:
+                return []
+            told = self._told.copy()
+            self.begin(now)
+            self._told |= told
         found = self._questions(now)
         if now - self._came > SILENT:
             self.tell("silent", f"no joints come on {self.settings.states} of {self.settings.url}")
         if self._measured is None or (self._answers < FIRST_ANSWERS and now - self._begun < SETTLING):
             return found
         if self.body.far.rate == 1.0:
-            return found + [self._sent(*one) for one in self._trajectories(now)]
+            return found + [self._sent(one) for one in self._trajectories(now)]
         self.tell("rate", "the robot's clock does not run as fast as real time: the arm of ROS holds")
-        points = self._hold(now) if self.mode is BodyMode.FOLLOWS else []
+        trajectories = self._hold(now) if self.mode is BodyMode.FOLLOWS else []
         self.mode, self._starts = BodyMode.HOLDS, True
-        return found + [self._sent(*one) for one in points]
+        return found + [self._sent(one) for one in trajectories]
 
     def _trajectories(self, now: float) -> list[Trajectory]:
         """Return the trajectories that are due now."""
@@ -172,20 +191,25 @@ class RosArm:
         if follows and self._apart() is None:
             return self._along(braked(self.body.model, self.body.timeline, now), now, now)
         assert self._measured is not None, "it is asked only then"
-        joints, begins = self._measured[1], self._begins(now, now)
-        return [(begin, standing_points(joints, begin)) for begin in begins]
+        t, joints, speed = self._measured
+        slowest = zip(speed, self.body.model.max_acceleration, strict=True)
+        lasts = max(MIN_JOIN, *(2.0 * abs(v) / a for v, a in slowest))
+        age = min(max(now - t, 0.0), MIN_JOIN)
+        stands = tuple(q + v * (age + 0.5 * lasts) for q, v in zip(joints, speed, strict=True))
+        points = standing_points(put_inside(stands, self.body.model.lower, self.body.model.upper), now + lasts)
+        return [Trajectory(begin, points, at_once=begin < now) for begin in self._begins(now, now)]
 
     def _along(self, timeline: Timeline, now: float, cut: float) -> list[Trajectory]:
         """Return the trajectories that make a timeline known that has changed at `cut` [s]. If that has passed, the arm
-        is elsewhere by now, and has a while to get to the timeline.
+        is elsewhere by now, and has a while to get to the timeline: as long as joints need beside their own motion.
         """
         arm, begins = self.body.mirror.arm, self._begins(now, cut)
-        joins = now + min(max(2.0 * (now - cut), MIN_JOIN), MAX_JOIN)
+        joins = now + max(min(2.0 * (now - cut), MAX_JOIN), self._makes_up())
         found = [
-            (begin, trajectory_points(arm, timeline, begin if begin >= now or cut >= now else joins, HORIZON))
+            Trajectory(begin, trajectory_points(arm, timeline, begin if begin >= now or cut >= now else joins, HORIZON))
             for begin in begins
         ]
-        end = found[-1][1][-1].t
+        end = found[-1].points[-1].t
         self._until = end if end < timeline.end else inf
         return found
 
@@ -199,9 +223,10 @@ class RosArm:
         """Hear that the timeline has changed from `cut` [s] on."""
         self._cut, self._retried = min(self._cut, cut), False
 
-    def _sent(self, begin: float, points: list[TrajectoryPoint]) -> Mapping[str, Any]:
+    def _sent(self, one: Trajectory) -> Mapping[str, Any]:
         settings = self.settings
-        trajectory = trajectory_message(points, settings.joints, self._offset(begin), begin)
+        offset = None if one.at_once else self._offset(one.begin)
+        trajectory = trajectory_message(one.points, settings.joints, offset, one.begin)
         if not settings.by_action:
             return {"op": "publish", "topic": f"{settings.controller}/joint_trajectory", "msg": trajectory}
         self._number += 1
@@ -214,10 +239,23 @@ class RosArm:
             "feedback": False,
         }
 
+    def _makes_up(self) -> float:
+        """Return how long the arm needs to get to the timeline [s] without more than SHARE of the limits of its joints:
+        a quintic is 15/8 times as fast as its mean, and accelerates by up to 5.8 times its way in the square of its
+        time.
+        """
+        assert self._measured is not None, "it is asked only then"
+        t, joints, _ = self._measured
+        model, needed = self.body.model, MIN_JOIN
+        rows = zip(joints, self.body.setpoint(t).joints, model.max_velocity, model.max_acceleration, strict=True)
+        for p, q, v, a in rows:
+            needed = max(needed, 1.875 * abs(p - q) / (SHARE * v), (5.8 * abs(p - q) / (SHARE * a)) ** 0.5)
+        return needed
+
     def _apart(self) -> str | None:
         """Return how the measured arm is not near the timeline; None if it is."""
         assert self._measured is not None, "it is asked only then"
-        t, joints = self._measured
+        t, joints, _ = self._measured
         if self.body.now() - t > FRESH:
             return f"its last measurement is of {t:.3f} s"
         units = self.body.model.units
@@ -280,6 +318,8 @@ class RosArm:
 
     def _take_states(self, states: JointStates, now: float) -> None:
         """Report the joints, unless they are not all there or their time is none."""
+        if self._outdated:
+            return
         stamp = states.header.stamp.seconds
         if stamp <= self._last_stamp:
             if stamp > self._last_stamp - SET_BACK:
@@ -309,12 +349,12 @@ class RosArm:
             return
         joints = self.settings.joints
         measured = tuple(one.sign * (q - one.offset) for one, q in zip(joints, position, strict=True))
-        self._measured = (t, measured)
         self._next_report = max(self._next_report + 1.0 / self.body.rate, t + 1e-6)
         speed, force = (
             None if row is None else tuple(one.sign * v for one, v in zip(joints, row, strict=True))
             for row in (velocity, effort)
         )
+        self._measured = (t, measured, speed or (0.0,) * len(measured))
         self.body.report(t, measured, speed, force, self.mode)
 
     def _take_result(self, message: RosbridgeMessage) -> None:

@@ -74,8 +74,8 @@ class BodyClient:
         self.far = self.client.far
         self._sent, self._fresh = deque[Report](), deque[Report]()  # reports that are kept, and that are to be sent
         self._first = 0  # the number of the first of these
-        self._embodied, self._stirred = False, Event()
-        self._life = ""
+        self.embodied, self._stirred = False, Event()
+        self.life = ""
         self._sending: Task[None] | None = None
         self._asking: Task[None] | None = None
         self._orders: list[tuple[deque[BodyOrder], Event]] = []
@@ -87,7 +87,7 @@ class BodyClient:
         what the server refuses.
         """
         try:
-            self._life = (await self.client.open()).life
+            self.life = (await self.client.open()).life
             await self.client.follow(PAST)
             self.far.news.append(self._hear)
             await self._embody()
@@ -104,7 +104,7 @@ class BodyClient:
         for task in (self._sending, self._asking):
             if task is not None:
                 task.cancel()
-        if self._embodied and self.far.open:
+        if self.embodied and self.far.open:
             with suppress(VrsError):
                 self._send_batch(waiting=MAX_REPORTS * MAX_WAITING)
                 self.client.begin(lambda id: Embody(id, held=False), lambda _end: None)
@@ -122,7 +122,7 @@ class BodyClient:
             self._fresh.appendleft(self._sent.pop())
         while self._fresh and self._first + len(self._sent) < answer.next:
             self._sent.append(self._fresh.popleft())
-        self.order, self._embodied = BodyOrder(answer.mode, answer.at), True
+        self.order, self.embodied = BodyOrder(answer.mode, answer.at), True
         self._stirred.set()
 
     async def _embody_again(self) -> None:
@@ -134,15 +134,15 @@ class BodyClient:
                 self._end(error)
 
     def _end(self, why: VrsError) -> None:
-        self.refusal, self._embodied = why, False
+        self.refusal, self.embodied = why, False
         self._stirred.set()
 
     def _hear(self, message: ServerMessage) -> None:
         match message:
             case Welcome():
-                self._embodied = False
-                if message.life != self._life:  # the server began anew: its clock may be another one
-                    self._life = message.life
+                self.embodied = False
+                if message.life != self.life:  # the server began anew: its clock may be another one
+                    self.life = message.life
                     self._first += len(self._sent) + len(self._fresh)
                     self._sent.clear()
                     self._fresh.clear()
@@ -155,7 +155,7 @@ class BodyClient:
                     orders.append(message)
                     stirred.set()
             case BodyReleased():
-                if self._embodied:
+                if self.embodied:
                     self._end(RequestRefused("this client is the body no longer", "BODY says who is"))
             case Refused(refusal=refusal, id=None):
                 self.client.told(f"reports were refused: {refusal.error()}")
@@ -258,11 +258,11 @@ class BodyClient:
         while True:
             await self._stirred.wait()
             self._stirred.clear()
-            if self._embodied and self.far.open:
+            if self.embodied and self.far.open:
                 with suppress(RequestRefused):  # it was cut: they are sent again
                     self._send_batch(MAX_WAITING)
             await asyncio.sleep(SEND_EVERY)
-            if self._embodied and self._fresh:
+            if self.embodied and self._fresh:
                 self._stirred.set()
 
     def _send_batch(self, waiting: int) -> None:
