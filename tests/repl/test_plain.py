@@ -70,7 +70,7 @@ def test_types_messages_and_errors_in_their_order() -> None:
         "(PAUSED)",
         "Program stopped at p, step 2",
         "two",
-        "*Undefined value* b",
+        "*Undefined value* b (b = ... gives it a value)",
         "Program stopped at p, step 4",
     ]
 

@@ -11,8 +11,7 @@ from math import isfinite, isnan, nan
 from operator import methodcaller
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from vrs_cli.errors import UsageError
-from vrs_cli.errors import did_you_mean as suggestion
+from vrs_cli.errors import UsageError, nearest
 from vrs_cli.kinematics.model import ArmTask
 
 if TYPE_CHECKING:
@@ -152,8 +151,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
-    """A hint: the known word that is near, or where all are listed."""
-    return suggestion(word, known, f"see {prog} --help")
+    """A hint: the known word or option that is near, or where all are listed."""
+    names = {one.lstrip("-"): one for one in known}  # their dashes make no two options alike
+    near = nearest(word.lstrip("-"), names)
+    return f"did you mean {names[near]}?" if near else f"see {prog} --help"
 
 
 def command(description: str, epilog: str, *options: AddOption) -> Callable[[str], Parser]:

@@ -93,7 +93,7 @@ def test_it_is_told_at_once_with_its_instant(session: Session) -> None:
 
     terminal.show = shown  # type: ignore[method-assign]
     session.perform("EXECUTE main")
-    assert told == [(0.5, "*Undefined value* nothing [task 3 at 0.500 s]", "")]
+    assert told == [(0.5, "*Undefined value* nothing (nothing = ... gives it a value) [task 3 at 0.500 s]", "")]
 
 
 def test_a_program_with_errors_fails_where_it_is_started(session: Session) -> None:

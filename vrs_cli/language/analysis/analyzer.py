@@ -48,8 +48,10 @@ from vrs_cli.language.analysis.names import (
     STRING,
     Analysis,
     Block,
+    BlockKind,
     NameFindings,
     declares,
+    label_of,
     own_variables,
     with_article,
 )
@@ -58,6 +60,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, variables_given_by
 from vrs_cli.language.text.parser import parse_step
+from vrs_cli.language.words.foreign import MEANT_ELSEWHERE
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, giving, kinds_of_name
@@ -252,6 +255,36 @@ def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
     yield from found
 
 
+def endless(program: Program, blocks: Collection[Block], surroundings: Surroundings) -> Iterator[Diagnostic]:
+    """Warn of a loop without an end: no step in it changes a variable of its condition, nor leads elsewhere. A variable
+    that the program gives no value, or that another program gives one, may change meanwhile.
+    """
+    for block in blocks:
+        ends = program.steps[block.closer if block.kind is BlockKind.DO else block.opener].statement
+        if isinstance(ends, ast.While | ast.Until):
+            nodes = tuple(ast.nodes(ends.condition))
+            read = {node.key: node for node in nodes if isinstance(node, ast.Variable)}
+            inside = [step.statement for step in program.steps[block.opener + 1 : block.closer] if step.statement]
+            given = {key for statement in inside for key in variables_given_by(statement)}
+            calls = any(isinstance(node, ast.Call) for node in nodes)
+            fixed = read.keys() <= names_given_in(program) - given and not any(
+                surroundings.given_elsewhere(key, program) for key in read
+            )
+            if read and fixed and not calls and all(map(_goes_on, inside)):
+                name = next(iter(read.values())).name
+                hint = f"{name} = {name} + 1 in the loop counts"
+                yield warning(FixedCondition, ends.span, f"no step of this loop changes {name}", hint)
+
+
+def _goes_on(statement: Statement) -> bool:
+    """Return whether a step surely neither leaves the loops around it, nor waits for what may change variables."""
+    if isinstance(statement, ast.Goto | ast.IfGoto | ast.BadLine):
+        return False
+    return not isinstance(statement, ast.Instruction) or not (
+        statement.word in _WAITS or statement.word in LOOP_JUMPS or label_of(statement) is not None
+    )
+
+
 _MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPENI", "CLOSEI", "RELAXI"})
 
 
@@ -286,7 +319,13 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
             steps.statement(index + 1, step.statement)
             steps.diagnostics += hidden_statement(step.statement, step.comment, step.span.end)
     steps.finish(program, surroundings)
-    found = (*structure.diagnostics, *steps.diagnostics, *beyond(program), *breaks(program, structure.blocks))
+    found = (
+        *structure.diagnostics,
+        *steps.diagnostics,
+        *beyond(program),
+        *breaks(program, structure.blocks),
+        *endless(program, structure.blocks, surroundings),
+    )
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
     needs = frozenset(one.key for one in steps.without_value())
     called, functions = frozenset(steps.called), frozenset(steps.functions)
@@ -516,6 +555,7 @@ class _Steps(Expressions):
                 if expression is not None and argument is not None:
                     self._check_operand(expression, argument)
                     self._name_form(expression, argument, row)
+            self._format(statement, row)
             if row.name == "WAIT":
                 self._wait(statement)
             elif row.name == "SET":
@@ -524,6 +564,13 @@ class _Steps(Expressions):
                 detail, hint = "it leaves out steps after the CALL", "a program gives values back by its parameters"
                 self.warn(OldMeaning, statement.span, detail, hint)
 
+    def _format(self, statement: ast.Instruction, row: Word) -> None:
+        """Warn of TYPE x, /F6.2: a format belongs to the values behind it."""
+        last = statement.arguments[-1] if len(statement.arguments) > 1 else None
+        if isinstance(last, ast.Format) and last.code in "DEFGHIO":
+            hint = f"a format stands before its value: {row.name} /{last.code}..., x"
+            self.warn(WithoutEffect, last.span, "no value follows this format", hint)
+
     def _gives(self, given: Expression | None) -> bool:
         """Return whether RETURN seems to give a value back: RETURN 5, RETURN a * 2, or a parameter."""
         if isinstance(given, ast.Variable):
@@ -531,16 +578,19 @@ class _Steps(Expressions):
         return isinstance(given, ast.Number | ast.Binary)
 
     def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
-        """Answer BASE part and DRAW part, where numbers are wanted, with the form of the instruction."""
-        last = self.diagnostics[-1] if self.diagnostics and argument.shape is Shape.REAL else None
+        """Answer BASE part and APPRO 50, part with the form of the instruction."""
+        last, given = self.diagnostics[-1] if self.diagnostics else None, self.kind_of(expression)
         wrong = last is not None and last.code == TypeMismatch.code and last.span == expression.span
-        if last is not None and wrong and self.kind_of(expression) in PLACE:
+        swapped = argument.shape in _PLACES and given is Kind.REAL and len(row.arguments) > 1
+        if last is not None and wrong and ((argument.shape is Shape.REAL and given in PLACE) or swapped):
             self.diagnostics[-1] = replace(last, hint=f"the form is {row.form}")
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Report a missing argument, and one too many."""
         hint = numbers_meant(row, statement.arguments) or f"the form is {row.form}"
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
+        if row.name in MEANT_ELSEWHERE:
+            hint = f"{hint}; {MEANT_ELSEWHERE[row.name]}"
         for span, detail in miscounted(row.name, statement.arguments, row, end, end):
             self.fault(CannotInterpret, span, detail, hint)
         if row.value is not None and not row.value.optional and statement.value is None:

@@ -18,6 +18,7 @@ from vrs_cli.errors import (
     IllegalArrayIndex,
     IllegalAssignment,
     IllegalExpression,
+    IllegalSignal,
     NotAvailable,
     UnknownKeyword,
     WithoutEffect,
@@ -40,7 +41,7 @@ from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import FOREIGN_FUNCTIONS
+from vrs_cli.language.words.foreign import own_function
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
@@ -48,6 +49,7 @@ from vrs_cli.values.diagnostics import Span, did_you_mean
 
 _PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|\{[A-Za-z]\w*\}"  # of C and Python
 FORMAT_CODES = "BCDEFGHINOSUX"
+_STATES = ("ON", "OFF", "TRUE", "FALSE")
 
 
 class Expressions(NameFindings):
@@ -73,6 +75,13 @@ class Expressions(NameFindings):
                 f"/{expression.code}",
                 "the format codes are /" + " /".join(FORMAT_CODES),
             )
+
+    def _signal(self, expression: Expression) -> None:
+        """The number of a signal. SIGNAL 1, ON names no state: ON is -1, which would turn signal 1 off."""
+        if isinstance(expression, ast.Call) and expression.name in _STATES:
+            hint = "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off, SIG(1001) reads one"
+            self.fault(IllegalSignal, expression.span, f"{expression.name} is no number of a signal", hint)
+        self.value(expression, REAL)
 
     def _unit(self, expression: Expression) -> None:
         """The number of a unit. ATTACH may choose a unit and put its number in a variable."""
@@ -230,7 +239,7 @@ class Expressions(NameFindings):
     def _call(self, call: ast.Call) -> Kind | None:
         function = FUNCTIONS.get(call.name)
         if function is None:
-            hint = FOREIGN_FUNCTIONS.get(call.name) or did_you_mean(call.name, usable_names(FUNCTIONS))
+            hint = own_function(call.name) or did_you_mean(call.name, usable_names(FUNCTIONS))
             if call.name.lower()[:NAME_LENGTH] in self._program_keys:
                 hint = f"CALL {call.name}(...) runs the program, which gives values back by its parameters"
             elif not hint and len(call.arguments) == 1:
@@ -344,13 +353,14 @@ _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
 }
 
 SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
-    **dict.fromkeys((Shape.REAL, Shape.SIGNALS, Shape.GROUP, Shape.TASK), partial(Expressions.value, wanted=REAL)),
+    **dict.fromkeys((Shape.REAL, Shape.GROUP, Shape.TASK), partial(Expressions.value, wanted=REAL)),
     Shape.STRING: partial(Expressions.value, wanted=STRING),
     Shape.VALUE: partial(Expressions.value, wanted=ANY_KIND),
     Shape.LOCATION: partial(Expressions.value, wanted=LOCATION),
     Shape.PLACE: partial(Expressions.value, wanted=PLACE),
     **{shape: partial(Expressions._define, wanted=kinds) for shape, kinds in VARIABLES.items()},
     Shape.ITEM: Expressions._item,
+    Shape.SIGNALS: Expressions._signal,
     Shape.UNIT: Expressions._unit,
     Shape.LOCATION_VARIABLE: Expressions._location_variable,
     Shape.ELEMENTS: Expressions._elements,

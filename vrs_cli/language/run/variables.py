@@ -90,7 +90,9 @@ class Cells(dict[str | Index, Value]):
         if indexes:
             low, high = min(indexes), max(indexes)
             near = f"its only element is {low}" if low == high else f"its elements are {low} to {high}"
-        raise UndefinedValue(self.name(key), near or giving(self.name(key), self.kind))
+        raise UndefinedValue(
+            self.name(key), near or giving(self.name(key), self.kind) or f"{self.name(key)} = ... gives it a value"
+        )
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
         """Give many variables their values."""

@@ -25,13 +25,17 @@ from vrs_cli.errors import (
 from vrs_cli.language.words.foreign import (
     FOREIGN_COMMENT,
     FOREIGN_SIGNS,
+    LABELS,
     LINE_COMMENT,
     NO_UNIT,
     OWN_COMMENT,
     PERCENT,
     POWER,
     QUOTES,
+    QUOTIENT,
     UNITS,
+    WHOLE,
+    own_word,
     way,
 )
 from vrs_cli.language.words.functions import FUNCTIONS
@@ -267,9 +271,11 @@ class Lexer:
         if len(found) == 1 and found[0].name == word[0].upper():
             return found[0]
         detail, hint = word[0], way(word[0], at_prompt=at_prompt)  # RUN and CLEAR are not short for RUNSIG, CLEAR.EVENT
+        if self._follows(r"[ \t]*:(?!=)", word.end()) and (own_word(word[0]) or not (found or hint)):
+            hint = LABELS  # start: as in C
         if len(found) == 1 and not hint:
             return found[0]
-        if len(found) > 1:
+        if len(found) > 1 and not hint:
             detail, hint = f"{word[0]} is short for several words", ", ".join(row.name for row in found[:8])
         unknown = UsageError if at_prompt else UnknownInstruction
         raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), at_prompt))
@@ -530,7 +536,9 @@ class Lexer:
         """A comment as other languages write it."""
         sign = re.compile(signs).match(self._text, at)
         if sign is not None:
-            raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", OWN_COMMENT)
+            divides = self._operand and re.compile(QUOTIENT).match(self._text, at)  # TYPE 7 // 2
+            hint = WHOLE if divides else OWN_COMMENT
+            raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", hint)
 
     def _unreadable(self) -> LineRefused:
         """Explain a text with which no token begins."""

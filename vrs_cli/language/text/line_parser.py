@@ -365,4 +365,6 @@ class Complaint:
             return self._say(CannotInterpret, f"{self._said} after {last.text.upper()}", hint)
         if head.type == "NAME" and self._start in ("step", "prompt"):
             form = "a variable is followed by = and its value"
+            if last.type == "NUMBER" and re.fullmatch(r",\d+", "".join(one.text for one in self._after[:2])):
+                form = f"a decimal number has a point: {last.text}.{self._after[1].text}"
         return self._say(CannotInterpret, self._said, form)

@@ -21,11 +21,14 @@ FOREIGN_SIGNS = {
     "~": "NOT is the opposite, <> is unequal",
 }
 POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
+QUOTIENT, WHOLE = r"//\s*[\d(]", "INT(7 / 2) is a whole quotient; a comment begins with ;"
 FOREIGN_COMMENT, OWN_COMMENT = r"//|/\*|#(?![A-Za-z])", "a comment begins with ;"
 LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"  # at the start of a line: MATLAB, BASIC, RAPID, Lua
 _UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
 UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
+MEANT_ELSEWHERE = {"SWITCH": "CASE x OF chooses by a value"}  # our words that mean something else in C
+LABELS = "a label is a number before a statement: 10 TYPE"
 SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # MOVE Z 100
 
 TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])  # DRIVE 1, 30 AFTER 2
@@ -50,6 +53,8 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("INPUT", "DIN", "GETDI", "DI", "SIGNAL"), "SIG(1001) reads a signal"),
     **dict.fromkeys(("EXP", "LOG", "LN", "LOG10"), "2.718282 ** x is the exponential function; there is no logarithm"),
     **dict.fromkeys(("DIST", "NORM"), "DISTANCE(a, b) is the distance of two places"),
+    "RANGE": "FOR i = 0 TO 2 counts 0, 1, 2",
+    **dict.fromkeys(("OPEN", "FOPEN"), 'ATTACH (lun, 4) "DISK" and FOPENR (lun) "name" open a file to be read'),
 }
 
 # the word that does it here, and the words that do it elsewhere
@@ -71,6 +76,7 @@ _SAME = {
     "TIME": "DATE",
     "EXECUTE": "RUN START PLAY",
     "RETURN": "ENDSUB ENDFUNC",
+    "NEXT": "CONTINUE CYCLE ITERATE",
     "END": "ENDFOR ENDWHILE ENDCASE ENDSWITCH WEND ESAC FI DONE",
     "CASE": "SWITCHCASE",
     "ELSE": "ELIF",
@@ -84,6 +90,11 @@ _SAME = {
     "FDELETE": "RM UNLINK",
     "FCOPY": "CP",
     "FRENAME": "MV",
+}
+_PLACE = "a place is TRANS(x, y, z) in mm, or joints in degrees #PPOINT(j1, j2, ...); SPEED 50 before it sets the speed"
+_MORE: Mapping[str, str] = {  # what else is different here, by the foreign word
+    **dict.fromkeys(("MOVEJ", "MOVJ", "MOVEABSJ", "PTP", "MOVEL", "MOVL", "LIN", "MOVELIN"), _PLACE),
+    "RUN": "LOAD hello reads hello.v2 first",
 }
 _WORDS: Mapping[str, str] = {foreign: ours for ours, theirs in _SAME.items() for foreign in theirs.split()}
 
@@ -117,10 +128,18 @@ def own_word(foreign: str) -> str:
     return _WORDS.get(foreign.upper(), "")
 
 
+def own_function(foreign: str) -> str:
+    """How to say here what a function of another language does, whatever stands before its last point; "" where it is
+    none.
+    """
+    return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
+
+
 def way(foreign: str, *, at_prompt: bool) -> str:
     """How to say here what a word of another language says, as a hint; "" where it is none."""
     ours = own_word(foreign)
     row = (COMMANDS.get(ours) if at_prompt else None) or PROGRAM_WORDS.get(ours)
     if row is not None:
-        return f"did you mean {ours}? The form is {row.form}"
+        more = f"; {_MORE[foreign.upper()]}" if foreign.upper() in _MORE else ""
+        return f"did you mean {ours}? The form is {row.form}{more}"
     return _ADVICE.get(foreign.upper(), "")
