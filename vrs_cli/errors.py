@@ -279,6 +279,14 @@ class LengthUnit(ProgramError, code=65, text="Length in millimetres"):
     """A warning: a place whose coordinates look like metres."""
 
 
+class TimeUnit(ProgramError, code=67, text="Time in seconds"):
+    """A warning: a time that looks like milliseconds."""
+
+
+class UnreadStatus(ProgramError, code=68, text="Status of a file not read"):
+    """A warning: a program opens a file to be read, and goes on where it is not there."""
+
+
 class FixedCondition(ProgramError, code=66, text="Condition that never changes"):
     """A warning: the number of a signal where its state is meant."""
 

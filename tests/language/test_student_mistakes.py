@@ -83,7 +83,11 @@ PUMA = load_robot("puma560")
             "SET p = TRANS(x, y, z) gives a place the name p",
         ),
         ("DRIVE J1, 10, 50", "J1 is given a value nowhere", "a joint is a number: DRIVE 1, 30"),
-        ("TYPE a.x", "a.x is given a value nowhere", "DX(a) is the X of a place"),
+        (
+            "TYPE a.x",
+            "a.x is given a value nowhere",
+            "DX(a) is the X of a place, SHIFT(a BY dx, dy, dz) is one beside it",
+        ),
         (
             "SIGNAL 1 = TRUE",
             "SIGNAL takes no = here",
@@ -139,7 +143,63 @@ PUMA = load_robot("puma560")
         ("$p = HERE", "$p holds a text", "SET p = ... is a place"),
         ("UNTIL x == 3", "UNTIL without DO", "DO, alone on its line, begins the loop"),
         ("END", "END without IF, WHILE, FOR or CASE", ".END ends the program"),
-        ("NEXT i", "NEXT takes a whole number of loops", "NEXT 2; END ends the steps of a loop"),
+        (
+            "NEXT i",
+            "NEXT takes a whole number of loops",
+            "NEXT alone is for the innermost, NEXT 2 for two; END ends the steps of a loop",
+        ),
+        ("EXIT", "EXIT 1 with no loop around it", "the loops are FOR, WHILE and DO; RETURN ends a program"),
+        ("MOVE TO part", "TO has no place here", "the form is MOVE location [AT t | IN dt]"),
+        (
+            "x = 1\nMOVE x",
+            "x is a real since step 1",
+            "a transformation or a precision point is wanted: TRANS(x, y, z) is one",
+        ),
+        (
+            "MOVE 0, -90, 90, 0, 0, 0",
+            "MOVE: too many arguments",
+            "a place is TRANS(0, -90, 90, 0, 0, 0) or a name, joints are #PPOINT(0, -90, 90, 0, 0, 0)",
+        ),
+        ("SET part = HERE\nMOVE #part", "#part is given a value nowhere", "did you mean part?"),
+        ("GRIPPER CLOSE", "GRIPPER", "CLOSEI closes the hand, OPENI opens it"),
+        ("CLOSE GRIPPER", "GRIPPER is given a value nowhere", "OPENI and CLOSEI work the hand"),
+        ("TYPE TIMER", "TIMER is given a value nowhere", "the function is TIMER(timer)"),
+        ("SET part := HERE", ":= is no sign of VAL-II", "= assigns, == compares"),
+        ("TYPE hello world", "world", 'a text stands in double quotes: "hello world"'),
+        (
+            'x = input("how many")',
+            "there is no function input",
+            'PROMPT "How many? ", x asks for a number; SIG(1001) reads a signal',
+        ),
+        (
+            'TYPE "one\\ntwo"',
+            "\\n is typed as it stands",
+            "every TYPE ends its line, TYPE alone types an empty one",
+        ),
+        ('x = "a" + "b"', "x holds a number, no string", "$x = ... holds a string"),
+        ("TYPE \u201chello\u201d", "\u201c is no sign of VAL-II", 'straight quotes enclose a text: "hello"'),
+        ("DO WHILE x < 3", "WHILE after DO", "the form is WHILE condition DO"),
+        ("LOOP", "LOOP", "END ends WHILE x < 3 DO, UNTIL x == 3 ends DO"),
+        (
+            '1: TYPE "one"',
+            "a line begins with a word or the variable that is assigned",
+            "a label has no colon: 10 TYPE; VALUE 1: begins what a CASE does for 1",
+        ),
+        ("PROGRAM wave", "PROGRAM", ".PROGRAM name begins a program, .END ends it"),
+        ("GOSUB 100", "a program name is wanted here", "GOTO 100 goes to a label"),
+        ("x = 1 : y = 2", "= has no place here", "a line holds one statement, : joins places"),
+        ("TYPE 1 < x < 5", "it is taken as (1 < x) < 5", "1 < x AND x < 5"),
+        (
+            "x = RANDOM(1, 6)",
+            "RANDOM: too many arguments",
+            "the form is RANDOM; 1 + INT(6 * RANDOM) is a whole number from 1 to 6",
+        ),
+        ("DELAY 500", "DELAY takes seconds", "500 ms is 0.5"),
+        (
+            'ATTACH (lun, 4) "DISK"\nFOPENR (lun) "a.txt"\nREAD (lun) x',
+            "without the file the program goes on, and nothing tells",
+            "IF IOSTAT(lun) < 0 THEN behind it asks",
+        ),
         ("DELAY 0,5", "DELAY: too many arguments", "a decimal number has a point: 0.5"),
         ("TYPE 7%3", "% is no sign of VAL-II", "MOD gives the rest of a division: 7 MOD 3"),
         ("TYPE 2^3", "2^3", "** raises to a power: 2 ** 3"),
@@ -207,6 +267,8 @@ def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) 
         "IF x == 1001 THEN\nTYPE TRUE\nEND\nWHILE TRUE DO\nx = 1\nEND",
         "IF (1 == x) == TRUE THEN\nWAIT SIG(1001) == TRUE\nEND",
         "TYPE /F6.2, x, /S",
+        "DELAY 90\nMOVE HERE\nindex = 1\nmid = 2\nTYPE (1 < x) == (x < 5), index, mid",
+        'ATTACH (lun, 4) "DISK"\nFOPENR (lun) "a.txt"\nTYPE IOSTAT(lun)',
         "x = 0\nWHILE x < 3 DO\nREAD (5) x\nEND\nDO\nCALL p\nUNTIL x > 3",
         "x = 0\nWHILE x < 3 DO\nIF y > 3 GOTO 10\nEND\n10 y = 0\nWHILE x < 3 DO\nWAIT SIG(1001)\nEND",
         "x = 0\nWHILE x < TIMER(1) DO\nTYPE x\nEND\nDO\nEXIT\nUNTIL x == 3",
@@ -225,7 +287,7 @@ def test_a_parameter_is_a_name_alone(heading: str) -> None:
 
 def test_an_argument_of_another_kind() -> None:
     found = inspect('.PROGRAM u(a)\nTYPE a\n.END\n.PROGRAM t\nCALL u("hi")\n.END\n', PUMA)
-    assert ("a string for the parameter a", "a real or a transformation is wanted") in [
+    assert ("a string for the parameter a", "a real or a transformation is wanted; a parameter $a takes this one") in [
         (d.detail, d.hint) for d in found
     ]
 
@@ -236,6 +298,11 @@ def test_an_argument_of_another_kind() -> None:
         ("STOP", "STOP is for the program that it stands in", "ABORT stops the robot and its program"),
         ("PAUSE", "PAUSE is for the program that it stands in", "ABORT stops the robot and its program"),
         ("J1 = 30", "j1 is a variable from now on", "a joint is a number: DRIVE 1, 30"),
+        (
+            "part.z = 5",
+            "part.z is a variable from now on",
+            "DZ(part) is the Z of a place, SHIFT(part BY dx, dy, dz) is one beside it",
+        ),
         ("HERE = 5", "here is a variable from now on", "HERE p keeps the place where the arm stands"),
     ],
 )

@@ -177,6 +177,7 @@ def _help() -> int:
 PAGES: Mapping[str, Callable[[], int]] = {
     "--help": _help,
     "-h": _help,
+    "help": _help,
     "--version": _version,
     "-V": _version,
 }

@@ -310,7 +310,10 @@ def test_indexes_below_0_are_refused(line: str) -> None:
 
 def test_reading_an_element_that_is_not_there_names_it() -> None:
     assert str(run_lines("a[1] = 5", "x = a[2]").error) == "*Undefined value* a[2] (its only element is 1)"
-    assert str(run_lines("$x = $s[2]").error) == "*Undefined value* $s[2] ($s[2] = ... gives it a value)"
+    assert (
+        str(run_lines("$x = $s[2]").error)
+        == "*Undefined value* $s[2] ($s[2] = ... defines it; $MID($s, 1, 2) is a part of a text)"
+    )
 
 
 def test_an_undefined_name_has_a_near_one() -> None:

@@ -31,9 +31,11 @@ from vrs_cli.errors import (
     NotAvailable,
     OldMeaning,
     PauseOfArm,
+    TimeUnit,
     TypeMismatch,
     UndefinedName,
     UndefinedValue,
+    UnreadStatus,
     UsageError,
     WithoutEffect,
     WordAsName,
@@ -60,10 +62,10 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, variables_given_by
 from vrs_cli.language.text.parser import parse_step
-from vrs_cli.language.words.foreign import MEANT_ELSEWHERE
+from vrs_cli.language.words.foreign import MEANT_ELSEWHERE, giving, meant_by
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
-from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, giving, kinds_of_name
+from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
 from vrs_cli.language.words.word import Argument, Route, Shape, State, Word, argument_at
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, ordered, warning
 from vrs_cli.values.numbers import count
@@ -195,7 +197,7 @@ def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
         yield _warning(target, f"{name} is a variable from now on", hint)
     elif row is not None and not target.sigil and target.indexes is None and row.required:
         yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
-    elif meant := giving(name, Kind.REAL):
+    elif meant := meant_by(name):
         yield _warning(target, f"{name} is a variable from now on", meant)
 
 
@@ -253,6 +255,18 @@ def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
             elif INSTRUCTIONS[it.word].route is Route.MOTION or it.word in _MAY_MOVE:
                 return
     yield from found
+
+
+def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Diagnostic]:
+    """Warn of the first FOPENR where no program looks at IOSTAT, which tells whether the file is there."""
+    opens = (one for one in program.statements if isinstance(one, ast.Instruction) and one.word == "FOPENR")
+    if (first := next(opens, None)) is not None and not any(
+        isinstance(node, ast.Call) and node.name == "IOSTAT"
+        for one in (program, *programs)
+        for node in ast.nodes(one.steps)
+    ):
+        detail = "without the file the program goes on, and nothing tells"
+        yield warning(UnreadStatus, first.span, detail, "IF IOSTAT(lun) < 0 THEN behind it asks")
 
 
 def endless(program: Program, blocks: Collection[Block], surroundings: Surroundings) -> Iterator[Diagnostic]:
@@ -325,6 +339,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
         *beyond(program),
         *breaks(program, structure.blocks),
         *endless(program, structure.blocks, surroundings),
+        *unread_status(program, surroundings.programs.values()),
     )
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
     needs = frozenset(one.key for one in steps.without_value())
@@ -367,6 +382,13 @@ def hidden_statement(statement: Statement, comment: str | None, end: int) -> Ite
                 yield warning(HiddenStatement, span, f"{comment.strip()} is a comment", "a line holds one statement")
 
 
+def other_sigil(variable: ast.Variable, known: Container[str]) -> str:
+    """Say that part has a value and #part has none, as a hint; "" where no name differs by its sigil alone."""
+    bare = variable.key.lstrip("#$")
+    other = next((sigil for sigil in ("", *SIGIL_KINDS) if sigil != variable.sigil and sigil + bare in known), None)
+    return "" if other is None else f"did you mean {other}{variable.name}?"
+
+
 class _Steps(Expressions):
     """One pass over the steps. `program` and `surroundings` are None for a line of the prompt."""
 
@@ -406,6 +428,12 @@ class _Steps(Expressions):
 
     def command(self, statement: Statement) -> None:
         """A line of the prompt."""
+        self._command(statement)
+        for variable in self.without_value():
+            if hint := other_sigil(variable, self._known):
+                self.fault(UndefinedValue, variable.span, variable.sigil + variable.name, hint)
+
+    def _command(self, statement: Statement) -> None:
         if isinstance(statement, ast.ExplainCommand):
             self._explain(statement)
             return
@@ -460,9 +488,9 @@ class _Steps(Expressions):
             detail = f"{name} is given a value nowhere"
             hint = around.name_meant(variable, own) if number < MOST_HINTS else ""
             decided = self._decided(variable)
-            self.warn(
-                UndefinedValue, variable.span, detail, hint or giving(name, decided.kind if decided else Kind.REAL)
-            )
+            hint = hint or other_sigil(variable, {**dict.fromkeys(self.given), **around.known})
+            hint = hint or giving(name, decided.kind if decided else Kind.REAL)
+            self.warn(UndefinedValue, variable.span, detail, hint)
         self.diagnostics += confusions(program, self, around)
 
     # --- statements ---
@@ -481,7 +509,7 @@ class _Steps(Expressions):
             self.given.add(target.key)
             return
         wanted = STRING if target.sigil else REAL
-        if not target.sigil and isinstance(value, ast.StringConstant):
+        if not target.sigil and self.kind_of(value) is Kind.STRING:
             self.fault(TypeMismatch, value.span, f"{name} holds a number, no string", f"${name} = ... holds a string")
             self.value(value, STRING)
         elif target.sigil and self.kind_of(value) in PLACE:
@@ -552,10 +580,12 @@ class _Steps(Expressions):
             self._reals(statement.modifiers.at, statement.modifiers.within)
             for place, expression in enumerate(statement.arguments):
                 argument = argument_at(row, place)
-                if expression is not None and argument is not None:
+                if expression is not None and argument is not None and row.name not in LOOP_JUMPS:
                     self._check_operand(expression, argument)
                     self._name_form(expression, argument, row)
             self._format(statement, row)
+            if row.name == "DELAY":
+                self._seconds(statement.arguments[0])
             if row.name == "WAIT":
                 self._wait(statement)
             elif row.name == "SET":
@@ -615,6 +645,12 @@ class _Steps(Expressions):
             if isinstance(expression, ast.Call) and expression.name == "TRANS" and argument.shape in _PLACES:
                 self._metres(expression)
 
+    def _seconds(self, time: Expression | None) -> None:
+        """Warn of DELAY 500, which looks like milliseconds."""
+        given = None if time is None else ast.plain_number(time)
+        if time is not None and given is not None and given >= 100 and given % 50 == 0:
+            self.warn(TimeUnit, time.span, "DELAY takes seconds", f"{given:g} ms is {given / 1000:g}")
+
     def _metres(self, place: ast.Call) -> None:
         """Warn of TRANS(0.3, 0.45, -0.2): two coordinates at least have decimals, and all are small."""
         given = [abs(ast.plain_number(one) or 0.0) for one in place.arguments[:3]]
@@ -630,7 +666,8 @@ class _Steps(Expressions):
             self._pass(expression.arguments)
             self._check_call(expression)
         elif not isinstance(expression, ast.BareWord):
-            self.fault(InvalidName, expression.span, "a program name is wanted here")
+            hint = "GOTO 100 goes to a label" if isinstance(expression, ast.Number) else ""
+            self.fault(InvalidName, expression.span, "a program name is wanted here", hint)
 
     def _pass(self, arguments: Iterable[Expression | None]) -> None:
         for argument in arguments:
@@ -664,11 +701,15 @@ class _Steps(Expressions):
         for argument, parameter in zip(call.arguments, target.parameters, strict=False):
             kind = None if argument is None else self.kind_of(argument)
             if argument is not None and kind is not None and kind not in kinds_of_name(parameter.sigil):
+                hint, sigil = (
+                    f"{with_article(set(kinds_of_name(parameter.sigil)))} is wanted",
+                    next((one for one, of in SIGIL_KINDS.items() if of is kind), ""),
+                )
                 self.fault(
                     ArgumentMismatch,
                     argument.span,
                     f"{with_article({kind})} for the parameter {parameter.sigil}{parameter.name}",
-                    f"{with_article(set(kinds_of_name(parameter.sigil)))} is wanted",
+                    f"{hint}; a parameter {sigil}{parameter.name} takes this one" if sigil else hint,
                 )
 
 

@@ -41,13 +41,13 @@ from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import own_function
+from vrs_cli.language.words.foreign import MEANT_ELSEWHERE, own_function
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
 from vrs_cli.values.diagnostics import Span, did_you_mean
 
-_PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|\{[A-Za-z]\w*\}"  # of C and Python
+_PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|^[^\\:]*\\n|\{[A-Za-z]\w*\}"  # of C and Python
 FORMAT_CODES = "BCDEFGHINOSUX"
 _STATES = ("ON", "OFF", "TRUE", "FALSE")
 
@@ -63,11 +63,11 @@ class Expressions(NameFindings):
     def _item(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
-            if isinstance(expression, ast.StringConstant) and (sign := re.search(_PRINTF, expression.value)):
-                hint = 'TYPE "x =", x types a value'
-                if sign[0].startswith("\\"):
+            if isinstance(expression, ast.StringConstant) and (found := re.search(_PRINTF, expression.value)):
+                hint, sign = 'TYPE "x =", x types a value', "\\n" if found[0].endswith("\\n") else found[0]
+                if sign.startswith("\\"):
                     hint = "every TYPE ends its line, TYPE alone types an empty one"
-                self.warn(WithoutEffect, expression.span, f"{sign[0]} is typed as it stands", hint)
+                self.warn(WithoutEffect, expression.span, f"{sign} is typed as it stands", hint)
         elif expression.code not in FORMAT_CODES:
             self.fault(
                 IllegalExpression,
@@ -206,6 +206,8 @@ class Expressions(NameFindings):
             return self._operands(expression, LOCATION, Kind.LOCATION)
         if operator in RELATIONS and isinstance(expression.right, ast.Call):
             self.signal_number(expression.left)
+        if operator in RELATIONS and isinstance(left := expression.left, ast.Binary) and not left.grouped:
+            self._chained(left, expression)
         if operator in RELATIONS:
             return self._operands(expression, self._of_both(expression), Kind.REAL)
         if operator == "+":
@@ -216,6 +218,15 @@ class Expressions(NameFindings):
             detail, clear = "the sign binds before **", replace(expression, left=replace(left, grouped=True))
             self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
         return self._operands(expression, REAL, Kind.REAL)
+
+    def _chained(self, left: ast.Binary, whole: ast.Binary) -> None:
+        """Warn of 1 < x < 5, which compares a truth value with 5."""
+        if left.operator in RELATIONS:
+            first, middle, last = map(expression_text, (left.left, left.right, whole.right))
+            hint = f"{first} {left.operator} {middle} AND {middle} {whole.operator} {last}"
+            self.warn(
+                AmbiguousGrouping, whole.span, f"it is taken as ({expression_text(left)}) {whole.operator} {last}", hint
+            )
 
     def signal_number(self, condition: Expression) -> None:
         """Warn of IF 1001 THEN and of IF 1001 == TRUE THEN, which do not look at the signal."""
@@ -252,8 +263,9 @@ class Expressions(NameFindings):
         if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
             self.functions.setdefault(call.name.lower(), call)
         end = Span(call.span.line, call.span.end - 1, call.span.end)
+        more = f"; {MEANT_ELSEWHERE[call.name]}" if call.name in MEANT_ELSEWHERE else ""
         for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
-            self.fault(IllegalExpression, span, detail, f"the form is {function.form}")
+            self.fault(IllegalExpression, span, detail, f"the form is {function.form}{more}")
         if call.name in _ANGLES:
             self.angles(call.name, call.arguments[_ANGLES[call.name] :])
         for place, expression in enumerate(call.arguments):
@@ -298,17 +310,19 @@ def miscounted(
 
 def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
     """Say what MOVE 100, 200, 300 and DELAY 0,5 were meant as, as a hint; "" for what is usual."""
-    numbers = [one for one in given if isinstance(one, ast.Number)]
+    numbers = [one for one in given if one is not None and ast.plain_number(one) is not None]
     if (
         len(given) == 2
         and len(row.arguments) == 1
         and row.arguments[0].shape is Shape.PLACE
         and numbers == [*given[1:]]
     ):
-        return f"the form is {row.form}; SPEED {numbers[0].text} before it sets the speed"
+        return f"the form is {row.form}; SPEED {expression_text(numbers[0])} before it sets the speed"
     if len(numbers) != len(given) or len(given) <= len(row.arguments) or not row.arguments:
         return ""
-    texts, shape = [number.text for number in numbers], row.arguments[0].shape
+    texts, shape = [expression_text(number) for number in numbers], row.arguments[0].shape
+    if len(numbers) == 6 and shape in (Shape.PLACE, Shape.LOCATION):
+        return f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT({', '.join(texts)})"
     if len(numbers) >= 3 and shape in (Shape.PLACE, Shape.LOCATION):
         return f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT(...)"
     if len(numbers) == 2 and shape is Shape.REAL and numbers[1].span.column == numbers[0].span.end + 1:

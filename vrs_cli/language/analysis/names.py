@@ -162,6 +162,8 @@ _NAMED = (ast.Variable, ast.Number, ast.StringConstant)
 _SAMPLES = {Kind.REAL: "x", Kind.STRING: "$s", Kind.LOCATION: "p", Kind.PRECISION: "#p"}
 _EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # of a kind, and the kinds wanted in its place
     (Kind.REAL, STRING): "$ENCODE(NAME) is one",
+    (Kind.REAL, PLACE): "TRANS(x, y, z) is one",
+    (Kind.REAL, LOCATION): "TRANS(x, y, z) is one",
     (Kind.STRING, REAL): "VAL(NAME) is one",
     (Kind.LOCATION, REAL): "DX(NAME) is one; SHIFT(NAME BY 0, 0, 50) is a place 50 mm higher",
     (Kind.PRECISION, LOCATION): "HERE p keeps the place where the arm stands as one",

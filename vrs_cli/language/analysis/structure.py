@@ -100,13 +100,16 @@ class Structure(DiagnosticCollector):
         """Check that EXIT or NEXT stands inside as many loops as it names."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
-            hint = f"{statement.word} 2; END ends the steps of a loop"
+            hint = (
+                f"{statement.word} alone is for the innermost, {statement.word} 2 for two; END ends the steps of a loop"
+            )
             self._fault(statement.span, f"{statement.word} takes a whole number of loops", hint)
         elif wanted > around:
             loops = "no loop" if not around else "1 loop" if around == 1 else f"{around} loops"
-            self._fault(
-                statement.span, f"{statement.word} {wanted} with {loops} around it", "the loops are FOR, WHILE and DO"
-            )
+            hint = "the loops are FOR, WHILE and DO"
+            if statement.word == "EXIT" and not around:
+                hint += "; RETURN ends a program"
+            self._fault(statement.span, f"{statement.word} {wanted} with {loops} around it", hint)
 
     def _begin(self, index: int, statement: Statement) -> None:
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))

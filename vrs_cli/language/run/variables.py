@@ -16,9 +16,9 @@ from weakref import ref
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Entry, Number
+from vrs_cli.language.words.foreign import giving
 from vrs_cli.language.words.values import (
     Kind,
-    giving,
     key_of,
     kind_of_name,
     kind_of_value,

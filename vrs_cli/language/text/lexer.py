@@ -258,6 +258,10 @@ class Lexer:
             self._refuse_foreign_comment(self._at, LINE_COMMENT)
             if kind is not UsageError and self._patterns.next.match(self._text, self._at) is None:
                 raise self._unreadable()
+            if self.tokens and self._text.startswith(":", self._at):
+                hint = "a label has no colon: 10 TYPE; VALUE 1: begins what a CASE does for 1"
+            elif self._text.startswith('"', self._at):
+                hint = 'TYPE "hello" types a text, ; begins a comment'
             raise self._refusal(kind, self._at, max(self._glued(self._at), self._at + 1), detail, hint)
         if self._text[match.end() : match.end() + 1].isalnum():
             # a letter of another alphabet does not end a word: it is a mistake in it

@@ -26,7 +26,7 @@ from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
 from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, way
-from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, Shape, Word
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
@@ -227,6 +227,8 @@ class Complaint:
             return None  # nothing need follow
         if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
             return None
+        if self._type == "EQUAL" and last.text == ":":
+            return self._equals()
         if self._type == "EQUAL" and last.text in "<>=":
             return self._say(IllegalExpression, f"{last.text}=", "the relations are == <> < > <= >=", last)
         if last.text.upper() in ("AT", "IN") and not self._type:
@@ -264,6 +266,10 @@ class Complaint:
             return None
         if self._start == "header":
             return self._say(IllegalExpression, "= has no place here", _PARAMETERS)
+        if self._last is not None and self._last.text == ":":
+            return self._say(IllegalExpression, ":= is no sign of VAL-II", "= assigns, == compares", self._last)
+        if any(one.text == ":" for one in self._before):
+            return self._say(IllegalExpression, "= has no place here", "a line holds one statement, : joins places")
         condition = self._head.type in _CONDITIONS or self._head.value == "WAIT"
         hint = "= assigns, == compares" if condition or self._head.type == "NAME" else ""
         return self._say(IllegalExpression, "= has no place here", hint)
@@ -309,6 +315,8 @@ class Complaint:
             quoted = 'a name with blanks stands in quotes: "my file.v2"'
             hint = f"a comma is missing before {self._text}" if row is not None and row.repeats else quoted
             return self._say(CannotInterpret, self._said, hint)
+        if last.type == "NAME" and last.text.upper() in RESERVED and row is not None:  # MOVE TO part
+            return self._say(CannotInterpret, f"{last.text} has no place here", f"the form is {row.form}", last)
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
         if relation := RELATIONS_OF_VAL.get(self._text.upper()):
@@ -329,6 +337,8 @@ class Complaint:
             return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
         if self._start == "header":
             return _PARAMETERS
+        if last.type == self._type == "NAME" and row is not None and Shape.ITEM in row.wanted:
+            return f'a text stands in double quotes: "{last.text} {self._text}"'
         word = self._text.upper()
         if last.type == "PROGRAM":
             return f"arguments stand in parentheses: {last.text}({self._text})"
@@ -360,6 +370,8 @@ class Complaint:
         form = f"the form is {row.form}" if row is not None else ""
         if head.type in CONTROL and (head is last or last.type in ("DO", "OF", "COLON")):
             hint = form if CONTROL[head.type].arguments else f"{head.type} stands alone"
+            if head.type == "DO" and self._text.upper() == "WHILE":
+                hint = f"the form is {CONTROL['WHILE'].form}"
             if head.type == "ELSE" and self._text.upper() == "IF":
                 hint = "IF ... THEN stands on the next line and has an END of its own"
             return self._say(CannotInterpret, f"{self._said} after {last.text.upper()}", hint)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
+from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.values import Kind
 
 # signs of C and its children, and what says it here
 FOREIGN_SIGNS = {
@@ -19,6 +22,11 @@ FOREIGN_SIGNS = {
     "|": "OR is either",
     "!": "NOT is the opposite, <> is unequal",
     "~": "NOT is the opposite, <> is unequal",
+    **dict.fromkeys("“”„«»‘’", 'straight quotes enclose a text: "hello"'),  # of word processors
+    **dict.fromkeys("–—−", "the minus sign is -"),
+    **dict.fromkeys("×·", "* multiplies"),
+    **dict.fromkeys("÷", "/ divides"),
+    **dict.fromkeys("≤≥≠", "the relations are == <> < > <= >="),
 }
 POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
 QUOTIENT, WHOLE = r"//\s*[\d(]", "INT(7 / 2) is a whole quotient; a comment begins with ;"
@@ -27,7 +35,10 @@ LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"  # at the start of a 
 _UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
 UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
-MEANT_ELSEWHERE = {"SWITCH": "CASE x OF chooses by a value"}  # our words that mean something else in C
+MEANT_ELSEWHERE = {  # our words that mean more elsewhere
+    "SWITCH": "CASE x OF chooses by a value",
+    "RANDOM": "1 + INT(6 * RANDOM) is a whole number from 1 to 6",
+}
 LABELS = "a label is a number before a statement: 10 TYPE"
 SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # MOVE Z 100
 
@@ -50,7 +61,12 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("UPPER", "LOWER", "SPLIT"), "$MID, $DECODE and POS take texts apart"),
     **dict.fromkeys(("POSE", "LOC", "LOCATION", "POINT", "XYZ"), "TRANS(x, y, z, o, a, t) is a place"),
     **dict.fromkeys(("JOINTS", "PPOINT", "JOINT", "J"), "#PPOINT(j1, j2, j3, j4, j5, j6) is a place by its joints"),
-    **dict.fromkeys(("INPUT", "DIN", "GETDI", "DI", "SIGNAL"), "SIG(1001) reads a signal"),
+    **dict.fromkeys(("DIN", "GETDI", "DI", "SIGNAL", "GET_DIGITAL_IN"), "SIG(1001) reads a signal"),
+    **dict.fromkeys(
+        ("INPUT", "READLINE", "GETS"), 'PROMPT "How many? ", x asks for a number; SIG(1001) reads a signal'
+    ),
+    **dict.fromkeys(("EOF", "FEOF"), "IOSTAT(lun) is below 0 when a READ finds no more lines"),
+    **dict.fromkeys(("RANDINT", "UNIFORM"), MEANT_ELSEWHERE["RANDOM"]),
     **dict.fromkeys(("EXP", "LOG", "LN", "LOG10"), "2.718282 ** x is the exponential function; there is no logarithm"),
     **dict.fromkeys(("DIST", "NORM"), "DISTANCE(a, b) is the distance of two places"),
     "RANGE": "FOR i = 0 TO 2 counts 0, 1, 2",
@@ -81,7 +97,7 @@ _SAME = {
     "CASE": "SWITCHCASE",
     "ELSE": "ELIF",
     "ANY": "OTHERWISE",
-    "DO": "LOOP REPEAT",
+    "DO": "REPEAT",
     "WHERE": "POS POSE GETPOS WHEREAMI CURPOS",
     "HELP": "MAN USAGE",
     "EXIT": "BYE LOGOUT",
@@ -110,11 +126,19 @@ _ADVICE: Mapping[str, str] = {
     ),
     **dict.fromkeys(("TUTORIAL", "LEARN", "LESSON", "DEMO"), "HELP TUTORIAL has lines to begin with"),
     "VRS": "vrs begins a command of your system's shell: EXIT leaves this prompt; HELP VIEW tells of pictures here",
-    **dict.fromkeys(("DEF", "FUNCTION", "PROC", "SUB", "FUNC"), ".PROGRAM name begins a program, .END ends it"),
+    **dict.fromkeys(
+        ("DEF", "FUNCTION", "PROC", "SUB", "FUNC", "PROGRAM", "PROCEDURE", "VOID", "MODULE"),
+        ".PROGRAM name begins a program, .END ends it",
+    ),
     **dict.fromkeys(("IMPORT", "INCLUDE", "USE"), "LOAD file reads programs from a file"),
     **dict.fromkeys(("AT", "IN", "AFTER"), "a time stands at the end of a line: DRIVE 1, 30 AT 2"),
+    **dict.fromkeys(("GRIPPER", "HAND", "TOOL_CLOSE"), "CLOSEI closes the hand, OPENI opens it"),
+    "LOOP": "END ends WHILE x < 3 DO, UNTIL x == 3 ends DO",
     "DEFAULT": "ANY begins what is done for all other values of a CASE",
-    **dict.fromkeys(("LET", "VAR", "DIM", "INT", "FLOAT", "NUM", "DECL"), "x = 5 makes a variable"),
+    **dict.fromkeys(
+        ("LET", "VAR", "DIM", "INT", "FLOAT", "NUM", "DECL", "CONST", "BOOL", "STRING", "CHAR"),
+        "x = 5 makes a variable",
+    ),
 }
 
 
@@ -143,3 +167,42 @@ def way(foreign: str, *, at_prompt: bool) -> str:
         more = f"; {_MORE[foreign.upper()]}" if foreign.upper() in _MORE else ""
         return f"did you mean {ours}? The form is {row.form}{more}"
     return _ADVICE.get(foreign.upper(), "")
+
+
+# --- names without a value ---
+
+_NO_NAMES: Mapping[str, str] = {  # words of other languages that look like names here
+    **dict.fromkeys(
+        ("NONE", "NIL", "UNDEFINED"), "0 is nothing here, and FALSE; DEFINED(x) tells whether x has a value"
+    ),
+    **dict.fromkeys(("GRIPPER", "HAND"), "OPENI and CLOSEI work the hand"),
+}
+
+
+def meant_by(name: str) -> str:
+    """What J1 and part.z were meant as, as a hint; "" for other names."""
+    if re.fullmatch(r"(?i)j(oint)?\d", name):
+        return "a joint is a number: DRIVE 1, 30"
+    if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
+        axis = part[2].upper()
+        return f"D{axis}({part[1]}) is the {axis} of a place, SHIFT({part[1]} BY dx, dy, dz) is one beside it"
+    return ""
+
+
+def giving(name: str, kind: Kind | None) -> str:
+    """Say how a variable without a value gets one, or what its name was meant as, as a hint."""
+    base, bracket, _ = name.partition("[")
+    function = FUNCTIONS.get(base.upper())
+    if kind is Kind.PRECISION:
+        return f"HERE {name} defines it"
+    if meant := _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else ""):
+        return meant
+    if function is not None and function.arguments:  # TIMER for TIMER(1)
+        return f"the function is {function.form}"
+    if kind is Kind.LOCATION:
+        return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
+    if bracket and kind is Kind.STRING:
+        return f"{name} = ... defines it; $MID({base}, 1, 2) is a part of a text"
+    if bracket and kind is Kind.REAL:
+        return f"{name} = ... defines it; DX(p) is the X of a place p"
+    return meant_by(name) if kind is Kind.REAL else ""

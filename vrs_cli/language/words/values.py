@@ -37,19 +37,6 @@ class Kind(Enum):
 SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
 
-def giving(name: str, kind: Kind | None) -> str:
-    """Say how a place is given a value, and what J1 was meant as, as a hint; "" for other names."""
-    if kind is Kind.LOCATION:
-        return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
-    if kind is Kind.REAL and re.fullmatch(r"(?i)j(oint)?\d", name):
-        return "a joint is a number: DRIVE 1, 30"
-    if kind is Kind.REAL and (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)):
-        return f"D{part[2].upper()}({part[1]}) is the {part[2].upper()} of a place"
-    if kind is Kind.REAL and name.endswith("]"):
-        return f"{name} = ... defines it; DECOMPOSE {name} = p takes a place apart"
-    return f"HERE {name} defines it" if kind is Kind.PRECISION else ""
-
-
 def kind_of_name(name: str) -> Kind:
     """The kind that a name shows; REAL for a bare one, which can be a transformation too."""
     return SIGIL_KINDS.get(name[:1], Kind.REAL)
