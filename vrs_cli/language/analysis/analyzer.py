@@ -60,9 +60,9 @@ from vrs_cli.language.analysis.names import (
 from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
-from vrs_cli.language.text.meaning import FUNCTION_NAMES, variables_given_by
+from vrs_cli.language.text.meaning import FUNCTION_NAMES, giving, meant_by, variables_given_by
 from vrs_cli.language.text.parser import parse_step
-from vrs_cli.language.words.foreign import MEANT_ELSEWHERE, giving, meant_by
+from vrs_cli.language.words.foreign import MEANT_ELSEWHERE
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name

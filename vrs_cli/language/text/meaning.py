@@ -1,4 +1,4 @@
-"""The meaning of names and operators in expressions.
+"""The meaning of names and operators in expressions; and what a name without a value may have been meant as.
 
 A bare name that a function without arguments has too (HERE, TOOL, HAND) is that function, or a variable. It is the
 variable in a program that gives it a value or declares it, and on a line of the prompt while it has a value. The parser
@@ -10,6 +10,7 @@ against the relations; see the head of grammar/val2.lark.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from operator import is_
 from typing import Any, Generic, TypeVar, cast
@@ -20,8 +21,10 @@ from msgspec.structs import replace
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, Statement
 from vrs_cli.language.text.lexer import Token
+from vrs_cli.language.words.foreign import own_function
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.values.diagnostics import Span
 
@@ -163,3 +166,42 @@ class Grouping(Struct, Generic[N]):
             right, at = self._climb(items, at + 1, its_rank)
             left = self.binary(sign, left, right)
         return left, at
+
+
+# --- names without a value ---
+
+_NO_NAMES: Mapping[str, str] = {  # words of other languages that look like names here
+    **dict.fromkeys(
+        ("NONE", "NIL", "UNDEFINED"), "0 is nothing here, and FALSE; DEFINED(x) tells whether x has a value"
+    ),
+    **dict.fromkeys(("GRIPPER", "HAND"), "OPENI and CLOSEI work the hand"),
+}
+
+
+def meant_by(name: str) -> str:
+    """What J1 and part.z were meant as, as a hint; "" for other names."""
+    if re.fullmatch(r"(?i)j(oint)?\d", name):
+        return "a joint is a number: DRIVE 1, 30"
+    if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
+        axis = part[2].upper()
+        return f"D{axis}({part[1]}) is the {axis} of a place, SHIFT({part[1]} BY dx, dy, dz) is one beside it"
+    return ""
+
+
+def giving(name: str, kind: Kind | None) -> str:
+    """Say how a variable without a value gets one, or what its name was meant as, as a hint."""
+    base, bracket, _ = name.partition("[")
+    function = FUNCTIONS.get(base.upper())
+    if kind is Kind.PRECISION:
+        return f"HERE {name} defines it"
+    if meant := _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else ""):
+        return meant
+    if function is not None and function.arguments:  # TIMER for TIMER(1)
+        return f"the function is {function.form}"
+    if kind is Kind.LOCATION:
+        return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
+    if bracket and kind is Kind.STRING:
+        return f"{name} = ... defines it; $MID({base}, 1, 2) is a part of a text"
+    if bracket and kind is Kind.REAL:
+        return f"{name} = ... defines it; DX(p) is the X of a place p"
+    return meant_by(name) if kind is Kind.REAL else ""

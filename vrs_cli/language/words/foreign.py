@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 
-from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.values import Kind
 
 # signs of C and its children, and what says it here
 FOREIGN_SIGNS = {
@@ -167,42 +164,3 @@ def way(foreign: str, *, at_prompt: bool) -> str:
         more = f"; {_MORE[foreign.upper()]}" if foreign.upper() in _MORE else ""
         return f"did you mean {ours}? The form is {row.form}{more}"
     return _ADVICE.get(foreign.upper(), "")
-
-
-# --- names without a value ---
-
-_NO_NAMES: Mapping[str, str] = {  # words of other languages that look like names here
-    **dict.fromkeys(
-        ("NONE", "NIL", "UNDEFINED"), "0 is nothing here, and FALSE; DEFINED(x) tells whether x has a value"
-    ),
-    **dict.fromkeys(("GRIPPER", "HAND"), "OPENI and CLOSEI work the hand"),
-}
-
-
-def meant_by(name: str) -> str:
-    """What J1 and part.z were meant as, as a hint; "" for other names."""
-    if re.fullmatch(r"(?i)j(oint)?\d", name):
-        return "a joint is a number: DRIVE 1, 30"
-    if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
-        axis = part[2].upper()
-        return f"D{axis}({part[1]}) is the {axis} of a place, SHIFT({part[1]} BY dx, dy, dz) is one beside it"
-    return ""
-
-
-def giving(name: str, kind: Kind | None) -> str:
-    """Say how a variable without a value gets one, or what its name was meant as, as a hint."""
-    base, bracket, _ = name.partition("[")
-    function = FUNCTIONS.get(base.upper())
-    if kind is Kind.PRECISION:
-        return f"HERE {name} defines it"
-    if meant := _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else ""):
-        return meant
-    if function is not None and function.arguments:  # TIMER for TIMER(1)
-        return f"the function is {function.form}"
-    if kind is Kind.LOCATION:
-        return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
-    if bracket and kind is Kind.STRING:
-        return f"{name} = ... defines it; $MID({base}, 1, 2) is a part of a text"
-    if bracket and kind is Kind.REAL:
-        return f"{name} = ... defines it; DX(p) is the X of a place p"
-    return meant_by(name) if kind is Kind.REAL else ""
