@@ -194,6 +194,44 @@ PUMA = load_robot("puma560")
             "RANDOM: too many arguments",
             "the form is RANDOM; 1 + INT(6 * RANDOM) is a whole number from 1 to 6",
         ),
+        (
+            "MOVE part 50",
+            "50",
+            "an operator or a comma is missing before 50; the form is MOVE location [AT t | IN dt]",
+        ),
+        ("MOVEPART", "MOVEPART", "a blank is missing: MOVE PART"),
+        (
+            'MOVE "part"',
+            '"part" is a string',
+            "a transformation or a precision point is wanted: a name stands without quotes",
+        ),
+        ("MOVE TRANS 0, 500", "0", "the form is TRANS([x][, y][, z][, o][, a][, t])"),
+        ("IF SIG 1001 THEN", "1001", "the form is SIG(signal[, signals, ...])"),
+        ("MOVE #(0, -90, 90)", "#", "#PPOINT(j1, j2, j3, j4, j5, j6) is a place by its joints"),
+        (
+            "SET p = (0, 550, -250)",
+            "a comma has no place in these parentheses",
+            "a place is TRANS(x, y, z) or a name",
+        ),
+        ("SET n = 5", "5 is a real", "n = ... gives a number"),
+        ("TYPE /F6,2, x", "2 is a value here", "/F6.2 has a point"),
+        ("TYPE F6.2, x", "F6.2 is given a value nowhere", "/F6.2 is a format"),
+        ("$s = bob", "bob is not a string", '$bob is one, "bob" is a text'),
+        ('name$ = "bob"', "name", "$name is a text"),
+        ("FOR i IN 1..3", "1..3", "FOR i = 1 TO 3 counts from 1 to 3"),
+        ("FOREACH p IN a", "FOREACH", "FOR i = 1 TO 3 ... END counts; a[i] is an element of an array"),
+        ("try:", "try", "REACTE name calls a program when an error comes"),
+        ("y = CALL b(1)", "b", "CALL b(...) stands alone, and gives values back by its parameters"),
+        ("a[0] = HERE", "a location is assigned by SET", "SET a[0] = ..."),
+        ("a[1][2] = 5", "[", "the indexes stand in one pair: a[1, 2]"),
+        (
+            "SIGNAL OUT1",
+            "OUT1 is given a value nowhere",
+            "a signal is a number: SIGNAL 1 turns one on, SIG(1001) reads one",
+        ),
+        ("TIMER = 0\nTYPE timer", "timer is a variable here", "the form of the instruction is TIMER timer = seconds"),
+        ("ATTACH 5", "5 is a real", "the form is ATTACH [(unit[, mode])] [$device]"),
+        (".ENDE", ".ENDE", "did you mean .END?"),
         ("DELAY 500", "DELAY takes seconds", "500 ms is 0.5"),
         (
             'ATTACH (lun, 4) "DISK"\nFOPENR (lun) "a.txt"\nREAD (lun) x',
@@ -279,7 +317,7 @@ def test_usual_lines_are_not(line: str) -> None:
     assert [str(one) for one in inspect(f".PROGRAM p\nx = 0\ny = 0\n{line}\n.END\n", PUMA)] == []
 
 
-@pytest.mark.parametrize("heading", ["t(a = 5)", "t(real a)"])
+@pytest.mark.parametrize("heading", ["t(a = 5)", "t(real a)", "t("])
 def test_a_parameter_is_a_name_alone(heading: str) -> None:
     found = inspect(f".PROGRAM {heading}\n.END\n", PUMA)
     assert found[0].hint == "a parameter is a name alone: .PROGRAM name(a, $text, #joints)"

@@ -41,7 +41,7 @@ def where_part(station: Station, it: Instruction, asked: BareWord | StringConsta
     course, said = station.driver.course, asked.text if isinstance(asked, BareWord) else asked.value
     names = {name.lower(): name for name in (() if course is None else course.parts())}
     if course is None or not names:
-        raise UsageError("there are no parts", BRINGS_PARTS)
+        raise UsageError("there are no parts", f"{BRINGS_PARTS}; LISTL shows places")
     name = names.get(said.lower())
     if name is None:
         raise UndefinedName(f"part {said}", closest(said.lower(), names) or f"the cell has {', '.join(names.values())}")

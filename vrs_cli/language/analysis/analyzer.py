@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property, partial
+from itertools import pairwise
 from typing import Any
 
 from msgspec.structs import replace
@@ -62,6 +63,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, giving, meant_by, variables_given_by
 from vrs_cli.language.text.parser import parse_step
+from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.foreign import MEANT_ELSEWHERE
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
@@ -181,8 +183,8 @@ def confusions(program: Program, names: NameFindings, surroundings: Surroundings
     for key, target in names.assigned.items():
         row = INSTRUCTIONS.get(target.name.upper())
         met = any(key in of for of in (names.first_read, names.declared, names.parameters, names.passed))
-        if row is not None and not met and row.arguments and row.state is State.SUPPORTED:
-            detail = f"{target.name.lower()} is a variable here, and nothing reads it"
+        if row is not None and row.arguments and row.state is State.SUPPORTED and (not met or row.value is not None):
+            detail = f"{target.name.lower()} is a variable here" + ("" if met else ", and nothing reads it")
             yield _warning(target, detail, f"the form of the instruction is {row.form}")
 
 
@@ -504,7 +506,9 @@ class _Steps(Expressions):
         if target.many:
             self.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
         if target.sigil == "#" or (not target.sigil and self.kind_of(value) in PLACE):
-            self.fault(IllegalAssignment, target.span, "a location is assigned by SET", f"SET {name.lower()} = ...")
+            self.fault(
+                IllegalAssignment, target.span, "a location is assigned by SET", f"SET {expression_text(target)} = ..."
+            )
             self.value(value, PLACE)
             self.given.add(target.key)
             return
@@ -554,6 +558,10 @@ class _Steps(Expressions):
         """A precision point takes joints, any other name a transformation."""
         target = statement.arguments[0] if statement.arguments else None
         kind = self.kind_of(statement.value) if statement.value is not None else None
+        plain = isinstance(statement.value, ast.Number | ast.Variable)
+        if isinstance(target, ast.Variable) and plain and kind is Kind.REAL and self.diagnostics:
+            hint = meant_by(target.name) or f"{expression_text(target)} = ... gives a number"
+            self.diagnostics[-1] = replace(self.diagnostics[-1], hint=hint)
         if not isinstance(target, ast.Variable) or kind not in PLACE or target.sigil == "$":
             return
         wanted = SIGIL_KINDS.get(target.sigil, Kind.LOCATION)
@@ -600,6 +608,16 @@ class _Steps(Expressions):
         if isinstance(last, ast.Format) and last.code in "DEFGHIO":
             hint = f"a format stands before its value: {row.name} /{last.code}..., x"
             self.warn(WithoutEffect, last.span, "no value follows this format", hint)
+        for form, value in pairwise(statement.arguments):  # TYPE /F6,2, x
+            if (
+                isinstance(form, ast.Format)
+                and isinstance(value, ast.Number)
+                and form.code in "EFG"
+                and form.decimals is None
+                and value.span.column == form.span.end + 1
+            ):
+                detail, hint = f"{value.text} is a value here", f"/{form.code}{form.width}.{value.text} has a point"
+                self.warn(WithoutEffect, value.span, detail, hint)
 
     def _gives(self, given: Expression | None) -> bool:
         """Return whether RETURN seems to give a value back: RETURN 5, RETURN a * 2, or a parameter."""
@@ -612,7 +630,7 @@ class _Steps(Expressions):
         last, given = self.diagnostics[-1] if self.diagnostics else None, self.kind_of(expression)
         wrong = last is not None and last.code == TypeMismatch.code and last.span == expression.span
         swapped = argument.shape in _PLACES and given is Kind.REAL and len(row.arguments) > 1
-        if last is not None and wrong and ((argument.shape is Shape.REAL and given in PLACE) or swapped):
+        if last is not None and wrong and (row.grouped or (argument.shape is Shape.REAL and given in PLACE) or swapped):
             self.diagnostics[-1] = replace(last, hint=f"the form is {row.form}")
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:

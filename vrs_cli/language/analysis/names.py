@@ -164,6 +164,8 @@ _EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # of a kind, and the kinds want
     (Kind.REAL, STRING): "$ENCODE(NAME) is one",
     (Kind.REAL, PLACE): "TRANS(x, y, z) is one",
     (Kind.REAL, LOCATION): "TRANS(x, y, z) is one",
+    (Kind.STRING, PLACE): "a name stands without quotes",
+    (Kind.STRING, LOCATION): "a name stands without quotes",
     (Kind.STRING, REAL): "VAL(NAME) is one",
     (Kind.LOCATION, REAL): "DX(NAME) is one; SHIFT(NAME BY 0, 0, 50) is a place 50 mm higher",
     (Kind.PRECISION, LOCATION): "HERE p keeps the place where the arm stands as one",
@@ -341,9 +343,8 @@ class NameFindings(DiagnosticCollector):
             choice = wanted & BARE
             if not choice:
                 sigil = next((sigil for sigil, kind in SIGIL_KINDS.items() if kind in wanted), "")
-                self.fault(
-                    TypeMismatch, variable.span, f"{name} is not {with_article(wanted)}", f"{sigil}{name} is one"
-                )
+                hint = f"{sigil}{name} is one" + (f', "{name}" is a text' if sigil == "$" else "")
+                self.fault(TypeMismatch, variable.span, f"{name} is not {with_article(wanted)}", hint)
             if len(choice) != 1:
                 return None
             decided = self.kinds[key] = Decided(next(iter(choice)), self.step)

@@ -24,6 +24,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.words.foreign import (
     FOREIGN_COMMENT,
+    FOREIGN_FUNCTIONS,
     FOREIGN_SIGNS,
     LABELS,
     LINE_COMMENT,
@@ -295,11 +296,16 @@ class Lexer:
             return POWER
         if re.match(_ELEMENT, rest):
             return f"an element of an array is {word}[index]"
+        if rest.startswith("$"):
+            return f"${word} is a text"
         known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
         called = rest.startswith("(")  # as a program: only READ (lun) and the like look so
         near = did_you_mean(
             word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].grouped))
         )
+        begun = max((name for name in INSTRUCTIONS if word.upper().startswith(name)), key=len, default="")
+        if len(begun) > 3 and len(word) > len(begun) + 2:
+            return f"a blank is missing: {begun} {word[len(begun) :]}"
         if near and len(word) > 1:
             return near
         if re.match(r",[^=]*=(?!=)", rest):
@@ -446,6 +452,8 @@ class Lexer:
         text = self._text[start : self._glued(start)]
         if "^" in text:
             return POWER
+        if ".." in text:
+            return "FOR i = 1 TO 3 counts from 1 to 3"
         if text[0] == "'":
             return QUOTES
         if text.lstrip("0123456789.").upper() in UNITS:
@@ -539,6 +547,8 @@ class Lexer:
     def _refuse_foreign_comment(self, at: int, signs: str = FOREIGN_COMMENT) -> None:
         """A comment as other languages write it."""
         sign = re.compile(signs).match(self._text, at)
+        if self._text.startswith("#(", at):
+            raise self._refusal(CannotInterpret, at, at + 1, "#", FOREIGN_FUNCTIONS["PPOINT"])
         if sign is not None:
             divides = self._operand and re.compile(QUOTIENT).match(self._text, at)  # TYPE 7 // 2
             hint = WHOLE if divides else OWN_COMMENT
@@ -570,5 +580,8 @@ class Lexer:
             return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
         if character in "°′″":
             return self._refusal(CannotInterpret, at, at + 1, f"{character} is no sign of VAL-II", NO_UNIT)
+        if directive := re.compile(r"\.\S*").match(self._text, at) if not self.tokens else None:
+            hint = did_you_mean(directive[0], (".PROGRAM", ".END", ".LOCATIONS", ".REALS", ".STRINGS"))
+            return self._refusal(CannotInterpret, *directive.span(), directive[0], hint)
         shown = character if character.isprintable() else f"character {ord(character)}"
         return self._refusal(CannotInterpret, at, at + 1, f"{shown} has no meaning here")

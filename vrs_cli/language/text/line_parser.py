@@ -26,6 +26,7 @@ from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
 from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, way
+from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, Shape, Word
@@ -235,7 +236,7 @@ class Complaint:
             return self._say(IllegalExpression, f"a value is missing after {last.text.upper()}", _SECONDS)
         closed = self._type == "RPAR" and last.type == "LPAR"
         detail = "nothing stands in the parentheses" if closed else f"a value is missing after {last.text.upper()}"
-        return self._say(IllegalExpression, detail)
+        return self._say(IllegalExpression, detail, _PARAMETERS if self._start == "header" else "")
 
     def _parenthesis(self) -> Diagnostic | None:
         opened: list[Token] = []
@@ -249,7 +250,8 @@ class Complaint:
         in_index = bool(opened) and opened[-1].type == "LSQB"
         if opened and self._type not in _VALUES and (self._type != "EQUAL" or in_index):
             row = self._head.row if self._head is not None else None
-            moves = row is not None and row.arguments and row.arguments[0].shape is Shape.PLACE
+            operand = None if row is None else row.value or next(iter(row.arguments), None)
+            moves = operand is not None and operand.shape is Shape.PLACE  # MOVE, and SET p =
             hint = "a place is TRANS(x, y, z) or a name" if moves and self._type == "COMMA" else ""
             closing = _OPENING[opened[-1].type]
             if self._type == "COMMA" and any(one.text == closing for one in self._after):
@@ -327,16 +329,25 @@ class Complaint:
             modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
             words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
             hint = did_you_mean(self._text, words)
-        return self._say(
-            IllegalExpression, self._said, hint or f"an operator or a comma is missing before {self._text}"
-        )
+        missing = f"an operator or a comma is missing before {self._text}"
+        form = f"; the form is {row.form}" if row is not None and row.arguments else ""
+        return self._say(IllegalExpression, self._said, hint or missing + form)
 
     def _meant_beside(self, last: Token, row: Word | None) -> str:
         """Say what was meant by MOVE Z 100, 30 DEG and f"x={x}", as a hint."""
         if last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES and row in _MOVES:
             return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
+        if self._start == "header" and len(self._before) == 1:
+            return f"a name has letters, digits, . and _: {last.text}_{self._text}"
         if self._start == "header":
             return _PARAMETERS
+        if last.text.upper() == "CALL" and self._type == "NAME":
+            return f"CALL {self._text}(...) stands alone, and gives values back by its parameters"
+        if last.type == "RSQB" and self._type == "LSQB":
+            return "the indexes stand in one pair: a[1, 2]"
+        function = FUNCTIONS.get(last.text.upper())
+        if function is not None and function.arguments and self._type == "NUMBER":  # SIG 1001
+            return f"the form is {function.form}"
         if last.type == self._type == "NAME" and row is not None and Shape.ITEM in row.wanted:
             return f'a text stands in double quotes: "{last.text} {self._text}"'
         word = self._text.upper()

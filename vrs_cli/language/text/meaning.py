@@ -185,7 +185,9 @@ def meant_by(name: str) -> str:
     if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
         axis = part[2].upper()
         return f"D{axis}({part[1]}) is the {axis} of a place, SHIFT({part[1]} BY dx, dy, dz) is one beside it"
-    return ""
+    if re.fullmatch(r"(?i)(out|in|do|di)_?\d+", name):
+        return "a signal is a number: SIGNAL 1 turns one on, SIG(1001) reads one"
+    return f"/{name} is a format" if re.fullmatch(r"(?i)[efgi]\d+\.\d", name) else ""
 
 
 def giving(name: str, kind: Kind | None) -> str:

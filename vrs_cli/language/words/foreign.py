@@ -130,6 +130,8 @@ _ADVICE: Mapping[str, str] = {
     **dict.fromkeys(("IMPORT", "INCLUDE", "USE"), "LOAD file reads programs from a file"),
     **dict.fromkeys(("AT", "IN", "AFTER"), "a time stands at the end of a line: DRIVE 1, 30 AT 2"),
     **dict.fromkeys(("GRIPPER", "HAND", "TOOL_CLOSE"), "CLOSEI closes the hand, OPENI opens it"),
+    **dict.fromkeys(("TRY", "EXCEPT", "CATCH", "RAISE", "THROW"), "REACTE name calls a program when an error comes"),
+    **dict.fromkeys(("FOREACH", "FORALL"), "FOR i = 1 TO 3 ... END counts; a[i] is an element of an array"),
     "LOOP": "END ends WHILE x < 3 DO, UNTIL x == 3 ends DO",
     "DEFAULT": "ANY begins what is done for all other values of a CASE",
     **dict.fromkeys(
