@@ -19,6 +19,7 @@ import pytest
 import vrs_cli as vrs
 from tests.kinematics.test_urdf import written
 from tests.live import PATIENCE
+from vrs_cli.__main__ import main as command
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
     FileDamaged,
@@ -648,3 +649,24 @@ def test_the_links_are_chosen_by_name(tmp_path: Path) -> None:
     assert usual.where().location.xyz - raised.where().location.xyz == pytest.approx([0.0, 0.0, 500.0], abs=1e-6)
     with pytest.raises(vrs.VrsError, match="no joint has a link 'nose'"):
         vrs.Robot(file, tip="nose")
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "npz", "mcap"])
+def test_samples_are_exported_as_by_the_command(ending: str, new: New, tmp_path: Path) -> None:
+    if ending == "mcap":
+        pytest.importorskip("mcap")
+    r, path = moved(new), tmp_path / f"moved.{ending}"
+    r.export(path, rate=50)
+    r.save(tmp_path / "moved.vrst")
+    command(["export", str(tmp_path / "moved.vrst"), "--to", ending, "--rate", "50", "-o", str(tmp_path / "other")])
+    assert path.read_bytes() == (tmp_path / "other").read_bytes()
+
+
+def test_what_is_no_export_is_refused(tmp_path: Path) -> None:
+    r = moved()
+    with pytest.raises(ValueError, match=r"path: it ends in .csv, .json, .npz, .mcap, not .*txt"):
+        r.export(tmp_path / "moved.txt")
+    with pytest.raises(ValueError, match="rate: more than 0"):
+        r.export(tmp_path / "moved.csv", rate=0)
+    with pytest.raises(vrs.FileError):
+        r.export("/none/of/these.csv")

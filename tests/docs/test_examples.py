@@ -24,6 +24,7 @@ WITHOUT_EXAMPLES = {
     "install.md",
     "kinds.md",
     "messages.md",
+    "reference.md",
     "stability.md",
     "view.md",
     "words.md",

@@ -39,10 +39,12 @@ class Replies(tuple[Reply, ...]):
 
     @property
     def text(self) -> str:
+        """The replies as the shell shows them."""
         return "".join(map(plain_text, self))
 
     @property
     def ok(self) -> bool:
+        """False where a reply says that something could not be done."""
         return not any(map(is_error, self))
 
     def __repr__(self) -> str:
@@ -79,16 +81,19 @@ class Picture(Replies):
 
     @property
     def plot(self) -> Plot:
+        """The plot as a value: title, unit, times and curves."""
         (plot,) = self
         assert isinstance(plot, Plot)
         return plot
 
     @property
     def times(self) -> Sequence[float]:
+        """The times of all curves [s]."""
         return self.plot.times
 
     @property
     def curves(self) -> dict[str, Sequence[float]]:
+        """The values of each curve, by its label, in the units of the shell (mm, degrees)."""
         return {curve.label: curve.values for curve in self.plot.curves}
 
     def _repr_svg_(self) -> str:
@@ -100,10 +105,12 @@ class Run(RunResult, frozen=True):
 
     @property
     def ok(self) -> bool:
+        """True where the program came to its end without an error."""
         return self.outcome is RunOutcome.COMPLETED
 
     @property
     def seconds(self) -> float:
+        """How long it took, by the robot's clock [s]."""
         return self.ended - self.started
 
     def __repr__(self) -> str:
@@ -139,6 +146,7 @@ class Scene:
 
     @cached_property
     def html(self) -> str:
+        """The whole page, which plays without a server and without the Internet."""
         from vrs_cli.net.recorded_page import recorded_page
         from vrs_cli.render.page_export import page
 

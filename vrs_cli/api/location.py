@@ -151,11 +151,13 @@ class Location:
         return Transform(*self.rows.ravel().tolist())
 
     def __matmul__(self, other: Location) -> Location:
+        """Return `a @ b`, VAL-II's `a:b`: the location b as it is in the frame a. Arrays (N,) are joined row by row."""
         if not isinstance(other, Location):
             return NotImplemented
         return Location(compose_batch(self.rows, other.rows), self.units)
 
     def inverse(self) -> Location:
+        """Return the location that undoes this one: `a @ a.inverse()` turns and moves nothing."""
         R = self.rows[..., :3].swapaxes(-1, -2)
         return Location(np.concatenate((R, -R @ self.rows[..., 3:]), axis=-1), self.units)
 
@@ -165,6 +167,7 @@ class Location:
         return self.shape[0]
 
     def __getitem__(self, index: int | slice) -> Location:
+        """Return one location of N, by its number, or some of them. Raises TypeError for one location, IndexError."""
         if not self.shape:
             raise TypeError("one location has no others in it")
         return Location(self.rows[index].copy(), self.units)

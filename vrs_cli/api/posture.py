@@ -72,6 +72,7 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def units(self) -> Units:
+        """The units of all numbers."""
         return self.location.units
 
     @cached_property

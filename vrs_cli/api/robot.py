@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from copy import copy
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,9 @@ from vrs_cli.api.streams import RATES, Dragged, Streams
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, NotPossible, told_in_python
+from vrs_cli.files.atomic import atomically
 from vrs_cli.files.cell_file import read_cell
+from vrs_cli.files.exports import EXPORTERS
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
@@ -260,8 +263,8 @@ class Robot:
 
     @contextmanager
     def without_waiting(self) -> Iterator[Robot]:
-        """`with r.without_waiting(): r.move(...).moves(...)`: motions, and targets of `steer`, are sent one after the
-        other, and no answer is waited for; the end waits for all. Raises what the robot refused first.
+        """Send motions, and targets of `steer`, one after the other, and wait for no answer but at the end, for all:
+        `with r.without_waiting(): r.move(...).moves(...)`. Raises what the robot refused first.
         """
         with self._robot.without_waiting():
             yield self
@@ -663,7 +666,8 @@ class Robot:
     @contextmanager
     def what_if(self, name: str) -> Iterator[Robot]:
         """Try something else: `with r.what_if("fast"): r.move(...)` is on a branch of that name, made where there is
-        none, and the robot comes back as it was.
+        none, and the robot comes back as it was. Raises ValueError for a name that no branch can have, NotPossible in
+        real time and while a program runs.
         """
         if not isinstance(name, str) or not BRANCH_NAME.fullmatch(name):
             raise ValueError(f"name: a letter, and then letters, digits, points and underscores, not {name!r}")
@@ -687,6 +691,24 @@ class Robot:
     def save(self, path: str | Path) -> None:
         """Write the trajectory to a .vrst file. Raises FileError."""
         self._robot.save(Path(path))
+
+    def export(self, path: str | Path, rate: float = 100.0) -> None:
+        """Write `rate` samples a second to a file, as `vrs export` does: .csv, .json, .npz, or .mcap with the frames of
+        all links; in mm and degrees, .npz and .mcap in metres and radians. Raises ValueError for another ending or
+        rate, NotPossible where a package is missing, FileError.
+        """
+        ends = [one.suffix for one in EXPORTERS.values()]
+        exporter = next((one for one in EXPORTERS.values() if one.suffix == Path(path).suffix.lower()), None)
+        if exporter is None:
+            raise ValueError(f"path: it ends in {', '.join(dict.fromkeys(ends))}, not {path}")
+        if not number(rate, "rate") > 0.0:
+            raise ValueError(f"rate: more than 0 samples a second are wanted, not {rate}")
+        world = self._robot.port.world if exporter.shows_cell else None
+        with told_in_python():
+            exporter.check()
+            with atomically(path) as stream:
+                write = exporter.write if world is None else partial(exporter.write, world=world)
+                write(stream, self._robot.arm, self.timeline, float(rate))
 
     def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
         """Have every change of the timeline told to a callback, in a thread of its own; what is returned ends that.
