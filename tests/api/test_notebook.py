@@ -104,3 +104,17 @@ def test_the_lesson_runs_as_it_stands() -> None:
         "did you mean MOVE",
     ):
         assert wanted in text
+
+
+def test_models_locations_and_drags_show_themselves() -> None:
+    r = vrs.Robot("puma560")
+    shown = r.model._repr_html_()
+    assert shown.count("<tr>") == 1 + 6
+    for word in ("jt6", "max velocity", "ready", "-225.000", "Unimation" if "Unimation" in r.model.title else "PUMA"):
+        assert word in shown
+    many = r.fk([[0, -90, 90, 0, 0, 0], [0, -45, 180, 0, 45, 0]])
+    assert many._repr_html_().count("<tr>") == 1 + 2
+    assert "2 locations [mm, deg]" in many._repr_html_()
+    assert many[0]._repr_html_() == f"<pre>{many[0]!r}</pre>"
+    assert "[m, rad]" in r.in_units("SI").fk([[0.0] * 6])._repr_html_()
+    assert repr(r.drag(r.where().location)) == "<Dragged: nothing holds the tool>"

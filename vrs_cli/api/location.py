@@ -9,11 +9,13 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vrs_cli.api.answers import figures, table
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.transform_batch import compose_batch, to_oat_batch
 from vrs_cli.language.run.operations import trans as of_numbers
 from vrs_cli.language.words.values import numbers_of, plain
+from vrs_cli.render.blocks import number_columns
 from vrs_cli.values.numbers import fixed
 
 Floats = NDArray[np.float64]
@@ -177,6 +179,18 @@ class Location:
 
     def __hash__(self) -> int:
         return hash(self.rows.tobytes())
+
+    def _repr_html_(self) -> str:
+        """One location as its text; of many a table."""
+        if not self.shape:
+            return f"<pre>{self!r}</pre>"
+        rows = np.concatenate((self.xyz, self.oat), axis=-1).reshape(-1, 6).tolist()
+        return table(
+            f"{self!r} [{self.units.length}, {self.units.angle}]",
+            number_columns(*"XYZOAT"),
+            len(rows),
+            lambda i: figures(rows[i]),
+        )
 
     def __repr__(self) -> str:
         if self.shape:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from msgspec import Struct
 
+from vrs_cli.api.answers import figures, table
 from vrs_cli.api.location import Floats, Units, freeze
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import robot_names
+from vrs_cli.render.blocks import Column, number_columns
 
 
 class Model(Struct, frozen=True, eq=False):
@@ -57,6 +59,17 @@ class Model(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: {self.dof} joints, poses {', '.join(self.poses)}>"
+
+    def _repr_html_(self) -> str:
+        """A row for each joint: its range, full speed, and place in each pose."""
+        rates = ("lower", "upper", "max_velocity", "max_acceleration", "max_jerk")
+        columns = [getattr(self, name) for name in rates] + list(self.poses.values())
+
+        def row(index: int) -> tuple[str, ...]:
+            return self.names[index], *figures(float(column[index]) for column in columns)
+
+        shown = (Column("joint"), *number_columns(*(name.replace("_", " ") for name in rates), *self.poses))
+        return table(f"{self.title}: {self.dof} joints", shown, self.dof, row)
 
 
 def robots() -> tuple[str, ...]:
