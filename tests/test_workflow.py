@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -29,3 +31,18 @@ def test_all_tests_run_on_the_oldest_supported_python() -> None:
     workflow = WORKFLOW.read_text(encoding="utf-8")
     assert f'python: ["{oldest}", ' in workflow
     assert "-m " not in workflow.replace("python -m ", ""), "no step leaves tests out"
+
+
+@pytest.mark.skipif(not WORKFLOW.exists(), reason="this is no checkout")
+def test_the_wheel_is_installed_on_every_python_from_the_oldest_to_the_newest() -> None:
+    wheel = WORKFLOW.read_text(encoding="utf-8").partition("\n  wheel:\n")[2]
+    found = re.search(r"python: \[(.*)\]", wheel)
+    assert found
+    *minors, newest = json.loads(f"[{found[1]}]")
+    assert newest == "3.x"
+    assert minors == [f"3.{11 + place}" for place in range(len(minors))], "none between is left out"
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["requires-python"] == ">=3.11"
+    assert {one.rpartition(" ")[2] for one in project["classifiers"] if "Python :: 3." in one} <= set(minors)
+    ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert all(f"python{version}" in ci for version in minors)
