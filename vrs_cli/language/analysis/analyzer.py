@@ -64,7 +64,7 @@ from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statem
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, giving, meant_by, variables_given_by
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import MEANT_ELSEWHERE
+from vrs_cli.language.words.foreign import form_of
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
@@ -635,10 +635,8 @@ class _Steps(Expressions):
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Report a missing argument, and one too many."""
-        hint = numbers_meant(row, statement.arguments) or f"the form is {row.form}"
+        hint = numbers_meant(row, statement.arguments) or form_of(row)
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
-        if row.name in MEANT_ELSEWHERE:
-            hint = f"{hint}; {MEANT_ELSEWHERE[row.name]}"
         for span, detail in miscounted(row.name, statement.arguments, row, end, end):
             self.fault(CannotInterpret, span, detail, hint)
         if row.value is not None and not row.value.optional and statement.value is None:

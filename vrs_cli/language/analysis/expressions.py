@@ -41,7 +41,7 @@ from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import MEANT_ELSEWHERE, own_function
+from vrs_cli.language.words.foreign import form_of, own_function
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
@@ -263,9 +263,8 @@ class Expressions(NameFindings):
         if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
             self.functions.setdefault(call.name.lower(), call)
         end = Span(call.span.line, call.span.end - 1, call.span.end)
-        more = f"; {MEANT_ELSEWHERE[call.name]}" if call.name in MEANT_ELSEWHERE else ""
         for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
-            self.fault(IllegalExpression, span, detail, f"the form is {function.form}{more}")
+            self.fault(IllegalExpression, span, detail, form_of(function))
         if call.name in _ANGLES:
             self.angles(call.name, call.arguments[_ANGLES[call.name] :])
         for place, expression in enumerate(call.arguments):

@@ -25,7 +25,7 @@ from vrs_cli.language.text.builder import Builder, signed_number
 from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
-from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, way
+from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, form_of, way
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
@@ -256,7 +256,7 @@ class Complaint:
             closing = _OPENING[opened[-1].type]
             if self._type == "COMMA" and any(one.text == closing for one in self._after):
                 if row is not None and self._before[1] is opened[-1]:
-                    hint = hint or f"the form is {row.form}"
+                    hint = hint or form_of(row)
                     return self._say(CannotInterpret, f"{row.name} takes no parentheses", hint, opened[-1])
                 return self._say(IllegalExpression, "a comma has no place in these parentheses", hint)
             hint = hint or f"every {opened[-1].text} needs its {closing}"
@@ -330,7 +330,7 @@ class Complaint:
             words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
             hint = did_you_mean(self._text, words)
         missing = f"an operator or a comma is missing before {self._text}"
-        form = f"; the form is {row.form}" if row is not None and row.arguments else ""
+        form = f"; {form_of(row)}" if row is not None and row.arguments else ""
         return self._say(IllegalExpression, self._said, hint or missing + form)
 
     def _meant_beside(self, last: Token, row: Word | None) -> str:

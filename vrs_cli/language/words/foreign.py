@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import WordRow
 
 # signs of C and its children, and what says it here
 FOREIGN_SIGNS = {
@@ -34,6 +35,9 @@ UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are m
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
 MEANT_ELSEWHERE = {  # our words that mean more elsewhere
     "SWITCH": "CASE x OF chooses by a value",
+    "SIGNAL": "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off",
+    "RESET": "RESET turns all off, SIGNAL -1 turns one off",
+    "WAIT": "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass",
     "RANDOM": "1 + INT(6 * RANDOM) is a whole number from 1 to 6",
 }
 LABELS = "a label is a number before a statement: 10 TYPE"
@@ -62,6 +66,7 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(
         ("INPUT", "READLINE", "GETS"), 'PROMPT "How many? ", x asks for a number; SIG(1001) reads a signal'
     ),
+    "READ": "READ (lun) x, $s reads a line of a file, PROMPT $s, x one of the terminal",
     **dict.fromkeys(("EOF", "FEOF"), "IOSTAT(lun) is below 0 when a READ finds no more lines"),
     **dict.fromkeys(("RANDINT", "UNIFORM"), MEANT_ELSEWHERE["RANDOM"]),
     **dict.fromkeys(("EXP", "LOG", "LN", "LOG10"), "2.718282 ** x is the exponential function; there is no logarithm"),
@@ -72,7 +77,7 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
 
 # the word that does it here, and the words that do it elsewhere
 _SAME = {
-    "TYPE": "PRINT PRINTF PRINTLN ECHO DISP DISPLAY TPWRITE TEXTMSG",
+    "TYPE": "PRINT PRINTF PRINTLN ECHO DISP DISPLAY TPWRITE TEXTMSG CONSOLE.LOG",
     "PROMPT": "INPUT RAW_INPUT",
     "DELAY": "SLEEP TWAIT DWELL WAITTIME",
     "READY": "HOME GOHOME",
@@ -94,7 +99,6 @@ _SAME = {
     "CASE": "SWITCHCASE",
     "ELSE": "ELIF",
     "ANY": "OTHERWISE",
-    "DO": "REPEAT",
     "WHERE": "POS POSE GETPOS WHEREAMI CURPOS",
     "HELP": "MAN USAGE",
     "EXIT": "BYE LOGOUT",
@@ -124,6 +128,9 @@ _ADVICE: Mapping[str, str] = {
     **dict.fromkeys(("TUTORIAL", "LEARN", "LESSON", "DEMO"), "HELP TUTORIAL has lines to begin with"),
     "VRS": "vrs begins a command of your system's shell: EXIT leaves this prompt; HELP VIEW tells of pictures here",
     **dict.fromkeys(
+        ("PYTHON", "PYTHON3", "PIP", "GIT", "SUDO"), "that is for your system's shell: EXIT leaves this prompt"
+    ),
+    **dict.fromkeys(
         ("DEF", "FUNCTION", "PROC", "SUB", "FUNC", "PROGRAM", "PROCEDURE", "VOID", "MODULE"),
         ".PROGRAM name begins a program, .END ends it",
     ),
@@ -132,6 +139,7 @@ _ADVICE: Mapping[str, str] = {
     **dict.fromkeys(("GRIPPER", "HAND", "TOOL_CLOSE"), "CLOSEI closes the hand, OPENI opens it"),
     **dict.fromkeys(("TRY", "EXCEPT", "CATCH", "RAISE", "THROW"), "REACTE name calls a program when an error comes"),
     **dict.fromkeys(("FOREACH", "FORALL"), "FOR i = 1 TO 3 ... END counts; a[i] is an element of an array"),
+    "REPEAT": "FOR i = 1 TO 3 ... END does it three times, DO ... UNTIL x == 3 until then",
     "LOOP": "END ends WHILE x < 3 DO, UNTIL x == 3 ends DO",
     "DEFAULT": "ANY begins what is done for all other values of a CASE",
     **dict.fromkeys(
@@ -148,7 +156,8 @@ def theirs() -> Iterable[str]:
 
 def own_word(foreign: str) -> str:
     """The word that does here what a word of another language does; "" where none does."""
-    return _WORDS.get(foreign.upper(), "")
+    word = foreign.upper()
+    return _WORDS.get(word, "") or _WORDS.get(word.rpartition(".")[2], "")  # of a module: time.sleep
 
 
 def own_function(foreign: str) -> str:
@@ -156,6 +165,12 @@ def own_function(foreign: str) -> str:
     none.
     """
     return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
+
+
+def form_of(row: WordRow) -> str:
+    """The form of a word as a hint, and what is done here that the word does elsewhere."""
+    meant = MEANT_ELSEWHERE.get(row.name)
+    return f"the form is {row.form}" + (f"; {meant}" if meant else "")
 
 
 def way(foreign: str, *, at_prompt: bool) -> str:
