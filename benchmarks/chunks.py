@@ -17,6 +17,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from vrs_cli.engine.book import whole
 from vrs_cli.engine.chunk import Chunk
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
@@ -107,7 +108,7 @@ def followed(model: RobotModel, seed: int, wrong: float = 0.0) -> Ratios:
         times = times + random.uniform(-wrong, wrong)
         coming = times >= arrival
         chunk = Chunk(model, times[coming].tolist(), [tuple(row) for row in actions[coming].tolist()])
-        asked.append((engine.follow(chunk).begin, chunk))
+        asked.append((whole(engine.follow(chunk)).begin, chunk))
     joints = positions_at(engine.arm, engine.timeline, np.arange(0.0, LASTING, FINE)).joints
     return ratios(model, joints, FINE, _lag(engine, asked))
 

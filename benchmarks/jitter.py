@@ -20,6 +20,7 @@ from rich.table import Table
 
 from benchmarks.chunks import RATE, Task
 from vrs_cli.cli.steer import ALLOWANCE
+from vrs_cli.engine.book import whole
 from vrs_cli.engine.chunk import Chunk
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
@@ -96,7 +97,8 @@ def stamped(model: RobotModel, times: Floats, targets: Floats) -> Steered:
         engine.clock.advance(engine.clock.reached)
         due = (times[first:last] + LEAD).tolist()
         try:
-            late += max(engine.follow(Chunk(model, due, list(map(tuple, targets[first:last].tolist())))).late - 1, 0)
+            chunk = Chunk(model, due, list(map(tuple, targets[first:last].tolist())))
+            late += max(whole(engine.follow(chunk)).late - 1, 0)
         except TooLate:
             late += last - first
     return Steered(positions_at(engine.arm, engine.timeline, times).joints, LEAD, late / len(times))

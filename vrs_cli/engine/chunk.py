@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
 TICK = on_grid(0.02)  # [s] between the targets that are taken from a chunk
+PART = 40  # ticks that are planned at once: about 8 ms
+COMPARED = 300  # samples that are compared at once with what was planned: about 8 ms
 MAX_SAMPLES = 2000
 MAX_SECONDS = 120.0  # from the first sample to the last
 
@@ -88,14 +90,20 @@ class Chunk:
         return found
 
 
+def tick_count(chunk: Chunk, begin: float) -> int:
+    """Return how many targets are taken from a chunk that is followed from `begin` [s] on."""
+    return max(round((float(chunk.times[-1]) - begin) / TICK), 1)
+
+
 def plan_chunk(
-    arm: RobotArm, timeline: Timeline, motion: Motion, issued: float, begin: float, chunk: Chunk
+    arm: RobotArm, timeline: Timeline, motion: Motion, issued: float, begin: float, chunk: Chunk, ticks: range
 ) -> TimelineDelta:
-    """f for a chunk: the joints chase its samples from `begin` on, tick by tick, and come to rest at the last one; all
-    that was scheduled after `begin` is dropped. Raises NoRoomToStop where what is under way has to go on.
+    """f for a part of a chunk that is followed from `begin` [s] on: the joints chase its samples tick by tick, and come
+    to rest, after the last tick at the last sample; all that was scheduled after the part begins is dropped. Raises
+    NoRoomToStop where what is under way has to go on.
     """
-    ticks = max(round((chunk.times[-1] - begin) / TICK), 1)
-    times = [begin + k * TICK for k in range(ticks + 1)]
+    ends = ticks.stop == tick_count(chunk, begin)
+    times = [begin + k * TICK for k in range(ticks.start, ticks.stop + 1)]
     places = [tuple(row) for row in chunk.at(times).tolist()]
     place, after = None, timeline
     for t, here, there in zip(times, places, places[1:], strict=False):
@@ -108,10 +116,12 @@ def plan_chunk(
         after = after.apply(delta)
     if place is None:
         raise NoRoomToStop
-    final = place_at(arm, after, times[-1])
-    stop = _to_rest(final.here.joints, places[-1], joint_limits(arm, motion), times[-1], motion)
-    planned = tuple([after[k] for k in range(place.keep, final.keep if stop else len(after))])
-    segments, keep, count = planned + stop, place.keep, len(timeline)
+    final, stop = len(after), tuple[Segment, ...]()
+    if ends:
+        last, goal = place_at(arm, after, times[-1]), tuple(chunk.joints[-1].tolist())  # ticks may end before it
+        stop = _to_rest(last.here.joints, goal, joint_limits(arm, motion), times[-1], motion)
+        final = last.keep if stop else final
+    segments, keep, count = tuple([after[k] for k in range(place.keep, final)]) + stop, place.keep, len(timeline)
     events = edit_of(timeline, keep, count, segments, 0.0, inserts=False, own=None) if timeline.event_count else None
     cut, drop = segments[0].start, count - keep
     return TimelineDelta(timeline.version, Cause.COMMAND, motion, issued, cut, cut, keep, drop, 0.0, segments, events)

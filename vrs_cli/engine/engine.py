@@ -6,12 +6,14 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
+from math import ceil
 from operator import is_not
 
 from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
-from vrs_cli.engine.chunk import Chunk, plan_chunk
+from vrs_cli.engine.chunk import COMPARED, PART, TICK, Chunk, plan_chunk, tick_count
 from vrs_cli.engine.clock import RobotClock, VirtualClock
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.history import History, HistoryStep, begins
@@ -561,12 +563,13 @@ class Engine:
 
     def follow(
         self, chunk: Chunk, *, speed: float = 1.0, text: str = "FOLLOW", issued: float | None = None
-    ) -> FollowReport:
+    ) -> Parts[FollowReport]:
         """Replace everything from the first sample of a chunk on: the joints chase its samples at limited velocity,
         acceleration and jerk, and come to rest at the last one. In real time samples before now are passed over; in
         virtual time the clock goes on to the rest.
 
-        Each chunk is one command, which UNDO takes back. Raises PowerOff, TooLate, MotionError.
+        Each chunk is one command, which UNDO takes back. It is planned and begun part by part, as long as nothing else
+        changes the timeline; as a whole where `checks` may refuse it. Raises PowerOff, TooLate, MotionError.
         """
         self._check_power()
         begin, late = chunk.since(self.now if self.realtime else self.timeline.start)
@@ -577,23 +580,45 @@ class Engine:
         profile = motion.profile if LAWS[motion.profile].smooth else Profile.SCURVE
         motion = motion._replace(kind=MotionKind.STEERED, profile=profile)
         if self.settings.moves:
-            sent = on_grid(self.now if issued is None else issued)
-            try:
-                delta = plan_chunk(self.arm, self.timeline, motion, sent, begin, chunk)
-            except NoRoomToStop:
-                raise MotionError("the motion under way has no room to give way", "send samples for later") from None
-            self.check(self.timeline, delta)
-            self.book.commit([HistoryStep.of(self.timeline, delta, self.now, insert=False)])
+            yield from self._chase(chunk, motion, begin, on_grid(self.now if issued is None else issued))
         if not self.realtime:
             self.clock.advance(self.end)
-        return self._followed(chunk, begin, late)
+        return (yield from self._followed(chunk, begin, late))
 
-    def _followed(self, chunk: Chunk, begin: float, late: int) -> FollowReport:
-        """Compare the timeline with a chunk, from `begin` on."""
-        times = chunk.times[late:]
-        errors = abs(positions_at(self.arm, self.timeline, times).joints - chunk.joints[late:])
-        mean, worst = (tuple(found.tolist()) for found in (errors.mean(axis=0), errors.max(axis=0)))
-        return FollowReport(begin, self.end, late, chunk.held, mean, worst)
+    def _chase(self, chunk: Chunk, motion: Motion, begin: float, issued: float) -> Parts[None]:
+        """Plan and commit a chunk part by part: the first one is a command, the others prolong it."""
+        count, begun, next = tick_count(chunk, begin), False, 0
+        while next < count:
+            ticks = range(next, count if self.checks else min(next + PART, count))
+            timeline, next = self.timeline, ticks.stop
+            with suppress(NoRoomToStop):
+                delta = plan_chunk(self.arm, timeline, motion, issued, begin, chunk, ticks)
+                self.check(timeline, delta)
+                if begun:
+                    self.book.prolong(delta)
+                else:
+                    self.book.commit([HistoryStep.of(timeline, delta, self.now, insert=False)])
+                begun = True
+            if next < count:
+                version = self.timeline.version
+                yield
+                if self.timeline.version != version:
+                    raise MotionError("the motion was changed while the chunk was planned", "send another chunk")
+                if self.realtime:  # the past does not change
+                    next = max(next, min(ceil((self.now - begin) / TICK), count - 1))
+        if not begun:
+            raise MotionError("the motion under way has no room to give way", "send samples for later")
+
+    def _followed(self, chunk: Chunk, begin: float, late: int) -> Parts[FollowReport]:
+        """Compare the timeline with a chunk, from `begin` on, part by part."""
+        timeline, end, errors = self.timeline, self.end, list[list[float]]()
+        for first in range(late, len(chunk.times), COMPARED):
+            yield
+            part = slice(first, first + COMPARED)
+            errors += abs(positions_at(self.arm, timeline, chunk.times[part]).joints - chunk.joints[part]).tolist()
+        columns = list(zip(*errors, strict=True))
+        mean, worst = tuple(sum(column) / len(column) for column in columns), tuple(map(max, columns))
+        return FollowReport(begin, end, late, chunk.held, mean, worst)
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         now = on_grid(self.now)

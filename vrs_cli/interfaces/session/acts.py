@@ -128,11 +128,12 @@ def _go(session: Session, act: Go) -> None:
     session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.user_state.issued))
 
 
-def _follow(session: Session, act: FollowChunk) -> FollowReport:
+def _follow(session: Session, act: FollowChunk) -> Dialogue[FollowReport]:
     speed = _fraction(act.speed)
     times = [session.user_state.times.executed(t) for t in act.times]
     chunk = Chunk(session.engine.model, times, act.joints)
-    return session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
+    work = session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
+    return in_parts(work)
 
 
 def _steer(session: Session, act: Steer) -> None:
