@@ -26,7 +26,22 @@ GROUPS = (
     ("Places", ("trans", "Location", "Posture", "Preview", "Ways", "Dragged", "Measured", "Change")),
     ("Answers", ("Replies", "Explanation", "Picture", "Scene", "Run", "Limits")),
     ("For other programs", ("LeRobotArm", "Predictor", "RemoteController")),
-    ("Errors", ("VrsError", "MotionError", "ProgramError", "FileError", "UsageError", "ProgramFailed")),
+    (
+        "Errors",
+        (
+            *("VrsError", "MotionError", "JointOutOfRange", "LocationOutOfRange", "TooLate"),
+            *("ProgramError", "IllegalValue", "UndefinedName", "ProgramNotExecutable", "ProgramFailed"),
+            *(
+                "FileError",
+                "NonexistentFile",
+                "FileDamaged",
+                "RequestRefused",
+                "UsageError",
+                "NotPossible",
+                "LeaseHeld",
+            ),
+        ),
+    ),
 )
 SPECIAL = ("__getitem__", "__setitem__", "__matmul__")  # methods that a table names by what is written
 WRITTEN = {"__getitem__": "[...]", "__setitem__": "[...] = value", "__matmul__": "@"}
@@ -43,14 +58,14 @@ def page() -> str:
 
 
 def _entry(name: str, it: object) -> Iterator[str]:
-    yield f'<a id="{name.lower()}"></a>\n### {name}'
+    yield f"### {name}"
     if not inspect.isclass(it):
         yield from _described(f"vrs.{name}", it)
         return
     if not issubclass(it, Exception) and name not in ("Replies", "Explanation", "Picture", "Run", "Scene"):
         yield _code(_shown(f"vrs.{name}", it))
     yield _text(it)
-    for member in members(it):
+    for member in members(it) if it is vrs.VrsError or not issubclass(it, vrs.VrsError) else ():
         what = inspect.getattr_static(it, member)
         yield f'<a id="{name.lower()}-{member.strip("_")}"></a>'
         yield from _described(f"{name[0].lower()}.{member}" if member not in WRITTEN else member, what)

@@ -42,6 +42,17 @@ _HOMES = {  # where each public name is
     "ProgramError": "vrs_cli.errors",
     "FileError": "vrs_cli.errors",
     "UsageError": "vrs_cli.errors",
+    "FileDamaged": "vrs_cli.errors",
+    "IllegalValue": "vrs_cli.errors",
+    "JointOutOfRange": "vrs_cli.errors",
+    "LeaseHeld": "vrs_cli.errors",
+    "LocationOutOfRange": "vrs_cli.errors",
+    "NonexistentFile": "vrs_cli.errors",
+    "NotPossible": "vrs_cli.errors",
+    "ProgramNotExecutable": "vrs_cli.errors",
+    "RequestRefused": "vrs_cli.errors",
+    "TooLate": "vrs_cli.errors",
+    "UndefinedName": "vrs_cli.errors",
     "load_ipython_extension": "vrs_cli.api.notebook",
 }
 

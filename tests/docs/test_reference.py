@@ -9,6 +9,7 @@ import pytest
 
 import vrs_cli as vrs
 from tests.docs.makers import DOCS, maker
+from vrs_cli import errors
 
 NAMES = [name for name in vrs.__all__ if name != "__version__"]
 
@@ -34,6 +35,12 @@ def test_everything_public_has_a_docstring(name: str) -> None:
     for member in made.members(it):
         what = inspect.getattr_static(it, member)
         assert inspect.getdoc(getattr(what, "__func__", what)), f"{name}.{member}"
+
+
+def test_errors_that_docstrings_name_can_be_caught() -> None:
+    text = (DOCS / "reference.md").read_text(encoding="utf-8")
+    kinds = {name for name, it in vars(errors).items() if isinstance(it, type) and issubclass(it, errors.VrsError)}
+    assert kinds & set(re.findall(r"\b[A-Z]\w+\b", text)) <= set(vrs.__all__)
 
 
 def test_what_raises_says_so() -> None:
