@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
@@ -22,14 +23,16 @@ from tests.fuzz.texts import FILES, FOREIGN, ROOT, words
 from vrs_cli.errors import VrsError
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import decode_program
-from vrs_cli.interfaces.inspection import Inspector
+from vrs_cli.interfaces.inspection import Inspector, beside_each
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.foreign import theirs
 from vrs_cli.values.diagnostics import Diagnostic, errors
 
 WORD = re.compile(r"[A-Za-z$#][\w.]*|\d+(?:\.\d+)?")
+HEADING = re.compile(r"(?im)^[ \t]*\.PROGRAM\b")
 MOST = 4  # mutations of a file
+TOGETHER = 4  # every so many files one is cut into several
 
 
 class Variant(NamedTuple):
@@ -141,6 +144,23 @@ class Agreement:
         finally:
             with_it.close()
 
+    def together(self, text: str) -> None:
+        """The same of a text that is cut into files of one name space. Raises AssertionError."""
+        text = decode_program("file", text.encode("utf-8", errors="replace"))
+        cuts = [at.start() for at in HEADING.finditer(text)][1:]
+        files = [text[a:b] for a, b in pairwise((0, *cuts[:: max(len(cuts) // 3, 1)], len(text)))]
+        inspectors = [Inspector(self._model) for _ in files]
+        read = [one.read(file) for one, file in zip(inspectors, files, strict=True)]
+        with_it = Station(Silent(), self._model, limits=BOUNDS, folder=Folder(Path.cwd()))
+        try:
+            loaded = with_it.load_texts([(file, "") for file in files])
+        finally:
+            with_it.close()
+        for one, parts, beside, found in zip(inspectors, read, beside_each(read), loaded, strict=True):
+            checked, refused = _told(one.inspect(parts, beside)), _told(found.diagnostics)
+            assert checked == refused, f"together: check alone: {checked - refused}; run alone: {refused - checked}"
+        self.counted["files of name spaces"] += len(files)
+
     def _begins(self, station: Station) -> None:
         """A file without errors has no program that is refused when it is executed."""
         for stored in tuple(station.programs.values()):
@@ -163,6 +183,8 @@ def disagreements(count: int, seed: int, law: Agreement, made: Counter[str]) -> 
         made.update(it.changes)
         try:
             law(it.text)
+            if number % TOGETHER == 0:
+                law.together(it.text)
         except Exception as error:
             yield f"--- seed {number}: {type(error).__name__}: {error}\n{it.text}"
 

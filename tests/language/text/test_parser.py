@@ -14,7 +14,7 @@ from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Binary, Call, Instruction, Number, Unary, Variable
 from vrs_cli.language.text.line_parser import GRAMMAR, grammar_dir
-from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
+from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step, parts_of
 from vrs_cli.language.text.printer import print_file, statement_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONNECTIVES, OPERATOR_WORDS, PROGRAM_WORDS
@@ -265,3 +265,16 @@ def test_any_file_is_read(texts: list[str]) -> None:
         again, none = parse_file(once)
         assert none == ()
         assert print_file(again) == once
+
+
+@pytest.mark.parametrize(
+    "text", ["; a\n\x1a\n.PROGRAM p\n.END\n", ".PROGRAM p\nTYPE 1\x1a\n.PROGRAM q\n.END\n\x1a\n;\n\x1a"]
+)
+def test_a_file_and_its_parts_have_the_same_mistakes(text: str) -> None:
+    """A Ctrl-Z is the end of a text only where it stands last."""
+    whole = [(one.span.line, one.code) for one in parse_file(text)[1]]
+    parts = [
+        (one.span.line, one.code) for placed in parts_of(text, {}) for one in placed.found(placed.part.diagnostics)
+    ]
+    assert whole
+    assert parts == whole

@@ -42,7 +42,7 @@ from vrs_cli.errors import (
     WordAsName,
 )
 from vrs_cli.language.analysis.expressions import SHAPES, Expressions, miscounted, numbers_meant
-from vrs_cli.language.analysis.lineage import beyond
+from vrs_cli.language.analysis.lineage import beyond, waits_for_signals
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
     LOOPS,
@@ -545,7 +545,8 @@ class _Steps(Expressions):
     def _wait(self, statement: ast.Instruction) -> None:
         """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
         asked = statement.arguments[0] if statement.arguments else None
-        number = None if asked is None else ast.channel(asked)
+        of_val = self._program is None or waits_for_signals(self._program)
+        number = None if asked is None or not of_val else ast.channel(asked)
         hint = "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"
         if asked is not None and number is not None:
             self.warn(OldMeaning, asked.span, f"it waits for the signal: WAIT SIG({number})", hint)

@@ -108,6 +108,17 @@ def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
     return (found for statement in statements for found in _beyond(statement, told))
 
 
+def waits_for_signals(program: Program) -> bool:
+    """Return whether WAIT 3 is that of VAL, for the input 1003. In a program with anything that V+ alone has, a number
+    is a condition, which is always true: drivers that were published for V+ have such lines (probable).
+    """
+    remembered = vars(program)
+    if "waits_for_signals" not in remembered:
+        remembered["waits_for_signals"] = next(beyond(program, vplus=False), None) is None
+    found: bool = remembered["waits_for_signals"]
+    return found
+
+
 def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Iterator[Diagnostic]:
     """Yield the same of a line of the prompt, in a session of this dialect."""
     yield from _beyond(statement, _Told(dialect, "this session is in"), at_prompt=True)

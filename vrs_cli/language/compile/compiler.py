@@ -32,6 +32,7 @@ from typing import Any, cast
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
+from vrs_cli.language.analysis.lineage import waits_for_signals
 from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library
@@ -77,7 +78,7 @@ class _ProgramCompiler(ExpressionCompiler):
         declared = (*analysis.program.parameters, *(own.variable for own in analysis.own))
         super().__init__(library, analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
         self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
-        self._lowered = lowered
+        self._lowered, self._program = lowered, analysis.program
         self._numbers: Mapping[int, int] = {}
         self._here = range(0)
         self._inner: int | None = None
@@ -278,7 +279,8 @@ class _ProgramCompiler(ExpressionCompiler):
         if not statement.arguments or statement.arguments[0] is None:
             return [tree.yield_(tree.call("Wait", tree.name("at_once"), tree.constant(1)))]
         asked = statement.arguments[0]
-        truth = self.truth(asked if ast.channel(asked) is None else ast.signals_on((asked,), asked.span))
+        of_val = ast.channel(asked) is not None and waits_for_signals(self._program)
+        truth = self.truth(ast.signals_on((asked,), asked.span) if of_val else asked)
         # a function of no arguments, with the program's variables as defaults: cells of a closure are slower for all
         names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
         condition = py.Lambda(tree.parameters(sorted(names), defaults=True), truth)

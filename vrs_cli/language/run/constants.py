@@ -26,6 +26,7 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
+from vrs_cli.language.analysis.lineage import waits_for_signals
 from vrs_cli.language.analysis.names import VARIABLES
 from vrs_cli.language.compile.expressions import WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
@@ -78,9 +79,10 @@ class Constants(Struct, frozen=True):
 
     def findings(self, program: Program) -> Iterator[Diagnostic]:
         """Yield a warning for each constant that no run could take. It is no error: no run may come to that step."""
+        channelled = TAKE_CHANNELS if waits_for_signals(program) else TAKE_CHANNELS - {"WAIT"}
         for statement in program.statements:
             with suppress(RecursionError):  # so deep an expression is what the compiler refuses
-                yield from self._in_expressions(_expressions(statement)) or self._whole(statement)
+                yield from self._in_expressions(_expressions(statement, channelled)) or self._whole(statement)
 
     # --- expressions ---
 
@@ -206,8 +208,8 @@ def _error(act: Callable[[], object], wrong: tuple[type[VrsError], ...] = NEVER_
 # --- trees -------------------------------------------------------------------------------------------------------
 
 
-def _expressions(statement: Statement) -> Iterator[Expression]:
-    signals = isinstance(statement, ast.Instruction) and statement.word in TAKE_CHANNELS
+def _expressions(statement: Statement, channelled: frozenset[str]) -> Iterator[Expression]:
+    signals = isinstance(statement, ast.Instruction) and statement.word in channelled
     for one in ast.children(statement):
         yield one if not signals or ast.channel(one) is None else ast.signals_on((one,), one.span)
 

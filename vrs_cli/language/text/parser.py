@@ -120,7 +120,8 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
-        return parse_file("\n".join(self.lines), self.dialect, name=self.name, whole=False)
+        text = "\n".join((*self.lines, ""))  # the last line ends: a Ctrl-Z in it is no end of the file
+        return parse_file(text, self.dialect, name=self.name, whole=False)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:

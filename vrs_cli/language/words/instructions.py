@@ -172,7 +172,7 @@ _INPUT_OUTPUT = (
     Word("BITS first[, count] = value", "2 +", "set signals to the bits of a number", "BITS 1, 4 = count"),
     Word("WAIT [condition]", "1 2 +",
         "hold the program until a condition is true; bare: for one tick", "WAIT SIG(1001)",
-        "WAIT 3, a number, is VAL's: the input 3, which is SIG(1003)"),
+        "WAIT 3, a number, is VAL's: the input 3, which is SIG(1003); beside words of V+ it is true at once"),
     Word("PACK $element, first, count = $text", "+",
         "put characters into an array whose elements, of 128 each, are taken for one string",
         "PACK $a[0], 120, 20 = $text"),
