@@ -48,7 +48,6 @@ from vrs_cli.values.replies import Message, Reply
 from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
 
 if TYPE_CHECKING:
-    from vrs_cli.devices.outside import Outside
     from vrs_cli.world.course import WorldCourse
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
@@ -139,12 +138,12 @@ class Batch(Struct, frozen=True):
         """Load and execute; the exit status."""
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
-        outside = chosen_outside(options)  # which may let time pass as on the wall
+        live = options.realtime is not None or options.allow_net or options.serial  # time passes as on the wall
         with memory(options.max_memory) as enough, running as progress, self._folder() as folder:
-            lines = piped(sys.stdin) if options.realtime is not None else None
+            lines = piped(sys.stdin) if live else None
             output = sys.stderr if self.aside else sys.stdout  # where TYPE and PROMPT write
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
-            station = self._station(terminal, folder, outside)
+            station = self._station(terminal, folder)
             end_by = station.driver.end_by
             if lines is not None:
                 lines.robot = station.actor
@@ -223,8 +222,9 @@ class Batch(Struct, frozen=True):
         with working_folder(source, None if kept is None else Path(kept, name), below=box is None) as folder:
             yield folder
 
-    def _station(self, terminal: BatchTerminal, folder: Folder, outside: Outside) -> Station:
+    def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:
         model = chosen_robot(self.options, robot_of(self.options.prog, self.source))
+        outside = chosen_outside(self.options)
         clock, limits = clock_of(self.options.realtime), self._limits()
         station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
         station.dialect = chosen_dialect(self.options)
