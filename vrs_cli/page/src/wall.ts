@@ -15,7 +15,8 @@ class Tile {
   connection: Connection | null = null;
   measured: Measured | null = null;
   student: Student | null = null;
-  readonly picture = h("a", { class: "tile-picture", target: "_blank", rel: "noopener", tabindex: "-1", "aria-hidden": "true" });
+  readonly canvas = h("canvas");
+  private readonly picture = h("a", { class: "tile-picture", target: "_blank", rel: "noopener", tabindex: "-1", "aria-hidden": "true" }, this.canvas);
   readonly element: HTMLElement;
   private readonly link = h("a", { target: "_blank", rel: "noopener" });
   private readonly lamp = h("span", { class: "lamp", role: "img" });
@@ -29,7 +30,7 @@ class Tile {
     this.help.append(button("Answered", () => answered(name)));
     this.link.textContent = name;
     this.element = h("article", { class: "tile", "aria-label": name }, this.picture,
-      h("div", { class: "tile-text stack" }, h("div", { class: "row spread" }, this.link, this.lamp), this.says, this.help));
+      h("div", { class: "tile-text stack" }, h("div", { class: "row spread tile-name" }, this.link, this.lamp), this.says, this.help));
     this.show();
   }
 
@@ -79,8 +80,7 @@ class Wall {
     "aria-pressed": "false", title: "Nobody's commands are carried out until you go on; ABORT is",
   });
   private readonly teaching: HTMLElement;
-  /** The pictures, of which `drawn` counts how many there were and the time that took [ms]: for tests. */
-  readonly pictures: Tiles;
+  readonly pictures = new Tiles(HZ);
   private class: Connection | null = null;
 
   constructor(private readonly token: string) {
@@ -93,11 +93,10 @@ class Wall {
       const answer = await this.ask("collect", {});
       if (answer) download(String(answer.name), bytesOf(answer.data));
     }, { title: "Save the newest program of each as a ZIP file" });
-    this.teaching = h("div", { class: "row", style: "flex: 1", hidden: true }, say, this.freeze, collect);
+    this.teaching = h("div", { class: "row wall-teaching", hidden: true }, say, this.freeze, collect);
     document.body.append(h("main", { class: "wall" },
       h("header", { class: "wall-head" }, h("h1", { text: "All robots" }), this.count, this.teaching), this.note,
       h("div", { class: "wall-scroll" }, this.grid)));
-    this.pictures = new Tiles(this.grid, HZ);
     setInterval(() => this.tiles.forEach((tile) => tile.show()), 20_000); // how long ago
   }
 
@@ -123,7 +122,7 @@ class Wall {
     const tile = new Tile(name, this.token, (student) => void this.ask("askhelp", { wanted: false, student }));
     this.tiles.set(name, tile);
     this.grid.append(tile.element);
-    this.pictures.add(tile.picture, () => tile.connection, () => tile.measured?.last?.q ?? null);
+    this.pictures.add(tile.canvas, () => tile.connection, () => tile.measured?.last?.q ?? null);
     return tile;
   }
 
@@ -146,7 +145,7 @@ class Wall {
       tile.connection?.leave();
       tile.element.remove();
       this.tiles.delete(name);
-      this.pictures.remove(tile.picture);
+      this.pictures.remove(tile.canvas);
     }
     const [here, ask] = [students.filter((one) => one.here).length, students.filter((one) => one.help != null).length];
     this.count.textContent = `${here} of ${students.length} are here${ask ? `, ${ask} ask${ask === 1 ? "s" : ""} for help` : ""}`;
@@ -163,7 +162,6 @@ class Wall {
     this.note.textContent = text;
     this.note.hidden = !text;
   }
-
 }
 
 const wall = new Wall(takeToken());

@@ -5,7 +5,6 @@ import type { Point } from "../src/core/transform";
 import { opened } from "../src/scene/figure";
 import { arrange } from "../src/scene/labels";
 import { gather } from "../src/scene/path";
-import { dashes } from "../src/scene/places";
 import { QUALITIES, QualityControl } from "../src/scene/quality";
 import { ERROR, Way, distanceFromLine } from "../src/scene/way";
 
@@ -114,13 +113,6 @@ test("labels cover neither each other nor the edge", () => {
 test("places near to each other share a label", () => {
   const found = gather([{ at: [0, 0, 0], text: "a" }, { at: [0.001, 0, 0], text: "b" }, { at: [1, 0, 0], text: "c" }], 0.01);
   expect(found.map(({ texts }) => texts)).toEqual([["a", "b"], ["c"]]);
-});
-
-test("a dashed line begins and ends within the line", () => {
-  const lines = dashes([[0, 0, 0], [1, 0, 0]], 0.1);
-  expect(lines.length).toBe(5);
-  expect(lines[0]).toEqual([[0, 0, 0], [0.1, 0, 0]]);
-  expect(dashes([[0, 0, 0], [0, 0, 0]], 0.1)).toEqual([]);
 });
 
 test("fingers slide, and turn about their point", () => {

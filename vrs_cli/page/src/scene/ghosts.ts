@@ -70,15 +70,18 @@ function filled(stage: Stage, bodies: Bodies): Drawing {
   return { figures: [...inside.figures, ...edge.figures], colours: [...inside.colours, ...edge.colours] };
 }
 
-/** An arm that is not there yet, or would be. It is made when it is first seen. */
-class Ghost {
+/** An arm where the moment has it: one that is not there yet, or would be. It is made when it is first seen. */
+export class Ghost {
+  visible = true;
   private readonly root = new THREE.Group();
   private drawing: Drawing | null = null;
   private readonly change = new Change();
   private readonly paint = (colours: Palette): void => this.drawing?.colours.forEach((one) => one.set(this.colour(colours)));
 
+  /** `joints`: where it stands at a moment; null for nowhere. */
   constructor(
     private readonly stage: Stage, private readonly bodies: Bodies, private readonly make: typeof clear, private readonly colour: (colours: Palette) => string,
+    private readonly joints: (shown: InWorld) => number[] | null,
   ) {
     stage.scene.add(this.root);
     stage.onPaint.add(this.paint);
@@ -91,13 +94,14 @@ class Ghost {
     this.change.forget();
   }
 
-  /** Stands at these joints, or hides where there are none, or the arm is there too. Returns whether it is seen. */
-  stand(q: number[] | null, shown: InWorld): boolean {
+  /** Stands at its joints, or hides where there are none, or the arm is there too. Returns where it is seen. */
+  show(shown: InWorld): number[] | null {
+    const q = this.visible ? this.joints(shown) : null;
     if (!q || Math.max(...q.map((x, i) => Math.abs(x - shown.q[i]))) < COINCIDE) {
       this.hide();
-      return false;
+      return null;
     }
-    if (!this.change.to(`${q.map((x) => x.toFixed(4))} ${shown.q} ${shown.T_world_robot} ${shown.hand}`)) return true;
+    if (!this.change.to(`${q.map((x) => x.toFixed(4))} ${shown.q} ${shown.T_world_robot} ${shown.hand}`)) return q;
     if (!this.drawing) {
       this.drawing = this.make(this.stage, this.bodies);
       this.root.add(...this.drawing.figures.map((figure) => figure.root));
@@ -110,7 +114,7 @@ class Ghost {
     }
     this.root.visible = true;
     this.stage.change();
-    return true;
+    return q;
   }
 
   remove(): void {
@@ -120,35 +124,21 @@ class Ghost {
   }
 }
 
-/** Shows an arm where the moment has it; nothing where it is nowhere, and where the arm is there already. */
-export class GhostView {
-  visible = true;
-
-  constructor(private readonly ghost: Ghost, private readonly joints: (shown: InWorld) => number[] | null) {}
-
-  show(shown: InWorld): void {
-    this.ghost.stand(this.visible ? this.joints(shown) : null, shown);
-  }
-}
-
 /** Returns where the motion under way ends, as an outline; nothing at rest. */
-export function goalView(stage: Stage, bodies: Bodies): GhostView {
-  return new GhostView(new Ghost(stage, bodies, outline, ({ goal }) => goal), ({ timeline, t }) => {
+export const goalView = (stage: Stage, bodies: Bodies): Ghost =>
+  new Ghost(stage, bodies, outline, ({ goal }) => goal, ({ timeline, t }) => {
     const steered = timeline.locate(t)[0].motion.kind === "steered"; // a stream of targets has no goal of its own
     return steered || !timeline.moves(t) ? null : g(bodies.model, timeline, timeline.finishAfter(t));
   });
-}
 
 /** Returns the arm as it is expected, beside the one that is reported: while the robot is followed. */
-export function predictionView(stage: Stage, bodies: Bodies, follows: () => boolean): GhostView {
-  return new GhostView(new Ghost(stage, bodies, clear, ({ predicted }) => predicted), ({ source: { preview }, now }) =>
+export const predictionView = (stage: Stage, bodies: Bodies, follows: () => boolean): Ghost =>
+  new Ghost(stage, bodies, clear, ({ predicted }) => predicted, ({ source: { preview }, now }) =>
     preview?.predicts && follows() ? g(bodies.model, preview.predicted, preview.shown(now)) : null);
-}
 
 /** Returns the arm as the robot's body has measured it. */
-export function measuredView(stage: Stage, bodies: Bodies): GhostView {
-  return new GhostView(new Ghost(stage, bodies, filled, ({ measured }) => measured), ({ measured }) => measured?.q ?? null);
-}
+export const measuredView = (stage: Stage, bodies: Bodies): Ghost =>
+  new Ghost(stage, bodies, filled, ({ measured }) => measured, ({ measured }) => measured?.q ?? null);
 
 interface Branch {
   ghost: Ghost;
@@ -173,18 +163,23 @@ export class BranchView {
         this.all.delete(name);
       }
     others.forEach(({ row: { name, end }, version }, k) => {
-      const made = (): Ghost => new Ghost(this.stage, this.bodies, clear, ({ branches }) => branches[k]);
-      const branch = this.all.get(name) ?? { ghost: made(), version: -1, timeline: null };
+      const { model } = this.bodies;
+      const branch = this.all.get(name) ?? this.make(k);
       this.all.set(name, branch);
       if (branch.version !== version) this.fetch(name, version, branch);
-      if (!branch.timeline) return;
-      const { model } = this.bodies;
-      const q = g(model, branch.timeline, shown.t);
-      if (!branch.ghost.stand(q, shown)) return this.stage.labels.remove(`branch ${name}`);
+      const q = branch.ghost.show(shown);
+      if (!q) return this.stage.labels.remove(`branch ${name}`);
       const later = end - shown.timeline.end;
       const at = movePoint(shown.T_world_robot, originOf(frames(model, q)[q.length]));
       this.stage.labels.set(`branch ${name}`, "branch", `${name}: ${later < 0 ? "-" : "+"}${Math.abs(later).toFixed(1)} s`, at);
     });
+  }
+
+  /** Makes a branch in the k-th of the colours. */
+  private make(k: number): Branch {
+    const joints = ({ t }: InWorld): number[] | null => branch.timeline && g(this.bodies.model, branch.timeline, t);
+    const branch: Branch = { ghost: new Ghost(this.stage, this.bodies, clear, ({ branches }) => branches[k], joints), version: -1, timeline: null };
+    return branch;
   }
 
   private fetch(name: string, version: number, branch: Branch): void {

@@ -32,7 +32,8 @@ export class PathView {
   readonly root = new THREE.Group();
   commands = false;
   private readonly way: Way;
-  private readonly lines = new Lines(WIDTH);
+  private readonly past = new Lines(WIDTH);
+  private readonly planned = new Lines(WIDTH);
   private readonly wide = new Lines(WIDE);
   private readonly dots = new Dots(DOT);
   private readonly marks = new Dots(MARK);
@@ -47,7 +48,7 @@ export class PathView {
     this.way = new Way(model);
     this.wide.mesh.renderOrder = -1;
     this.wide.mesh.material.depthWrite = false;
-    this.root.add(this.wide.mesh, this.lines.mesh, this.dots.points, this.marks.points);
+    this.root.add(this.wide.mesh, this.past.mesh, this.planned.mesh, this.dots.points, this.marks.points);
     stage.onPaint.add(() => this.redraw());
   }
 
@@ -81,16 +82,17 @@ export class PathView {
         this.wait = performance.now() + COST * (performance.now() - begin);
       }
     }
-    this.lines.now = t;
+    this.past.showUntil(t);
+    this.planned.showFrom(t);
     this.showSides(shown);
   }
 
   private draw({ t, timeline }: InWorld): void {
     const at = Math.floor(t / STEP) * STEP;
     const { colours, reach } = this.stage;
-    const [past, planned, pastBlend, plannedBlend] = [colours.past, colours.planned, colours.pastBlend, colours.plannedBlend].map((c) => new THREE.Color(c));
     this.near = this.way.lines(timeline, at - AROUND, at + STEP + AROUND, t);
-    this.lines.set(this.near.flatMap((line) => (line.blends ? piecesOf(line, pastBlend, plannedBlend) : piecesOf(line, past, planned))));
+    this.past.set(this.near.flatMap((line) => piecesOf(line, line.blends ? colours.pastBlend : colours.past)));
+    this.planned.set(this.near.flatMap((line) => piecesOf(line, line.blends ? colours.plannedBlend : colours.planned)));
     const starts = this.near.filter((line) => line.starts);
     this.dots.set(this.near.filter((line) => !line.steers).map((line) => line.points[line.points.length - 1]), colours.dot);
     this.marks.set(starts.map((line) => line.points[0]), colours.mark);
@@ -113,8 +115,7 @@ export class PathView {
 
   /** Returns the pieces of the way between two times. */
   private cut(begin: number, end: number, colour: string): Piece[] {
-    const paint = new THREE.Color(colour);
-    return this.near.flatMap((line) => piecesOf(line, paint, paint)).flatMap((piece) => {
+    return this.near.flatMap((line) => piecesOf(line, colour)).flatMap((piece) => {
       const { a, b, from, to } = piece;
       const [first, last] = [Math.max(begin, from), Math.min(end, to)];
       const at = (t: number): Point => a.map((x, k) => x + ((t - from) / (to - from)) * (b[k] - x)) as Point;
@@ -123,6 +124,8 @@ export class PathView {
   }
 }
 
-/** Returns the pieces of a line in two colours: that of the past, and that of the future. */
-const piecesOf = ({ begin, times, points }: WayLine, early: THREE.Color, late: THREE.Color): Piece[] =>
-  points.slice(1).map((b, i) => ({ a: points[i], b, from: begin + times[i], to: begin + times[i + 1], early, late }));
+/** Returns the pieces of a line in a colour. */
+function piecesOf({ begin, times, points }: WayLine, paint: string): Piece[] {
+  const colour = new THREE.Color(paint);
+  return points.slice(1).map((b, i) => ({ a: points[i], b, from: begin + times[i], to: begin + times[i + 1], colour }));
+}

@@ -13,6 +13,7 @@ const LONG = 0.055; // of the reach: the axes
 const NEAR = 0.01; // of the reach: names of places so near to each other stand in one label
 const DASH = 0.02; // of the reach: a dash of what cannot be followed, and the gap behind it
 const BALL = 0.02; // of the reach
+const WIDTH = 3; // [px] of lines
 const MAX_CHARS = 300; // of the text of a picture
 
 /** The named locations of the robot: small frames with their names. A precision point is where its joints bring the tool. */
@@ -65,17 +66,11 @@ export interface Sketch {
   frames?: number[][];
 }
 
-/** Returns the dashes of a line, with gaps as long as they are. */
-export function dashes([a, b]: [Point, Point], long: number): [Point, Point][] {
-  const count = Math.round(Math.hypot(...b.map((x, i) => x - a[i])) / long);
-  const at = (k: number): Point => a.map((x, i) => x + ((b[i] - x) * k) / count) as Point;
-  return Array.from({ length: Math.ceil(count / 2) }, (_, k) => [at(2 * k), at(Math.min(2 * k + 1, count))]);
-}
-
 /** What WHY and EXPLAIN say, as a picture at the robot, until the robot does something else. */
 export class ReasonView {
   readonly root = new THREE.Group();
-  private readonly lines = new Lines(3);
+  private readonly followed = new Lines(WIDTH);
+  private readonly refused: Lines;
   private readonly axes: AxesCloud;
   private readonly balls = new THREE.Group();
   private sketch: Sketch | null = null;
@@ -84,7 +79,8 @@ export class ReasonView {
 
   constructor(private readonly stage: Stage) {
     this.axes = new AxesCloud(LONG * stage.reach);
-    this.root.add(this.lines.mesh, this.axes.root, this.balls);
+    this.refused = new Lines(WIDTH, DASH * stage.reach);
+    this.root.add(this.followed.mesh, this.refused.mesh, this.axes.root, this.balls);
     stage.onPaint.add(() => this.draw());
   }
 
@@ -104,9 +100,10 @@ export class ReasonView {
   private draw(): void {
     const { colours, reach } = this.stage;
     const { text, at, followed = [], refused = [], balls = [], frames = [] } = this.drawn ?? { text: "", at: [0, 0, 0] as Point };
-    const [good, bad] = [new THREE.Color(colours.good), new THREE.Color(colours.bad)];
-    const piece = (colour: THREE.Color) => ([a, b]: [Point, Point]): Piece => ({ a, b, from: 0, to: 0, early: colour, late: colour });
-    this.lines.set([...followed.map(piece(good)), ...refused.flatMap((line) => dashes(line, DASH * reach)).map(piece(bad))]);
+    const piece = (colour: string) => ([a, b]: [Point, Point]): Piece =>
+      ({ a, b, from: 0, to: Math.hypot(...b.map((x, i) => x - a[i])), colour: new THREE.Color(colour) });
+    this.followed.set(followed.map(piece(colours.good)));
+    this.refused.set(refused.map(piece(colours.bad)));
     this.balls.clear();
     for (const [, place, kind] of balls) {
       const ball = new THREE.Mesh(new THREE.SphereGeometry(BALL * reach, 16, 12), new THREE.MeshLambertMaterial({ color: colours[kind] }));

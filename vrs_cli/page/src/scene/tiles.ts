@@ -17,50 +17,48 @@ interface Kind {
   ball: THREE.Sphere;
 }
 
-/** Small pictures of many robots, drawn by one renderer on one canvas behind them. What stands still is not drawn again. */
+/** Small pictures of many robots, drawn by one renderer and copied to a canvas for each. What stands still is not drawn again. */
 export class Tiles {
-  readonly drawn = { tiles: 0, milliseconds: 0 };
-  private readonly renderer = new THREE.WebGLRenderer({ antialias: false, alpha: true, preserveDrawingBuffer: true, powerPreference: "low-power" });
+  /** Pictures drawn so far: for tests. */
+  drawn = 0;
+  private readonly renderer = new THREE.WebGLRenderer({ antialias: false, powerPreference: "low-power" });
   private readonly scene = new THREE.Scene();
   private readonly camera = makeCamera();
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 2.2);
   private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.8);
   private readonly kinds = new Map<string, Kind>();
   private readonly known = new WeakMap<Model, Kind>();
-  private readonly places = new Map<HTMLElement, { robot: () => Connection | null; measured: () => number[] | null; seen: string }>();
+  private readonly places = new Map<HTMLCanvasElement, { robot: () => Connection | null; measured: () => number[] | null; seen: string }>();
   private readonly clear = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.5, depthWrite: false });
-  private background = new THREE.Color();
-  private layout = "";
 
-  /** `grid` holds the places of the pictures; `hz`: how often they are looked at. */
-  constructor(private readonly grid: HTMLElement, hz: number) {
-    this.renderer.setPixelRatio(1);
-    this.renderer.setScissorTest(true);
-    this.renderer.domElement.setAttribute("aria-hidden", "true");
+  /** `hz`: how often the robots are looked at. */
+  constructor(hz: number) {
     this.lamp.position.set(1.5, -1, 3);
     this.scene.add(this.sky, this.lamp);
-    grid.prepend(this.renderer.domElement);
     onTheme(() => this.paint());
     this.paint();
-    setInterval(() => document.hidden || this.draw(), 1000 / hz);
+    setInterval(() => document.hidden || this.places.forEach((_, canvas) => this.draw(canvas)), 1000 / hz);
   }
 
-  /** Draws a robot where an element is, and seen through where it was measured last, if that is elsewhere. */
-  add(place: HTMLElement, robot: () => Connection | null, measured: () => number[] | null): void {
-    this.places.set(place, { robot, measured, seen: "" });
+  /** Draws a robot on a canvas from now on, and seen through where it was measured last, if that is elsewhere. */
+  add(canvas: HTMLCanvasElement, robot: () => Connection | null, measured: () => number[] | null): void {
+    this.places.set(canvas, { robot, measured, seen: "" });
   }
-  remove(place: HTMLElement): void {
-    this.places.delete(place);
-    this.layout = "";
+  remove(canvas: HTMLCanvasElement): void {
+    this.places.delete(canvas);
   }
 
   private paint(): void {
     const { background, sky, ground, measured } = palette(isDark());
     this.clear.color.set(measured);
-    this.background = new THREE.Color(background);
+    this.renderer.setClearColor(background);
     this.sky.color.set(sky);
     this.sky.groundColor.set(ground);
-    this.layout = "";
+    this.redraw();
+  }
+
+  private redraw(): void {
+    for (const place of this.places.values()) place.seen = "";
   }
 
   private kind(model: Model): Kind {
@@ -75,60 +73,43 @@ export class Tiles {
       this.kinds.set(key, kind);
       void bodies.ready.then(() => {
         kind!.ball = homeBall(bodies);
-        this.layout = "";
+        this.redraw();
       });
     }
     this.known.set(model, kind);
     return kind;
   }
 
-  private draw(): void {
-    const begun = performance.now();
-    const whole = this.grid.getBoundingClientRect();
-    const seen = this.grid.parentElement!.getBoundingClientRect();
-    const places = [...this.places].map(([element, place]) => ({ place, rect: element.getBoundingClientRect() }));
-    const layout = [whole.width, whole.height, ...places.map(({ rect }) => `${rect.x - whole.x} ${rect.y - whole.y}`)].join();
-    if (layout !== this.layout) {
-      this.layout = layout;
-      this.renderer.setSize(whole.width, whole.height);
-      this.renderer.setScissor(0, 0, whole.width, whole.height);
-      this.renderer.setClearColor(this.background, 0);
-      this.renderer.clear();
-      for (const { place } of places) place.seen = "";
-    }
-    for (const { place, rect } of places) {
-      if (rect.bottom < seen.top || rect.top > seen.bottom) continue;
-      const robot = place.robot();
-      const model = robot?.welcome?.model;
-      if (!robot || !model || !robot.timeline.segments.length) continue;
-      const t = Math.min(robot.now(), robot.timeline.end);
-      const [planned, q] = [g(model, robot.timeline, t), place.measured()];
-      const away = q && Math.max(...q.map((x, i) => Math.abs(x - planned[i]))) > COINCIDE ? q : null;
-      const now = `${robot.url} ${robot.timeline.version} ${t} ${away?.map((x) => x.toFixed(3))}`;
-      if (now === place.seen) continue;
-      place.seen = now;
-      this.drawOne(model, frames(model, planned), away && frames(model, away), rect, whole);
-      this.drawn.tiles++;
-    }
-    this.drawn.milliseconds += performance.now() - begun;
-  }
-
-  private drawOne(model: Model, links: Float64Array[], away: Float64Array[] | null, rect: DOMRect, whole: DOMRect): void {
+  /** Draws a robot that is in the window, if it has moved. */
+  private draw(canvas: HTMLCanvasElement): void {
+    const { top, bottom, width, height } = canvas.getBoundingClientRect();
+    const place = this.places.get(canvas)!;
+    const robot = place.robot();
+    const model = robot?.welcome?.model;
+    if (!model || !width || bottom < 0 || top > innerHeight || !robot.timeline.segments.length) return;
+    const t = Math.min(robot.now(), robot.timeline.end);
+    const [wide, high] = [width, height].map((x) => Math.round(x));
+    const [planned, q] = [g(model, robot.timeline, t), place.measured()];
+    const away = q && Math.max(...q.map((x, i) => Math.abs(x - planned[i]))) > COINCIDE ? q : null;
+    const now = `${robot.url} ${robot.timeline.version} ${t} ${wide} ${high} ${away?.map((x) => x.toFixed(3))}`;
+    if (now === place.seen) return;
+    place.seen = now;
     const shown = this.kind(model);
     for (const kind of this.kinds.values()) {
       kind.figure.root.visible = kind === shown;
       kind.measured.root.visible = kind === shown && !!away;
     }
-    shown.figure.pose(links, 0, identity());
-    if (away) shown.measured.pose(away, 0, identity());
-    this.camera.aspect = rect.width / rect.height;
+    shown.figure.pose(frames(model, planned), 0, identity());
+    if (away) shown.measured.pose(frames(model, away), 0, identity());
+    this.camera.aspect = wide / high;
     placeCamera(this.camera, shown.ball, HOME);
     this.camera.lookAt(shown.ball.center);
     this.camera.updateProjectionMatrix();
-    const [x, y] = [rect.x - whole.x, whole.bottom - rect.bottom];
-    this.renderer.setViewport(x, y, rect.width, rect.height);
-    this.renderer.setScissor(x, y, rect.width, rect.height);
-    this.renderer.setClearColor(this.background, 1);
+    const drawn = this.renderer.domElement;
+    if (drawn.width !== wide || drawn.height !== high) this.renderer.setSize(wide, high);
     this.renderer.render(this.scene, this.camera);
+    Object.assign(canvas, { width: wide, height: high });
+    canvas.getContext("2d")!.drawImage(drawn, 0, 0);
+    this.drawn++;
   }
 }
