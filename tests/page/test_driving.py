@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 
 DEMO = ".PROGRAM demo\nFOR i = 1 TO 3\nTYPE i\nDRIVE 1, 10\nDRIVE 1, -10\nBREAK\nEND\n.END"
 HOSTILE = '<img src=x onerror="document.title=1">'
+DIAGNOSES = """(() => {
+    window.diagnoses = 0;
+    const mistake = document.querySelector('.prompt-mistake');
+    new MutationObserver(() => mistake.hidden || diagnoses++).observe(mistake, { childList: true, attributes: true });
+})()"""
 TEXT_OF = "document.querySelector('{}')?.textContent"
 
 
@@ -85,8 +90,14 @@ def test_lines_are_typed_mended_completed_and_brought_back(ada: Driver) -> None:
     ada.type("MOVEE a")
     ada.sees("did you mean MOVE?", ".prompt-mistake")
     ada.holds("MOVEE a")
-    until(ada.page, f"{TEXT_OF.format('.prompt-line .mistake')} === 'MOVEE'")
+    until(ada.page, f"{TEXT_OF.format('.prompt-line .cm-lintRange-error')} === 'MOVEE'")
     assert "MOVEE" not in ada.page.locator(".transcript").inner_text(), "it was not sent"
+    ada.page.keyboard.press("Control+a")
+    ada.page.evaluate(DIAGNOSES)
+    ada.type("MOVEE")  # all of it is the word that was typed last
+    until(ada.page, "diagnoses >= 2")  # as it was sent, and a while after it was put back
+    ada.sees("did you mean MOVE?", ".prompt-mistake")
+    assert ada.page.locator(".prompt-mistake").is_visible(), "it stays"
     ada.page.keyboard.press("Control+a")
     ada.page.keyboard.type("DEPA")
     until(ada.page, "document.querySelector('.cm-tooltip-autocomplete li')?.textContent.startsWith('DEPART')")

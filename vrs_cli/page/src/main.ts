@@ -1,20 +1,26 @@
 import "./style/style.css";
 import { App } from "./app";
-import { makeClass } from "./class";
+import { makeClass, makeLesson } from "./class";
 import { Connection } from "./core/connection";
 import { LiveSource } from "./core/source";
+import { Survey } from "./core/survey";
 import { addressOf, bearer, exchangeToken, takeToken } from "./core/token";
 import { h } from "./dom";
 import { makeLayout } from "./layout";
-import { makeLesson } from "./lessons";
-import { makeScene } from "./scene/scene";
+import { makeScene, type Scene } from "./scene/scene";
 import { makeBody } from "./panels/body";
+import { Commands } from "./panels/commands";
 import { makeDelays } from "./panels/delays";
-import { makeDriving } from "./panels/driving";
+import { makeDrag } from "./panels/drag";
 import { makeHint } from "./panels/notice";
-import { columnsOf } from "./panels/transcript";
-import { makeViewing } from "./panels/viewing";
-import { showRecording, type Recording } from "./recording";
+import { makeMove } from "./panels/move";
+import { makePrograms } from "./panels/programs";
+import { makePrompt } from "./panels/prompt";
+import { makeSignals } from "./panels/signals";
+import { makeDrives, makeQuestions, makeStop } from "./panels/talk";
+import { Transcript, columnsOf } from "./panels/transcript";
+import { makeViewing, showRecording, type Recording } from "./recording";
+import "./style/driving.css";
 
 const token = takeToken();
 const name = decodeURIComponent(location.pathname.replace(/^\/view\//, ""));
@@ -47,12 +53,38 @@ function openRobot(): void {
       const app = new App(new LiveSource(connection), connection);
       const scene = makeScene(app, slot("canvas"));
       makeViewing(app, slot, scene);
-      const commands = makeDriving(app, slot, scene);
+      const commands = makeDriving(app, scene);
       makeHint(app, slot("hint"), (line) => commands.type(line));
       app.add(makeBody(commands, slot("delays")), makeDelays(app, slot("delays")));
       Object.assign(window, { app, scene, commands }); // for tests and the curious
     }),
   ];
+}
+
+/** Makes all panels that command the robot; those that the role of this user forbids are not there. */
+function makeDriving(app: App, scene: Scene): Commands {
+  const connection = app.connection!;
+  const survey = new Survey(connection, (found) => {
+    app.surveyed = found;
+    app.wake();
+  });
+  const transcript = new Transcript(slot("output"), `said ${connection.welcome!.robot}`);
+  const commands = new Commands(app, connection, survey, transcript);
+  commands.replied = (told) => told.sketch && scene.explain(told.sketch);
+  commands.refused = async (text) => {
+    if (text.includes("\n")) return;
+    const end = await connection.ask("at", { act: { kind: "WhyRefused", text } });
+    if (end.found) scene.explain(end.found); // why a motion that was typed is refused
+  };
+  makeStop(commands, slot("stop"));
+  makeDrives(commands, slot("drives"));
+  makeQuestions(commands, slot("questions"));
+  makePrompt(commands, slot("prompt"));
+  app.add(
+    makePrograms(commands, slot("tab:Programs")), makeMove(commands, slot("tab:Move")),
+    makeDrag(commands, slot("tab:Drag"), scene.gizmo), makeSignals(commands, slot("tab:Signals")),
+  );
+  return commands;
 }
 
 /** Shows a saved trajectory. */

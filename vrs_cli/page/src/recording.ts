@@ -1,13 +1,22 @@
 import { App } from "./app";
 import type { Message } from "./core/connection";
 import type { Model } from "./core/kinematics";
-import { RecordedSource, type Cell } from "./core/source";
+import type { Cell, Source } from "./core/source";
 import { SnapshotRecord, Timeline } from "./core/timeline";
 import { World, type ContactSpan, type CourseRows } from "./core/world";
 import { h } from "./dom";
-import type { makeLayout } from "./layout";
-import { makeViewing } from "./panels/viewing";
-import { makeScene } from "./scene/scene";
+import type { Slot } from "./layout";
+import { makeBar } from "./panels/bar";
+import { makeCurves } from "./panels/curves";
+import { makeKeys } from "./panels/keys";
+import { makeNotice } from "./panels/notice";
+import { makePose } from "./panels/pose";
+import { makeCamera, makeShow } from "./panels/show";
+import { makeStrip } from "./panels/strip";
+import { makeScene, type Scene } from "./scene/scene";
+import "./style/time.css";
+
+const LONG = 300; // [s]: of a robot that has been served for longer, a minute is shown at first
 
 /** A trajectory without a robot: what `recorded_page` in vrs_cli/net/recorded_page.py writes. */
 export interface Recording {
@@ -28,20 +37,38 @@ export interface Recording {
 function appOf(data: Recording): App {
   const timeline = new Timeline();
   timeline.replace(data.snapshot);
-  const world = data.world ? World.of(data.world.rows, data.world.touches, data.world.until) : undefined;
-  const app = new App(new RecordedSource(data.model, timeline, data.title, data.cell, world, data.between ?? undefined), null);
+  const world = data.world ? World.of(data.world.rows, data.world.touches, data.world.until) : new World();
+  const { model, title, cell, between } = data;
+  const source: Source = {
+    model, timeline, title, cell, world, span: between ?? undefined, live: false, passes: false, now: () => timeline.end, onChange: () => {},
+  };
+  const app = new App(source, null);
   app.surveyed = { places: { more: 0, rows: data.places } };
   app.playback.rate = data.rate;
   return app;
 }
 
 /** Shows a recording in a layout, and plays it from its begin. */
-export function showRecording(data: Recording, slot: ReturnType<typeof makeLayout>): void {
+export function showRecording(data: Recording, slot: (name: Slot) => HTMLElement): void {
   const app = appOf(data);
   const scene = makeScene(app, slot("canvas"));
   makeViewing(app, slot, scene);
   app.playback.play();
   Object.assign(window, { app, scene }); // for tests and the curious
+}
+
+/** Makes all panels that show the robot and its time: for a robot that is served, and for a recording. */
+export function makeViewing(app: App, slot: (name: Slot) => HTMLElement, scene: Scene): void {
+  const { playback } = app;
+  const zoom = { seconds: app.connection && playback.end - playback.begin > LONG ? 60 : Infinity };
+  makeNotice(app, slot("head"), slot("notice"));
+  const bar = makeBar(app, slot("bar"), zoom);
+  makeStrip(app, slot("strip"), zoom);
+  makePose(app, slot("pose"), slot("canvas"));
+  const curves = makeCurves(app, slot("curves"), zoom);
+  const cameras = makeCamera(app, slot("camera"), scene.cameras);
+  const show = makeShow(slot("show"), [{ heading: "In the picture", switches: scene.layers }, { heading: "Beside it", switches: curves }]);
+  makeKeys([...bar, ...cameras, ...show], slot("show"));
 }
 
 /** Shows the picture of a recording alone: `ready` when all is there, then `take` shows a moment with a caption. */

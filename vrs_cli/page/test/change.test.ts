@@ -1,6 +1,6 @@
 import { expect, test, vi } from "vitest";
 import { Change } from "../src/core/change";
-import { ServerClock } from "../src/core/clock";
+import { ServerClock } from "../src/core/connection";
 import { rememberedValue } from "../src/core/storage";
 
 test("what is drawn is drawn anew where its key is another one", () => {

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { markdown } from "../src/lessons";
+import { markdown } from "../src/class";
 
 /** As much of a document as the texts of lessons need. */
 class Fake {

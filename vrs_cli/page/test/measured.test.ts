@@ -1,5 +1,5 @@
 import { expect, test, vi } from "vitest";
-import { ServerClock } from "../src/core/clock";
+import { ServerClock } from "../src/core/connection";
 import type { Connection, Message } from "../src/core/connection";
 import type { Model } from "../src/core/kinematics";
 import { Measured, between, residualOf } from "../src/core/measured";

@@ -4,9 +4,8 @@ import { Timeline, value, type SegmentRecord } from "../src/core/timeline";
 import type { Point } from "../src/core/transform";
 import { opened } from "../src/scene/figure";
 import { arrange } from "../src/scene/labels";
-import { gather } from "../src/scene/path";
+import { ERROR, Way, distanceFromLine, gather } from "../src/scene/path";
 import { QUALITIES, QualityControl } from "../src/scene/quality";
-import { ERROR, Way, distanceFromLine } from "../src/scene/way";
 
 const model: Model = {
   name: "arm", title: "arm", poses: {},

@@ -4,10 +4,10 @@ import { World, type ContactSpan, type CourseRows } from "../src/core/world";
 import recorded from "./recorded_world.json";
 
 /** A course of programs/sorting.v2 and what vrs_cli/world says of it at some times. */
-interface Look { t: number; flange: number[]; parts: Record<string, number[] | null>; held: string | null; opening: number; signals: Record<string, boolean> }
+interface Look { t: number; flange: number[]; parts: Record<string, number[] | null>; held: string | null; opening: number }
 const { course, looks } = recorded as unknown as { course: { rows: CourseRows; touches: ContactSpan[]; until: number | null }; looks: Look[] };
 
-const check = (world: World, { t, flange, parts, held, opening, signals }: Look): void => {
+const check = (world: World, { t, flange, parts, held, opening }: Look): void => {
   for (const [name, wanted] of Object.entries(parts)) {
     const found = world.pose(name, t, Float64Array.from(flange));
     expect(!!found).toBe(!!wanted);
@@ -15,10 +15,9 @@ const check = (world: World, { t, flange, parts, held, opening, signals }: Look)
   }
   expect(world.held(t)).toBe(held);
   expect(world.opening(t)).toBe(opening);
-  for (const [number, on] of Object.entries(signals)) expect(world.signal(Number(number), t)).toBe(on);
 };
 
-test("parts, hand and signals are where the world of vrs has them", () => {
+test("parts and hand are where the world of vrs has them", () => {
   const world = World.of(course.rows, course.touches, course.until);
   expect(looks.some((look) => look.held)).toBe(true);
   for (const look of looks) check(world, look);

@@ -29,8 +29,8 @@ export interface Source {
   readonly title: string;
   /** Asks for what was before a time [s], where it is not known. */
   recall?(before: number): void;
-  /** Calls `changed` at each change of the timeline or the clock; returns what ends that. */
-  onChange(changed: () => void): () => void;
+  /** Calls `changed` at each change of the timeline or the clock. */
+  onChange(changed: () => void): void;
 }
 
 /** A cell as the welcome has it; src/scene/parts.ts reads its scene. */
@@ -79,7 +79,7 @@ export class LiveSource implements Source {
     this.recalling = true;
     void this.connection.recall(before - RECALLED).finally(() => (this.recalling = false));
   }
-  onChange(changed: () => void): () => void {
+  onChange(changed: () => void): void {
     let waits = 0;
     let seen: number[] = [];
     const measured = (): void => {
@@ -89,23 +89,7 @@ export class LiveSource implements Source {
       waits = setTimeout(() => ((waits = 0), changed()), 1000 * MEASURED_PERIOD) as unknown as number;
     };
     const topics = ["change", "clock", "welcome", "state", "preview", "course", "contacts", "shownmeasured", "bodystatus", "alarm"];
-    const ends = [this.connection.on(topics, changed), this.connection.on("measurements", measured)];
-    return () => ends.forEach((end) => end());
-  }
-}
-
-/** A saved trajectory. */
-export class RecordedSource implements Source {
-  readonly live = false;
-  readonly passes = false;
-  constructor(
-    readonly model: Model, readonly timeline: Timeline, readonly title: string, readonly cell: Cell | null = null,
-    readonly world = new World(), readonly span?: [number, number],
-  ) {}
-  now(): number {
-    return this.timeline.end;
-  }
-  onChange(): () => void {
-    return () => {};
+    this.connection.on(topics, changed);
+    this.connection.on("measurements", measured);
   }
 }

@@ -10,7 +10,7 @@ type Row = [number, ...unknown[]];
 type PartRow = [number, "rests" | "held" | "falls" | "absent", number[], string[]];
 /** The part in the hand, and how far the fingers are open. */
 type GripRow = [number, string | null, number];
-/** An input or a sensor is on or off. */
+/** A sensor is on or off. */
 type SwitchRow = [number, boolean];
 /** Two bodies touch from one time to another [s]; null: for ever. */
 export type ContactSpan = [number, number | null, string, string];
@@ -19,13 +19,9 @@ export type ContactSpan = [number, number | null, string, string];
 export interface CourseRows {
   parts?: Record<string, PartRow[]>;
   grips?: GripRow[];
-  signals?: Record<string, SwitchRow[]>;
   sensors?: Record<string, SwitchRow[]>;
   notes?: [number, string, string][];
 }
-
-/** Returns the last row that begins at t or before. */
-const rowAt = <R extends Row>(rows: R[], t: number): R | undefined => rows[countUntil(rows, t, ([time]) => time) - 1];
 
 /** What is around the robot at any time, as the server tells it: parts, the hand, signals, sensors, contacts. */
 export class World {
@@ -56,8 +52,8 @@ export class World {
     if (message.type === "contacts") return this.hearContacts(message.touches, message.since, message.until ?? Infinity);
     const since: number = message.since ?? -Infinity;
     for (const [key, rows] of this.tracks) this.tracks.set(key, rows.filter((row) => row[0] < since));
-    const { parts = {}, grips = [], signals = {}, sensors = {}, notes = [] }: CourseRows = message.rows;
-    for (const [kind, several] of Object.entries({ part: parts, signal: signals, sensor: sensors, grips: { "": grips }, notes: { "": notes } }))
+    const { parts = {}, grips = [], sensors = {}, notes = [] }: CourseRows = message.rows;
+    for (const [kind, several] of Object.entries({ part: parts, sensor: sensors, grips: { "": grips }, notes: { "": notes } }))
       for (const [name, rows] of Object.entries<Row[]>(several)) {
         const key = `${kind} ${name}`;
         this.tracks.set(key, [...(this.tracks.get(key) ?? []), ...rows]);
@@ -105,18 +101,15 @@ export class World {
     return this.row<SwitchRow>(`sensor ${sensor}`, t)?.[1] ?? false;
   }
 
-  /** Returns whether an input that the world drives is on. */
-  signal(number: number, t: number): boolean {
-    return this.row<SwitchRow>(`signal ${number}`, t)?.[1] ?? false;
-  }
-
   /** Returns the pairs of bodies that touch within half of `lasting` [s] of t. */
   touching(t: number, lasting = 0): [string, string][] {
     const half = 0.5 * lasting;
     return this.touches.filter(([begin, end]) => begin <= t + half && (end ?? Infinity) >= t - half).map(([, , a, b]) => [a, b]);
   }
 
+  /** Returns the last row of a track that begins at t or before. */
   private row<R extends Row>(key: string, t: number): R | undefined {
-    return rowAt((this.tracks.get(key) ?? []) as R[], t);
+    const rows = (this.tracks.get(key) ?? []) as R[];
+    return rows[countUntil(rows, t, ([time]) => time) - 1];
   }
 }

@@ -2,8 +2,7 @@ import type { App, Shown } from "../app";
 import { Change } from "../core/change";
 import { ZOOMS, commandFrom, doingAt } from "../core/spans";
 import { assign, button, h, put } from "../dom";
-import { type Icon, icon } from "../style/icons";
-import { fold } from "../style/menu";
+import { type Icon, fold, icon } from "../style/icons";
 
 /** What a button or a key does. `on`: what is switched on stays lit. */
 export interface Action {

@@ -1,6 +1,6 @@
 import { acceptCompletion, autocompletion, type CompletionContext, type CompletionResult, completionKeymap } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
-import { type Diagnostic, lintKeymap, setDiagnostics } from "@codemirror/lint";
+import { type Diagnostic, lintKeymap, linter } from "@codemirror/lint";
 import { search, searchKeymap } from "@codemirror/search";
 import { Compartment, EditorState, Prec, StateEffect } from "@codemirror/state";
 import { Decoration, EditorView, GutterMarker, gutter, keymap, lineNumbers } from "@codemirror/view";
@@ -34,12 +34,6 @@ const breakpoint = new Breakpoint();
 const breakpointField = marksField<GutterMarker, number[]>(setBreakpoints, (lines, doc) =>
   lines.filter((line) => line <= doc.lines).map((line) => breakpoint.range(doc.line(line).from)));
 
-interface Draft {
-  /** The text at the robot from which the draft began. */
-  base: string;
-  text: string;
-}
-
 /** A program as a text in an editor: its `.PROGRAM` line and one line a step, so that line n + 1 is step n. */
 export class ProgramEditor {
   /** The program that is edited; "" for none. */
@@ -50,9 +44,8 @@ export class ProgramEditor {
   readonly view: EditorView;
   readonly message = h("div", { class: "note editor-message", role: "status", hidden: true });
   private base = "";
-  private readonly drafts: Record<string, Draft>;
+  private readonly drafts: Record<string, { base: string; text: string }>; // `base`: the text at the robot from which it began
   private readonly writable = new Compartment();
-  private looking = false;
   private timer = 0;
   private readonly drawn = new Change();
   private confirmed = ""; // the other program that the next Save may replace
@@ -76,6 +69,7 @@ export class ProgramEditor {
       keymap.of([...historyKeymap, ...searchKeymap, ...lintKeymap, ...defaultKeymap]),
       history(), search({ top: true }), valEditor("The program"), stepField, breakpointField,
       autocompletion({ override: [(context) => this.complete(context)], icons: false, activateOnTypingDelay: 200 }),
+      linter(() => this.find(), { delay: 1000 * PAUSE }),
       gutter({ class: "cm-breakpoints", markers: (view) => view.state.field(breakpointField), initialSpacer: () => breakpoint, domEventHandlers }),
       lineNumbers({ formatNumber: (line) => (line > 1 ? String(line - 1) : ""), domEventHandlers }),
       EditorView.updateListener.of((update) => update.docChanged && this.edited()),
@@ -211,10 +205,7 @@ export class ProgramEditor {
 
   private edited(): void {
     clearTimeout(this.timer);
-    this.timer = window.setTimeout(() => {
-      this.keep();
-      void this.find();
-    }, 1000 * PAUSE);
+    this.timer = window.setTimeout(() => this.keep(), 1000 * PAUSE);
     this.changed();
   }
 
@@ -230,22 +221,20 @@ export class ProgramEditor {
 
   // --- mistakes ---
 
-  /** Has the robot look at the text; one look is on its way at a time. */
-  private async find(): Promise<void> {
-    if (this.looking || !this.commands.supervises || !this.text.trim()) return;
-    this.looking = true;
-    const text = this.text;
+  /** Has the robot look at the text. */
+  private async find(): Promise<Diagnostic[]> {
+    const { text } = this;
+    if (!this.commands.supervises || !text.trim()) return [];
     const end = await this.commands.connection.ask("at", { act: { kind: "ReadDraft", text: text.replace(/\n\s*\.END\s*$/i, "") } });
-    this.looking = false;
-    if (text !== this.text) return void this.find();
+    if (text !== this.text) return [];
     const findings = (end.found?.findings ?? []) as Message[];
     const diagnostics = findings.map((one): Diagnostic & { step: number } => ({
       ...findingIn(this.view.state.doc, one), severity: one.severity === "error" ? "error" : "warning", step: one.span.line - 1,
     }));
-    this.view.dispatch(setDiagnostics(this.view.state, diagnostics));
     const first = diagnostics.find(({ severity }) => severity === "error") ?? diagnostics[0];
     if (first) this.say(`${first.step > 0 ? `Step ${first.step}: ` : ""}${first.message}`, first.severity === "error" ? "bad" : "warn");
     else if (!this.confirmed) this.say("");
+    return diagnostics;
   }
 
   private say(text: string, style = "", ...more: Node[]): void {

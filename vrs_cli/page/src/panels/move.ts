@@ -68,15 +68,9 @@ class Slider {
   }
 }
 
-/** What is done while a button is held down, and when it is let go: `held` if it was for so long. */
-interface Hold {
-  again(): void;
-  end(held: boolean): void;
-}
-
-/** Has a button tell when it is held down, by pointer or key, and when it is let go. Returns what lets go of it: `silently`
- * where that is not told. */
-function watchHold(button: HTMLElement, { again, end }: Hold): (silently: boolean) => void {
+/** Has a button tell `again` while it is held down, by pointer or key, and `end` when it is let go: `held` if it was for so long.
+ * Returns what lets go of it: `silently` where that is not told. */
+function watchHold(button: HTMLElement, again: () => void, end: (held: boolean) => void): (silently: boolean) => void {
   let timer = 0; // 0: it is not down
   let held = false;
   const repeat = (): void => {
@@ -164,10 +158,7 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     const name = frame === "joints" ? label : AXES[frame][index];
     const said = `${sign < 0 ? "minus" : "plus"} ${frame === "joints" ? "joint " : ""}${label}`;
     const button = h("button", { class: "button jog", type: "button", text: sign < 0 ? "−" : "+", title: HINT, "aria-label": said });
-    letGo.push(watchHold(button, {
-      again: () => void press(index, sign),
-      end: (held) => (held ? void brake() : jog(name, sign * Number(size.value))),
-    }));
+    letGo.push(watchHold(button, () => void press(index, sign), (held) => (held ? void brake() : jog(name, sign * Number(size.value)))));
     return button;
   }
   const select = (values: number[]): HTMLSelectElement =>

@@ -3,25 +3,21 @@ import {
   moveCompletionSelection, selectedCompletion, startCompletion,
 } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
-import { EditorState, Prec, StateEffect } from "@codemirror/state";
-import { Decoration, EditorView, keymap, placeholder } from "@codemirror/view";
+import { type Diagnostic, linter, setDiagnostics } from "@codemirror/lint";
+import { EditorState, Prec } from "@codemirror/state";
+import { EditorView, keymap, placeholder } from "@codemirror/view";
 import type { Message } from "../core/connection";
 import { assign, button, h } from "../dom";
 import { Change } from "../core/change";
 import type { Commands } from "./commands";
 import { leadNote } from "./delays";
-import { findingIn, marksField, valEditor } from "./language";
+import { findingIn, valEditor } from "./language";
 
 const MAX_SUGGESTIONS = 50;
 const PATIENCE = 1; // [s] that a line waits to be looked at for mistakes before it is sent
 const PAUSE = 0.15; // [s] without a key until a line is looked at while it is typed
 const LEAD_PERIOD = 200; // [ms] between two readings of the time that is left
 const STOPPING = /^\s*AB/i; // lines that wait for nothing
-
-const markMistake = StateEffect.define<{ from: number; to: number } | null>();
-const mistakes = marksField(
-  markMistake, (at) => (at ? [Decoration.mark({ class: "mistake" }).range(at.from, at.to)] : []), (field) => EditorView.decorations.from(field),
-);
 
 /** Makes the line of VAL-II: history, completion, mistakes marked in place; a line with a mistake stays. */
 export function makePrompt(commands: Commands, slot: HTMLElement): void {
@@ -32,7 +28,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
   let searching = false;
   let lines: string[] = []; // that are ended, and not sent yet
   let checking = false;
-  let look = 0;
+  let refused = { line: "", found: {} as Message }; // the last line that was not sent, which stays with its mistake
   const mistake = h("div", { class: "note bad prompt-mistake", role: "status", hidden: true });
   const lead = h("div", { class: "note prompt-lead", hidden: true });
   const sign = h("span", { class: "prompt-sign code", "aria-hidden": "true" });
@@ -44,20 +40,21 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
 
   // --- mistakes ---
 
-  function show(found: Message | null, line: string): void {
-    const at = found && findingIn(view.state.doc, found);
-    mistake.hidden = !at;
-    if (at) mistake.textContent = at.message;
-    view.dispatch({ effects: markMistake.of(at && at.to > at.from && text().startsWith(line) ? at : null) });
+  /** Says a mistake, and returns its mark. */
+  function said(found: Message): Diagnostic[] {
+    const one: Diagnostic = { ...findingIn(view.state.doc, found), severity: "error" };
+    mistake.hidden = false;
+    mistake.textContent = one.message;
+    return [one];
   }
-  /** Marks a mistake while the line is typed, but not in the word that is being typed. */
-  async function lookAt(line: string): Promise<void> {
-    if (!line.trim() || line.includes("\n") || !commands.open) return show(null, line);
+  /** Finds the mistake of the line while it is typed, but none in the word that is being typed. */
+  async function look(): Promise<Diagnostic[]> {
+    const line = text();
+    if (line && line === refused.line) return said(refused.found);
+    if (!line.trim() || line.includes("\n") || !commands.open) return [];
     const found = (await connection.ask("check", { text: line })).mistake as Message | undefined;
-    if (text() !== line) return;
-    const head = view.state.selection.main.head;
-    const typing = found && (found.span.end > head || found.span.end > line.trimEnd().length);
-    show(found && !typing ? found : null, line);
+    const typed = Math.min(view.state.selection.main.head, line.trimEnd().length);
+    return found && text() === line && found.span.end <= typed ? said(found) : [];
   }
 
   // --- sending ---
@@ -68,7 +65,6 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     searching = false;
     if (!line.trim() && !commands.status.in_program) return true;
     put("");
-    show(null, "");
     if (STOPPING.test(line)) commands.type(line);
     else if (!commands.open) drop(line);
     else {
@@ -87,7 +83,9 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
       if (found) {
         lines.splice(0).forEach((other) => commands.remember(other));
         if (!text()) put(line);
-        show(found, line);
+        refused = { line, found };
+        const marks = said(found);
+        if (text() === line) view.dispatch(setDiagnostics(view.state, marks));
       } else if (commands.open) commands.type(line);
       else drop(line);
     }
@@ -145,7 +143,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     { key: "ArrowDown", run: vertical(-1) },
     { key: "Ctrl-r", run: () => ((searching = true), startCompletion(view)) },
     { key: "Ctrl-c", run: () => interrupt() },
-    { key: "Escape", run: () => ((searching = false), closeCompletion(view) || (show(null, ""), false)) },
+    { key: "Escape", run: () => ((searching = false), closeCompletion(view) || ((mistake.hidden = true), false)) },
   ];
   /** Takes the suggestion that is chosen, or the first one; leaves the line where nothing is suggested in an empty one. */
   function tab(): boolean {
@@ -169,14 +167,12 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
         Prec.highest(keymap.of(keys)),
         history(), keymap.of([...historyKeymap, ...defaultKeymap]),
         autocompletion({ override: [complete], defaultKeymap: false, selectOnOpen: false, interactionDelay: 0, icons: false, maxRenderedOptions: MAX_SUGGESTIONS }),
-        valEditor("A line of VAL-II", { enterkeyhint: "send" }), mistakes, EditorView.lineWrapping, placeholder("A line of VAL-II"),
+        valEditor("A line of VAL-II", { enterkeyhint: "send" }), linter(look, { delay: 1000 * PAUSE }), EditorView.lineWrapping, placeholder("A line of VAL-II"),
         EditorView.updateListener.of((update) => {
           if (!update.docChanged) return;
-          clearTimeout(look);
           mistake.hidden = true;
           commands.app.wake();
           if (!text()) searching = false;
-          look = window.setTimeout(() => void lookAt(text()), 1000 * PAUSE);
         }),
       ],
     }),

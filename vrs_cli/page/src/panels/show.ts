@@ -3,8 +3,7 @@ import { remember, remembered } from "../core/storage";
 import { button, choice, group, h } from "../dom";
 import { PHONE } from "../layout";
 import type { CameraAction } from "../scene/scene";
-import { icon } from "../style/icons";
-import { fold, menu } from "../style/menu";
+import { fold, icon, menu } from "../style/icons";
 import { type Theme, chooseTheme, chosenTheme } from "../style/theme";
 import type { Action } from "./bar";
 

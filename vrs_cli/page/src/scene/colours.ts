@@ -18,10 +18,6 @@ const DARK: Palette = {
   unconfirmed: "#f0c420", flagged: "#ff5050", predicted: "#5f9cf0", measured: "#f58bc3", branches: ["#b08ce8", "#55bcbc", "#e080a6"],
 };
 
-/** Of a robot that is not heard any more. */
-export const GREY = new Color("#9aa0a6");
-/** Of what touches. */
-export const RED = new Color("#d63031");
 /** Of the axes of frames: X, Y, Z. */
 export const AXES = ["#d1342f", "#2e9e4f", "#2f6fde"].map((colour) => new Color(colour));
 

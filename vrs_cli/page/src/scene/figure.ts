@@ -140,15 +140,8 @@ export interface Look {
 
 const OWN = new THREE.MeshLambertMaterial({ vertexColors: true });
 const OWN_HOLES = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
-const painted = new Map<string, THREE.Material>();
-
-/** Returns an opaque material of one colour. */
-function paintOf(colour: THREE.Color): THREE.Material {
-  const key = colour.getHexString();
-  const known = painted.get(key) ?? new THREE.MeshLambertMaterial({ color: colour, side: THREE.DoubleSide });
-  painted.set(key, known);
-  return known;
-}
+/** Paints of links: of a robot that is not heard any more, and of what touches. */
+export const [GREY, RED] = ["#9aa0a6", "#d63031"].map((color) => new THREE.MeshLambertMaterial({ color, side: THREE.DoubleSide }));
 
 /** An arm: a node for each link, with its surfaces. Its root stands at T_world_robot. */
 export class Figure {
@@ -156,7 +149,7 @@ export class Figure {
   /** Frames of the base and of all links, in which other things can be put. */
   readonly links: THREE.Group[] = [];
   private readonly meshes: { body: Body; mesh: THREE.Mesh }[] = [];
-  private readonly paints = new Map<number, THREE.Color>();
+  private readonly paints = new Map<number, THREE.Material>();
   private hand = -1;
 
   /** `look`: of a ghost; without it each shape has its own colour. */
@@ -184,9 +177,7 @@ export class Figure {
   }
 
   private material(body: Body): THREE.Material {
-    const paint = this.paints.get(body.link);
-    if (this.look) return this.look.material;
-    return paint ? paintOf(paint) : (body.material ?? (body.holes ? OWN_HOLES : OWN));
+    return this.look?.material ?? this.paints.get(body.link) ?? body.material ?? (body.holes ? OWN_HOLES : OWN);
   }
 
   /** Stands at these frames (T_robot_link), the hand open (1), closed (0) or between; `T`: T_world_robot. */
@@ -203,9 +194,9 @@ export class Figure {
     for (const { body, mesh } of this.meshes) if (body.link === link) mesh.visible = on;
   }
 
-  /** Paints a link, 0 the base, in one colour; null: in its own. */
-  paint(link: number, colour: THREE.Color | null): void {
-    if (colour) this.paints.set(link, colour);
+  /** Paints a link, 0 the base; null: in its own colours. */
+  paint(link: number, paint: THREE.Material | null): void {
+    if (paint) this.paints.set(link, paint);
     else this.paints.delete(link);
     for (const { body, mesh } of this.meshes) if (body.link === link) mesh.material = this.material(body);
   }

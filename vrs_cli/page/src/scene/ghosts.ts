@@ -28,29 +28,19 @@ function clear(_stage: Stage, bodies: Bodies): Drawing {
   return { figures: [depth, seen].map((material, order) => new Figure(bodies, { material, order: 1 + order })), colours: [seen.color] };
 }
 
-const OUTLINE_VERTEX = /* glsl */ `
-  uniform vec2 resolution;
-  uniform float width;
-  void main() {
-    vec4 at = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-    vec2 out_ = (projectionMatrix * modelViewMatrix * vec4(normal, 0.0)).xy * resolution;
-    if (width > 0.0 && length(out_) > 0.0) at.xy += normalize(out_) * 2.0 * width / resolution * at.w;
-    gl_Position = at;
-  }`;
-const OUTLINE_FRAGMENT = /* glsl */ `
-  uniform vec3 colour;
-  void main() {
-    gl_FragColor = vec4(colour, 1.0);
-    #include <colorspace_fragment>
-  }`;
-
 /** Draws the outline of an arm, also where another one is before it: its surface marks the stencil, and a wider one is drawn beside the marks.
  * `stencilRef`: the mark, for each outline another. */
 function outline(stage: Stage, bodies: Bodies, stencilRef = 1): Drawing {
-  const uniforms = { resolution: { value: new THREE.Vector2() }, width: { value: OUTLINE }, colour: { value: new THREE.Color() } };
-  const common = { vertexShader: OUTLINE_VERTEX, fragmentShader: OUTLINE_FRAGMENT, depthTest: false, depthWrite: false, side: THREE.DoubleSide, stencilWrite: true, stencilRef };
-  const mark = new THREE.ShaderMaterial({ ...common, uniforms: { ...uniforms, width: { value: 0 } }, colorWrite: false, stencilZPass: THREE.ReplaceStencilOp });
-  const edge = new THREE.ShaderMaterial({ ...common, uniforms, stencilFunc: THREE.NotEqualStencilFunc });
+  const resolution = { value: new THREE.Vector2() };
+  const common = { depthTest: false, depthWrite: false, side: THREE.DoubleSide, stencilWrite: true, stencilRef };
+  const mark = new THREE.MeshBasicMaterial({ ...common, colorWrite: false, stencilZPass: THREE.ReplaceStencilOp });
+  const edge = new THREE.MeshBasicMaterial({ ...common, stencilFunc: THREE.NotEqualStencilFunc });
+  edge.onBeforeCompile = (shader) => {
+    shader.uniforms.resolution = resolution;
+    shader.vertexShader = `uniform vec2 resolution;\n${shader.vertexShader}`.replace("#include <project_vertex>", `#include <project_vertex>
+      vec2 away = (projectionMatrix * modelViewMatrix * vec4(normal, 0.0)).xy * resolution;
+      if (length(away) > 0.0) gl_Position.xy += normalize(away) * ${(2 * OUTLINE).toFixed(1)} / resolution * gl_Position.w;`);
+  };
   const known = new Map<THREE.BufferGeometry, THREE.BufferGeometry>();
   /** Returns a surface with one normal at each corner, so that the wider one has no gaps. */
   const surface = (from: THREE.BufferGeometry): THREE.BufferGeometry => {
@@ -60,8 +50,8 @@ function outline(stage: Stage, bodies: Bodies, stencilRef = 1): Drawing {
     known.set(from, made);
     return made;
   };
-  stage.beforeDraw.add(() => uniforms.resolution.value.set(stage.width, stage.height));
-  return { figures: [mark, edge].map((material, order) => new Figure(bodies, { material, order: 10 * stencilRef + order, surface })), colours: [uniforms.colour.value] };
+  stage.beforeDraw.add(() => resolution.value.set(stage.width, stage.height));
+  return { figures: [mark, edge].map((material, order) => new Figure(bodies, { material, order: 10 * stencilRef + order, surface })), colours: [edge.color] };
 }
 
 /** Draws an arm that is seen through, with an outline. */

@@ -4,8 +4,7 @@ import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js
 import { Change } from "../core/change";
 import { multiply, originOf } from "../core/transform";
 import type { World } from "../core/world";
-import { RED } from "./colours";
-import { setPose, type Figure } from "./figure";
+import { RED, setPose, type Figure } from "./figure";
 import type { InWorld } from "./scene";
 import { geometry } from "./shapes";
 import type { Stage } from "./stage";
@@ -128,7 +127,7 @@ export class PartsView {
       const body = this.bodies.get(name);
       const last = this.figure.links.length - 1;
       const link = name === "base" ? 0 : name === "hand" ? last : Number(/^link (\d+)$/.exec(name)?.[1] ?? -1);
-      if (body) body.mesh.material.color.copy(red.has(name) ? RED : body.own);
+      if (body) body.mesh.material.color.copy(red.has(name) ? RED.color : body.own);
       else if (link >= 0) this.figure.paint(link, red.has(name) ? RED : null);
     }
     this.red = red;

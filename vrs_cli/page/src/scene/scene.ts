@@ -6,12 +6,11 @@ import { frames, slides } from "../core/kinematics";
 import { fixed } from "../core/pose";
 import { identity, movedTo, multiply, originOf, type Transform } from "../core/transform";
 import type { Icon } from "../style/icons";
-import { axes } from "./axes";
 import { DIRECTIONS, HOME, homeBall } from "./camera";
-import { GREY } from "./colours";
-import { Bodies, Figure, matrixOf, reachOf, roomOf, setPose } from "./figure";
+import { Bodies, Figure, GREY, matrixOf, reachOf, roomOf, setPose } from "./figure";
 import { BranchView, goalView, measuredView, predictionView } from "./ghosts";
 import { Gizmo } from "./gizmo";
+import { axes } from "./lines";
 import { PartsView, type CellScene } from "./parts";
 import { PathView } from "./path";
 import { PlacesView, ReasonView, type Sketch } from "./places";
@@ -27,18 +26,9 @@ export interface CameraAction {
   run(): void;
 }
 
-/** The picture of the robot, for the other panels of the page. */
-export interface Scene {
-  readonly stage: Stage;
-  readonly layers: Switch[];
-  readonly cameras: CameraAction[];
-  readonly gizmo: Gizmo;
-  readonly figure: Figure;
-  /** Resolves when all meshes are there. */
-  readonly ready: Promise<void>;
-  /** Draws what WHY or EXPLAIN says until the timeline changes; null takes it away. */
-  explain(sketch: Sketch | null): void;
-}
+/** The picture of the robot, for the other panels of the page. `ready` resolves when all meshes are there; `explain` draws what
+ * WHY or EXPLAIN says until the timeline changes, and null takes it away. */
+export type Scene = ReturnType<typeof makeScene>;
 
 /** The moment that is shown, in the world: T_robot_world is the BASE of the motion under way. */
 export interface InWorld extends Shown {
@@ -49,7 +39,7 @@ export interface InWorld extends Shown {
 }
 
 /** Makes the picture of the robot. */
-export function makeScene(app: App, slot: HTMLElement): Scene {
+export function makeScene(app: App, slot: HTMLElement) {
   const { connection, source } = app;
   const { model } = source;
   const bodies = new Bodies(model);
@@ -193,5 +183,5 @@ export function makeScene(app: App, slot: HTMLElement): Scene {
     event.stopImmediatePropagation();
   }, { capture: true });
   app.add({ show });
-  return { stage, layers, cameras, gizmo, figure, ready: bodies.ready, explain: (sketch) => reasons.explain(sketch) };
+  return { stage, layers, cameras, gizmo, figure, ready: bodies.ready, explain: (sketch: Sketch | null) => reasons.explain(sketch) };
 }

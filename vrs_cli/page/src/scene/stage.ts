@@ -1,10 +1,10 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { Transform } from "../core/transform";
 import { h } from "../dom";
 import { isDark, onTheme } from "../style/theme";
 import { makeCamera, placeCamera } from "./camera";
 import { palette, type Palette } from "./colours";
-import { Floor } from "./floor";
 import { Labels } from "./labels";
 import { QualityControl } from "./quality";
 
@@ -16,6 +16,85 @@ const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
 const FIRST_OF_SOFTWARE = 3; // quality at which a machine without a GPU begins
 const REST = 350; // [ms] without a change after which a picture without antialiasing is drawn once more with more pixels
 const STILL = 2; // pixels of such a picture for one of CSS
+
+const CELL = 0.1; // [m] between the lines of the floor
+const SECTION = 0.5; // [m] between those that have a number
+const BELOW = 0.0005; // [m] the floor lies lower than the foot of the robot, which would flicker in it
+const MAX_LETTER = 0.08; // [m] so that numbers do not run into each other
+const TILE = [256, 64]; // [px] of a number in the texture
+
+/** The floor: lines, numbers in mm along X and Y, and the shadow of the robot. */
+class Floor {
+  readonly root = new THREE.Group();
+  readonly T_robot_floor: Transform;
+  private readonly grids: THREE.GridHelper[];
+  private readonly numbers: THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial>;
+  private readonly shade: THREE.Mesh<THREE.BufferGeometry, THREE.ShadowMaterial>;
+  private readonly half: number;
+  private readonly texts: string[] = [];
+
+  /** `reach`: of the arm [m]; `height` of its foot [m]. */
+  constructor(reach: number, height: number) {
+    this.half = SECTION * Math.ceil((1.3 * reach) / SECTION);
+    this.T_robot_floor = Float64Array.of(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, height - BELOW);
+    this.grids = [CELL, SECTION].map((step) => new THREE.GridHelper(2 * this.half, Math.round((2 * this.half) / step)).rotateX(Math.PI / 2));
+    for (const { material } of this.grids) material.vertexColors = false;
+    this.numbers = new THREE.Mesh(this.tiles(Math.min(0.055 * reach, MAX_LETTER)), new THREE.MeshBasicMaterial({ transparent: true, depthWrite: false }));
+    this.numbers.position.z = BELOW / 2;
+    this.shade = new THREE.Mesh(new THREE.CircleGeometry(1.5 * reach, 48), new THREE.ShadowMaterial({ depthWrite: false }));
+    this.shade.receiveShadow = true;
+    this.root.add(...this.grids, this.shade, this.numbers);
+  }
+
+  /** Makes a rectangle for each number, beside the lines through the origin. */
+  private tiles(letter: number): THREE.BufferGeometry {
+    const places: [number, number][] = [];
+    const count = Math.round(this.half / SECTION);
+    for (let k = -count; k <= count; k++) {
+      if (!k) continue;
+      for (const axis of ["X", "Y"]) {
+        this.texts.push(k < count ? `${Math.round(1000 * SECTION * k)}` : `${axis} mm`);
+        places.push(axis === "X" ? [SECTION * k - letter, 2 * letter] : [letter, SECTION * k]);
+      }
+    }
+    const rows = this.texts.length;
+    const [high, wide] = [1.6 * letter, (1.6 * letter * TILE[0]) / TILE[1]];
+    const positions: number[] = [], uvs: number[] = [], index: number[] = [];
+    places.forEach(([x, y], i) => {
+      // text runs along Y, its foot to X, so that who stands before the robot reads it
+      positions.push(x + high / 2, y - wide / 2, 0, x + high / 2, y + wide / 2, 0, x - high / 2, y + wide / 2, 0, x - high / 2, y - wide / 2, 0);
+      const [low, up] = [1 - (i + 1) / rows, 1 - i / rows];
+      uvs.push(0, low, 1, low, 1, up, 0, up);
+      index.push(...[0, 1, 2, 0, 2, 3].map((k) => 4 * i + k));
+    });
+    return new THREE.BufferGeometry()
+      .setAttribute("position", new THREE.Float32BufferAttribute(positions, 3))
+      .setAttribute("uv", new THREE.Float32BufferAttribute(uvs, 2))
+      .setIndex(index);
+  }
+
+  paint(colours: Palette): void {
+    this.grids.forEach(({ material }, i) => material.color.set([colours.cell, colours.section][i]));
+    this.shade.material.opacity = colours.shadow;
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [TILE[0], TILE[1] * this.texts.length];
+    const pen = canvas.getContext("2d")!;
+    pen.font = `${0.62 * TILE[1]}px system-ui, sans-serif`;
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.fillStyle = colours.numbers;
+    this.texts.forEach((text, i) => pen.fillText(text, TILE[0] / 2, TILE[1] * (i + 0.5)));
+    this.numbers.material.map?.dispose();
+    this.numbers.material.map = new THREE.CanvasTexture(canvas);
+    this.numbers.material.map.colorSpace = THREE.SRGBColorSpace;
+    this.numbers.material.map.anisotropy = 4;
+    this.numbers.material.needsUpdate = true;
+  }
+
+  set shadow(on: boolean) {
+    this.shade.visible = on;
+  }
+}
 
 /** The canvas with its camera, floor and lights. It is drawn only when something has changed. */
 export class Stage {
@@ -38,7 +117,7 @@ export class Stage {
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 1.7);
   private readonly sky = new THREE.HemisphereLight(0xffffff, 0xffffff, 1.9);
   private readonly fill = new THREE.DirectionalLight(0xffffff, 0.8);
-  private readonly quality = new QualityControl();
+  private readonly quality = new QualityControl(SOFTWARE.test(rendererName()) ? FIRST_OF_SOFTWARE : 0);
   private dirty = true;
   private followed = false;
   private still = false;
@@ -141,23 +220,12 @@ export class Stage {
 
   /** Makes a canvas; its antialiasing cannot be changed later, so that another quality may need another one. */
   private makeRenderer(): void {
-    const make = (): THREE.WebGLRenderer => {
-      const canvas = document.createElement("canvas");
-      // three.js itself asks for a canvas with alpha, which browsers then blend with what is below it
-      const context = canvas.getContext("webgl2", { alpha: false, antialias: this.quality.quality.antialias, stencil: true, powerPreference: "low-power" });
-      return new THREE.WebGLRenderer({ canvas, context: context ?? undefined });
-    };
-    const first = !this.renderer;
     this.renderer?.dispose();
     this.renderer?.domElement.remove();
-    this.renderer = make();
-    if (first && SOFTWARE.test(rendererName(this.renderer)) && this.quality.level < FIRST_OF_SOFTWARE) {
-      this.quality.level = FIRST_OF_SOFTWARE;
-      if (!this.quality.quality.antialias) {
-        this.renderer.dispose();
-        this.renderer = make();
-      }
-    }
+    const canvas = document.createElement("canvas");
+    // three.js itself asks for a canvas with alpha, which browsers then blend with what is below it
+    const context = canvas.getContext("webgl2", { alpha: false, antialias: this.quality.quality.antialias, stencil: true, powerPreference: "low-power" });
+    this.renderer = new THREE.WebGLRenderer({ canvas, context: context ?? undefined });
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
     this.renderer.domElement.setAttribute("aria-hidden", "true"); // the view has a text of its own
@@ -202,8 +270,11 @@ export class Stage {
   }
 }
 
-function rendererName(renderer: THREE.WebGLRenderer): string {
-  const gl = renderer.getContext();
-  const info = gl.getExtension("WEBGL_debug_renderer_info");
-  return String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+/** Returns what draws here, as the browser names it. */
+function rendererName(): string {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = String(info && gl!.getParameter(info.UNMASKED_RENDERER_WEBGL));
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return name;
 }
