@@ -13,6 +13,7 @@ from math import ceil, cos, sin
 
 TICK = 2.0**-30  # [s]
 NUMBERED = ("told", "typed", "asked", "withdrawn", "done", "refused", "lease")
+COUNTS = {"pointing": "111110", "upright": "111001", "position": "111000", "point": "111000"}
 IDENTITY = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]
 
 # --- transformations: three rows of four --------------------------------------------------------------------------
@@ -54,6 +55,7 @@ class Robot:
     def __init__(self, model):
         self.joints, self.base = model["joints"], model.get("base", IDENTITY)
         self.flange = model.get("flange", IDENTITY)
+        self.counts = COUNTS.get(model.get("task", "pose"), "111111")
 
     def frames(self, q):
         """T_robot_link of each link, the flange last, and T_robot_joint before each joint."""
@@ -74,22 +76,31 @@ class Robot:
         for _ in range(100):
             here, before = self.frames(q)
             missing, rows = self._missing(here, flange), [[0.0] * len(q) for _ in range(6)]
-            if max(map(abs, missing)) < 1e-11 and all(abs(v - dot(w, q)) < 1e-11 for w, v in guides):
-                break
             for k, T in enumerate(before):
                 axis, arm = [T[i][2] for i in range(3)], [here[i][3] - T[i][3] for i in range(3)]
                 slides = self.joints[k].get("kind") == "prismatic"
                 column = [*axis, 0.0, 0.0, 0.0] if slides else [*cross(axis, arm), *axis]
                 for i in range(6):
                     rows[i][k] = column[i]
+            rows, missing = self._counted(here, rows, missing)
             rows += [list(weights) for weights, _ in guides]
             missing += [value - dot(weights, q) for weights, value in guides]
+            if max(map(abs, missing)) < 1e-11:
+                break
             step = least_squares(rows, missing)
             longest = max(map(abs, step))
             q = [x + dx * min(1.0, 0.3 / longest if longest else 1.0) for x, dx in zip(q, step, strict=True)]
             if longest < 1e-11:
                 break
         return q
+
+    def _counted(self, here, rows, missing):
+        """Leave out what does not count for the task: of the place, and of turns about the axes of the flange."""
+        axes = [[here[i][k] for i in range(3)] for k in range(3)]
+        turns = [[dot(axis, column) for column in zip(*rows[3:], strict=True)] for axis in axes]
+        about = [dot(axis, missing[3:]) for axis in axes]
+        counted = [k for k in range(6) if self.counts[k] == "1"]
+        return [[*rows[:3], *turns][k] for k in counted], [[*missing[:3], *about][k] for k in counted]
 
     @staticmethod
     def _missing(here, there):

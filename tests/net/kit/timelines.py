@@ -91,6 +91,7 @@ def robots() -> Iterator[Conversation]:
     for name, seed, within, *needs in (
         ("puma560", 2, CLOSED),
         ("cobra600", 5, CLOSED),
+        ("planar2", 3, CLOSED),
         ("planar3", 12, CLOSED),
         ("panda", 1, SEARCHED, "redundant"),
         ("so100", 1, SEARCHED, "steady"),
