@@ -30,7 +30,6 @@ from vrs_cli.values.replies import (
     BranchRow,
     BranchTable,
     ComparisonTable,
-    ListedStep,
     NamedLocation,
     PartTable,
     ProgramName,
@@ -290,14 +289,6 @@ class ProgramList(PartialList, frozen=True, kw_only=True):
     rows: tuple[ProgramName, ...]
 
 
-class StepList(PartialList, frozen=True, kw_only=True):
-    """LISTP: the header and steps of one program."""
-
-    name: str
-    header: str
-    rows: tuple[ListedStep, ...]
-
-
 class TaskRow(Struct, frozen=True):
     """A task that runs or has stopped: where it is (`program`, and `step`, which counts from 1; None at its end), its
     `state` as STATUS says it, and the question it waits for.
@@ -322,7 +313,8 @@ MAX_UNTRUE = 3  # readings that a survey tells
 
 
 class Surveyed(Spoken, frozen=True):
-    """A list is None where its mark is among those that are known. `marks`: of all three lists.
+    """A list is None where its mark is among those that are known. `marks`: of both lists, and of the program that is
+    asked for: another one whenever it is stored anew, empty where it is not in memory.
 
     `on`: the signals that are on. `base`: T_robot_world, in which places are; `tool`: T_flange_tool [m]. `driver`:
     whose lease it is, empty where nobody has one. `untrue`: what programs have read of signals and no longer holds, the
@@ -331,7 +323,6 @@ class Surveyed(Spoken, frozen=True):
 
     places: LocationList | None
     programs: ProgramList | None
-    text: StepList | None
     marks: tuple[str, ...]
     tasks: tuple[TaskRow, ...]
     branches: tuple[BranchSeen, ...]
@@ -347,12 +338,11 @@ class Surveyed(Spoken, frozen=True):
 
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
-    """Survey the robot. `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
-    marks of lists that are known.
+    """Survey the robot. `program`: whose mark and breakpoints are wanted, empty for none; `known`: the marks of lists
+    that are known.
     """
 
     program: str = ""
-    first: int = 1
     known: tuple[str, ...] = ()
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
 from itertools import islice
+from secrets import token_hex
 from typing import Any, NamedTuple, TypeVar, cast
 from weakref import WeakKeyDictionary
 
@@ -17,7 +18,6 @@ from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
-from vrs_cli.interfaces.editor.lines import listed
 from vrs_cli.interfaces.editor.screen import program_text
 from vrs_cli.interfaces.monitor.locations import explained
 from vrs_cli.interfaces.monitor.parts import part_table
@@ -35,7 +35,6 @@ from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.runtime import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
 from vrs_cli.language.text.parser import parse_prompt
-from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
@@ -74,7 +73,6 @@ from vrs_cli.values.acts import (
     Say,
     Sketch,
     Steer,
-    StepList,
     Survey,
     Surveyed,
     TaskRow,
@@ -90,7 +88,7 @@ from vrs_cli.values.motion import (
     JointTarget,
     PoseTarget,
 )
-from vrs_cli.values.replies import ListedStep, NamedLocation, ReachReport
+from vrs_cli.values.replies import NamedLocation, ReachReport
 from vrs_cli.values.results import FollowReport, RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.codec import mark_of
@@ -102,8 +100,9 @@ T = TypeVar("T", covariant=True)
 # of a survey: lists have their first rows and the number of the other rows
 MOST_PLACES = 100  # of a kind
 MOST_PROGRAMS = 200
-MOST_STEPS = 100  # of the program that is asked for
 MOST_TASKS = 8
+
+MOST_STEPS = 100  # of a program that is printed at once
 MOST_SEGMENTS = 2000  # of a branch, the last ones
 
 
@@ -269,22 +268,24 @@ def _list_commands(session: Session, _act: ListCommands) -> Dialogue[CommandList
 # --- a survey -------------------------------------------------------------------------------------------------------
 
 
-def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
-    """Survey the robot in one step of it. A list that the front end has already is left out: each list has a mark,
-    which the front end gives back.
+def survey(session: Session, act: Survey) -> Surveyed:
+    """Survey the robot. A list that the front end has already is left out: each list has a mark, which the front end
+    gives back.
     """
-    text = yield from _text(session, act)
     branches, places = session.branches, _places(session)
     rows = tuple(islice(directory(session.programs), MOST_PROGRAMS))
     programs = ProgramList(len(session.programs) - len(rows), rows=rows)
     # the name is in it because two lists without rows look the same
-    marks = mark_of(("places", places)), mark_of(("programs", programs)), "" if text is None else mark_of(text)
+    marks = (
+        mark_of(("places", places)),
+        mark_of(("programs", programs)),
+        _mark(session.programs.get(key_of(act.program))),
+    )
     engine, settings = session.engine, session.engine.settings
     frames, speed = engine.frames, settings.speed.always
     return Surveyed(
         None if marks[0] in act.known else places,
         None if marks[1] in act.known else programs,
-        None if marks[2] in act.known else text,
         marks,
         tuple(map(_task, islice((track for track in session.tasks.in_order() if not track.at_prompt), MOST_TASKS))),
         tuple(BranchSeen(row, branches.book(row.name).timeline.version) for row in branch_table(session).rows),
@@ -324,29 +325,12 @@ def _places(session: Session) -> LocationList:
     return LocationList(count - len(rows), rows=tuple(rows))
 
 
-def _text(session: Session, act: Survey) -> Dialogue[StepList | None]:
-    """The steps of the program that is asked for; None where it is not there."""
-    yield from ()
-    stored = session.programs.get(key_of(act.program))
-    if stored is None:
-        return None
-    long = len(stored.program.steps) > MOST_STEPS
-    steps = yield from beside_if(long, lambda: _steps(stored))
-    first = max(act.first, 1) - 1
-    rows = steps[first : first + MOST_STEPS]
-    more = max(len(steps) - first, 0) - len(rows)
-    return StepList(more, name=stored.name, header=program_header(stored.program), rows=rows)
+_marks: WeakKeyDictionary[StoredProgram, str] = WeakKeyDictionary()
 
 
-_listed: WeakKeyDictionary[StoredProgram, tuple[ListedStep, ...]] = WeakKeyDictionary()
-
-
-def _steps(stored: StoredProgram) -> tuple[ListedStep, ...]:
-    """List a program, which does not change, once."""
-    steps = _listed.get(stored)
-    if steps is None:
-        steps = _listed[stored] = listed(stored.analysis)
-    return steps
+def _mark(stored: StoredProgram | None) -> str:
+    """Return the mark of a program, which does not change: one that is stored anew is another one."""
+    return "" if stored is None else _marks.setdefault(stored, token_hex(4))
 
 
 def _task(track: Track) -> TaskRow:

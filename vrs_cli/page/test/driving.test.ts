@@ -26,10 +26,10 @@ test("what holds the tool is said in the units of its joint", () => {
   expect(heldText(undefined, model)).toBe("");
 });
 
-test("lists that are left out stay as they are known, an empty mark is no program", () => {
-  const before = merged(null, { marks: ["a", "b", "c"], places: 1, programs: 2, text: 3 });
-  expect(merged(before, { marks: ["a", "b", "c"], places: null, programs: null, text: null })).toMatchObject({ places: 1, programs: 2, text: 3 });
-  expect(merged(before, { marks: ["a", "x", ""], places: null, programs: 4, text: null })).toMatchObject({ places: 1, programs: 4, text: null });
+test("lists that are left out stay as they are known", () => {
+  const before = merged(null, { marks: ["a", "b", "c"], places: 1, programs: 2 });
+  expect(merged(before, { marks: ["a", "b", "c"], places: null, programs: null })).toMatchObject({ places: 1, programs: 2 });
+  expect(merged(before, { marks: ["a", "x", ""], places: null, programs: 4 })).toMatchObject({ places: 1, programs: 4 });
 });
 
 test("a survey is asked at most five times a second, and again while a program runs", async () => {
@@ -45,7 +45,7 @@ test("a survey is asked at most five times a second, and again while a program r
     },
     ask: async (_type: string, { act }: Message) => {
       asked.push(act);
-      return { found: { kind: "Surveyed", marks: ["a", "b", act.program ? "c" : ""], tasks: task ? [task] : [], text: {} } };
+      return { found: { kind: "Surveyed", marks: ["a", "b", act.program ? "c" : ""], tasks: task ? [task] : [] } };
     },
   };
   const survey = new Survey(connection as unknown as Connection, () => {});
@@ -64,7 +64,7 @@ test("a survey is asked at most five times a second, and again while a program r
   heard.activity();
   await vi.advanceTimersByTimeAsync(1100);
   expect(asked.length).toBeGreaterThan(rest + 3);
-  expect(asked[asked.length - 1]).toMatchObject({ program: "demo", first: 230, known: ["a", "b", "c"] });
+  expect(asked[asked.length - 1]).toMatchObject({ program: "demo", known: ["a", "b", "c"] });
   expect(survey.task).toBe(task);
   vi.useRealTimers();
 });

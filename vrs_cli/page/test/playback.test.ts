@@ -24,12 +24,10 @@ class Robot implements Source {
   now(): number {
     return this.clock;
   }
-  recall(begin: number): void {
-    this.recalled.push(begin);
+  async recall(begin: number): Promise<boolean> {
+    return this.recalled.push(begin) < 4;
   }
-  onChange(): () => void {
-    return () => {};
-  }
+  onChange(): void {}
 }
 
 let wall = 100;
@@ -82,7 +80,7 @@ test("it plays at its rate, to the end or over and over", () => {
   expect(playback.time).toBeCloseTo(playback.begin + 1, 9);
 });
 
-test("whoever goes back to the begin of what is known asks for more", () => {
+test("whoever goes back to the begin of what is known asks for more, until that is all", async () => {
   const robot = new Robot();
   const playback = playing(robot);
   playback.seek(2);
@@ -90,6 +88,12 @@ test("whoever goes back to the begin of what is known asks for more", () => {
   playback.seek(-3);
   expect(playback.time).toBe(playback.begin);
   expect(robot.recalled.length).toBe(1);
+  playback.seek(2);
+  await new Promise((done) => setImmediate(done));
+  expect(robot.recalled.length).toBe(1); // the user has gone elsewhere
+  playback.seek(-3);
+  await new Promise((done) => setImmediate(done));
+  expect([robot.recalled.length, playback.time]).toEqual([4, playback.begin]);
 });
 
 test("commands begin where motions do, and the robot moves between", () => {

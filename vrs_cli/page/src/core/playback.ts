@@ -67,12 +67,16 @@ export class Playback {
   }
   seek(t: number): void {
     this.atBegin = t <= this.begin;
-    if (this.atBegin) this.source.recall?.(this.source.timeline.begin);
     this.at = Math.min(Math.max(t, this.begin), this.end);
     this.since = this.wall();
     this.following = false;
     if (this.at >= this.end && !this.loop) this.playing = false;
+    void this.recall();
     this.wake();
+  }
+  /** Has older parts come, as long as the begin of what is known is shown: all, if nobody goes elsewhere. */
+  private async recall(): Promise<void> {
+    while (this.atBegin && !this.following && !this.playing && (await this.source.recall?.(this.source.timeline.begin)));
   }
   play(): void {
     this.seek(this.time >= this.end ? this.begin : this.time);

@@ -27,8 +27,8 @@ export interface Source {
   readonly span?: [number, number];
   /** The name of the robot, or of the file. */
   readonly title: string;
-  /** Asks for what was before a time [s], where it is not known. */
-  recall?(before: number): void;
+  /** Asks for what was before a time [s], where it is not known. Returns whether there is more of it now. */
+  recall?(before: number): Promise<boolean>;
   /** Calls `changed` at each change of the timeline or the clock. */
   onChange(changed: () => void): void;
 }
@@ -74,10 +74,10 @@ export class LiveSource implements Source {
   now(): number {
     return this.preview.reported(this.connection.now());
   }
-  recall(before: number): void {
-    if (this.recalling || this.connection.timeline.first === 0) return;
+  async recall(before: number): Promise<boolean> {
+    if (this.recalling) return false;
     this.recalling = true;
-    void this.connection.recall(before - RECALLED).finally(() => (this.recalling = false));
+    return this.connection.recall(before - RECALLED).finally(() => (this.recalling = false));
   }
   onChange(changed: () => void): void {
     let waits = 0;

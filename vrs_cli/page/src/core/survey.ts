@@ -3,15 +3,13 @@ import type { Connection, Message } from "./connection";
 
 const PERIOD = 0.2; // [s] between two surveys at least
 const PATIENCE = 5; // [s] until a survey without an answer is asked for again
-const STEPS_BEFORE = 20; // steps that are shown before the present one
-const MAX_STEPS = 100; // of one survey, as the server has it
 
-/** Asks what the robot has beside its timeline (places, programs, steps, branches, tasks, signals, speeds), once for all parts. */
+/** Asks what the robot has beside its timeline (places, programs, branches, tasks, signals, speeds), once for all parts. */
 export class Survey {
   /** All that is known, null at first. */
   found: Message | null = null;
   private program = "";
-  private asked = { program: "", first: 1 };
+  private asked = ""; // the program of the last survey
   private stale = false; // something has happened since the last survey
   private asking = false;
   private readonly told = new Change();
@@ -29,12 +27,12 @@ export class Survey {
     return this.found?.tasks[0] ?? null;
   }
 
-  /** The program whose steps are asked for: the one that was chosen, or the one that runs. */
+  /** The program whose mark and breakpoints are asked for: the one that was chosen, or the one that runs. */
   get chosen(): string {
     return this.program || this.task?.program || "";
   }
 
-  /** Chooses the program whose steps are wanted; "" for the one that runs. */
+  /** Chooses that program; "" for the one that runs. */
   choose(program: string): void {
     this.program = program;
     this.happened();
@@ -57,8 +55,8 @@ export class Survey {
   }
 
   private async ask(): Promise<Message> {
-    this.asked = this.wanted();
-    const end = await this.connection.ask("at", { act: { kind: "Survey", ...this.asked, known: this.found?.marks ?? [] } });
+    this.asked = this.chosen;
+    const end = await this.connection.ask("at", { act: { kind: "Survey", program: this.asked, known: this.found?.marks ?? [] } });
     return end.found ?? {};
   }
 
@@ -67,17 +65,7 @@ export class Survey {
       this.found = merged(this.found, found);
       if (this.told.to(this.found)) this.surveyed(this.found);
     }
-    if (!found || this.task?.running || this.wanted().program !== this.asked.program) this.stale = true;
-  }
-
-  /** The steps around the present one; those that are known, where it is among them. */
-  private wanted(): { program: string; first: number } {
-    const program = this.chosen;
-    const task = this.task;
-    const step = task && task.program.toLowerCase() === program.toLowerCase() && task.step ? (task.step as number) : 1;
-    let first = program === this.asked.program ? this.asked.first : 1;
-    if (step < first || step >= first + MAX_STEPS) first = Math.max(step - STEPS_BEFORE, 1);
-    return { program, first };
+    if (!found || this.task?.running || this.chosen !== this.asked) this.stale = true;
   }
 }
 
@@ -89,12 +77,6 @@ export function withoutTime({ clock, end, tool, ...stays }: Message): Message {
 /** Waits for so long [s]. */
 const pause = (seconds: number): Promise<void> => new Promise((done) => setTimeout(done, 1000 * seconds));
 
-/** Completes an answer by the lists that it leaves out because they are known; an empty mark is that of no program. */
-export function merged(before: Message | null, now: Message): Message {
-  return {
-    ...now,
-    places: now.places ?? before?.places ?? null,
-    programs: now.programs ?? before?.programs ?? null,
-    text: now.text ?? (now.marks[2] ? (before?.text ?? null) : null),
-  };
-}
+/** Completes an answer by the lists that it leaves out because they are known. */
+export const merged = (before: Message | null, now: Message): Message =>
+  ({ ...now, places: now.places ?? before?.places ?? null, programs: now.programs ?? before?.programs ?? null });

@@ -2,7 +2,7 @@ import { acceptCompletion, autocompletion, type CompletionContext, type Completi
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { type Diagnostic, lintKeymap, linter } from "@codemirror/lint";
 import { search, searchKeymap } from "@codemirror/search";
-import { Compartment, EditorState, Prec, StateEffect } from "@codemirror/state";
+import { EditorState, Prec, StateEffect } from "@codemirror/state";
 import { Decoration, EditorView, GutterMarker, gutter, keymap, lineNumbers } from "@codemirror/view";
 import { Change } from "../core/change";
 import type { Message } from "../core/connection";
@@ -45,7 +45,6 @@ export class ProgramEditor {
   readonly message = h("div", { class: "note editor-message", role: "status", hidden: true });
   private base = "";
   private readonly drafts: Record<string, { base: string; text: string }>; // `base`: the text at the robot from which it began
-  private readonly writable = new Compartment();
   private timer = 0;
   private readonly drawn = new Change();
   private confirmed = ""; // the other program that the next Save may replace
@@ -73,7 +72,7 @@ export class ProgramEditor {
       gutter({ class: "cm-breakpoints", markers: (view) => view.state.field(breakpointField), initialSpacer: () => breakpoint, domEventHandlers }),
       lineNumbers({ formatNumber: (line) => (line > 1 ? String(line - 1) : ""), domEventHandlers }),
       EditorView.updateListener.of((update) => update.docChanged && this.edited()),
-      this.writable.of([]),
+      EditorState.readOnly.of(!this.commands.supervises),
     ];
     this.view = new EditorView({ state: EditorState.create({ extensions }), parent: h("div", { class: "editor" }) });
   }
@@ -185,10 +184,6 @@ export class ProgramEditor {
     this.replace(this.base);
     this.say("");
     void this.look();
-  }
-
-  setWritable(writable: boolean): void {
-    this.view.dispatch({ effects: this.writable.reconfigure(writable ? [] : [EditorState.readOnly.of(true)]) });
   }
 
   private get draftsName(): string {

@@ -15,7 +15,6 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
   const state = h("div", { class: "note", role: "status" });
   const untrue = h("div", { class: "note bad", hidden: true });
   const editor = new ProgramEditor(commands, () => marked());
-  editor.setWritable(supervises);
   const command = (line: string): void => void commands.command(line);
   const save = button("Save", () => editor.save(), { title: "Store it in the robot's memory (Ctrl-S)" });
   const revert = button("Revert", () => editor.revert(), { title: "Take back all that is not saved" });

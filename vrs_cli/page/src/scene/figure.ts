@@ -53,14 +53,15 @@ export interface Body {
   material?: THREE.Material;
 }
 
-/** Returns a geometry with all vertices in one colour, as one that can be merged with others. */
+/** Returns a geometry with all vertices in one colour, if they have none, as one that can be merged with others. */
 export function plain(from: THREE.BufferGeometry, colour: THREE.Color): THREE.BufferGeometry {
   const made = new THREE.BufferGeometry();
   for (const name of ["position", "normal"]) made.setAttribute(name, from.getAttribute(name));
   made.setIndex(from.index);
   const { count } = made.getAttribute("position");
   const colours = new Float32Array(3 * count);
-  for (let i = 0; i < count; i++) colour.toArray(colours, 3 * i);
+  const own = from.getAttribute("color");
+  for (let i = 0; i < count; i++) (own ? new THREE.Color().fromBufferAttribute(own, i) : colour).toArray(colours, 3 * i);
   made.setAttribute("color", new THREE.BufferAttribute(colours, 3));
   return made.index ? made : mergeVertices(made);
 }
@@ -105,7 +106,7 @@ export class Bodies {
         if (material.map) {
           const textured = new THREE.MeshLambertMaterial({ map: material.map, color: material.color, side: THREE.DoubleSide });
           found.push({ link: shape.link, geometry: surface, opens: openings(shape), holes: true, material: textured });
-        } else parts.push(surface.getAttribute("color") ? coloured(surface) : plain(surface, material.color));
+        } else parts.push(plain(surface, material.color));
       });
     };
     await Promise.all(shapes.map((shape) => take(shape).catch(() => void this.missing++)));
@@ -119,14 +120,6 @@ export class Bodies {
 function loaded(loader: GLTFLoader, address: string): ReturnType<GLTFLoader["loadAsync"]> {
   const [, data] = address.split(";base64,");
   return data === undefined ? loader.loadAsync(address) : loader.parseAsync(Uint8Array.from(atob(data), (c) => c.charCodeAt(0)).buffer, "");
-}
-
-/** Returns a mesh with colours of its vertices, as one that can be merged. */
-function coloured(from: THREE.BufferGeometry): THREE.BufferGeometry {
-  const made = plain(from, new THREE.Color());
-  const [given, colours] = [from.getAttribute("color"), made.getAttribute("color")];
-  if (given.count === colours.count) for (let i = 0; i < given.count; i++) colours.setXYZ(i, given.getX(i), given.getY(i), given.getZ(i));
-  return made;
 }
 
 const body = (first: Shape, parts: THREE.BufferGeometry[]): Body => ({ link: first.link, geometry: mergeGeometries(parts), opens: openings(first), holes: false });
