@@ -1,4 +1,5 @@
-"""Chromium for tests of the page, driven by Playwright: one browser for all of them, one window for a test.
+"""Chromium for tests of the page, driven by Playwright: one browser for all of them, and one window, which each test
+leaves empty; tests that need another one open it.
 
 Playwright's synchronous calls run an event loop in the thread of the tests while the browser is open: tests in this
 folder call no `asyncio.run` of their own.
@@ -12,7 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from getpass import getuser
 from importlib.util import find_spec
@@ -46,6 +47,10 @@ FLAGS = (
     "--disable-extensions",
 )
 REQUIRED = "VRS_PAGE_REQUIRED"  # where this is set, nothing that these tests need may be missing
+AXE = BUILT_PAGE.parent / "node_modules" / "axe-core" / "axe.min.js"
+AXE_FAULTS = """within => axe.run(within || document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa', 'best-practice'] })
+    .then((found) => found.violations.map(({ id, nodes }) =>
+        `${id}: ${nodes.slice(0, 4).map((n) => n.target + ' ' + n.any.map((a) => a.message))}`))"""
 BUILDER = BUILT_PAGE.parent / "hatch_build.py"
 
 Picture = NDArray[np.uint8]  # (height, width, 3)
@@ -102,23 +107,40 @@ def running_chromium() -> Iterator[Browser]:
 
 
 @contextmanager
-def window(browser: Browser, *, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Page]:
-    """An empty window with storage of its own. `options`: those of Playwright's `new_context` (`color_scheme`,
-    `has_touch`, ...). When it closes, the test fails where the page threw an error, wrote one to the console, broke its
-    security policy or asked anybody but this machine.
-    """
+def window(browser: Browser, **options: Any) -> Iterator[Page]:
+    """An empty window with storage of its own, for one test."""
+    with unwatched(browser, **options) as page, watched(page):
+        yield page
+
+
+@contextmanager
+def unwatched(browser: Browser, *, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Page]:
+    """A window for many tests. `options`: those of Playwright's `new_context` (`color_scheme`, `has_touch`, ...)."""
     width, height = size
     context = browser.new_context(viewport={"width": width, "height": height}, **options)
     context.set_default_timeout(1000 * PATIENCE)
-    faults: list[str] = []
-    page = context.new_page()
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
-    page.on("request", lambda request: None if _stays(request.url) else faults.append(f"asked {request.url}"))
     try:
-        yield page
+        yield context.new_page()
     finally:
         context.close()
+
+
+@contextmanager
+def watched(page: Page) -> Iterator[None]:
+    """Fail the test at the end where the page threw an error, wrote one to the console, broke its security policy or
+    asked anybody but this machine.
+    """
+    faults: list[str] = []
+    hears: dict[Any, Callable[[Any], None]] = {
+        "pageerror": lambda error: faults.append(str(error)),
+        "console": lambda message: faults.append(message.text) if message.type == "error" else None,
+        "request": lambda request: None if _stays(request.url) else faults.append(f"asked {request.url}"),
+    }
+    for event, hear in hears.items():
+        page.on(event, hear)
+    yield
+    for event, hear in hears.items():
+        page.remove_listener(event, hear)
     ended = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET")  # said of a server that a test has ended
     faults = [fault for fault in faults if not any(one in fault for one in ended)]
     assert not faults, "\n".join(faults)
@@ -155,6 +177,16 @@ def until(page: Page, expression: str, value: object = None) -> None:
         value,
     )
     assert held, f"not so after {PATIENCE:g} s: {expression}"
+
+
+def axe(page: Page, within: str = "") -> list[str]:
+    """Return what an accessibility check finds in a page, or in a part of it."""
+    if not AXE.is_file():
+        pytest.skip("axe-core is not there: npm ci in vrs_cli/page; .ci/run runs this test after it")
+    if not page.evaluate("!!window.axe"):
+        page.evaluate(AXE.read_text())
+    found: list[str] = page.evaluate(AXE_FAULTS, within)
+    return found
 
 
 def drawn(page: Page) -> None:

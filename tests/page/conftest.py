@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.net.serving import Serving, serving
-from tests.page.browser import alone, leave_out, missing, open_robot, page_folder, running_chromium, window
+from tests.page.browser import alone, leave_out, missing, open_robot, page_folder, running_chromium, unwatched, watched
 from vrs_cli.net.pages import ServedPage
 
 if TYPE_CHECKING:
@@ -31,11 +31,24 @@ def chromium(built: Path) -> Iterator[Browser]:  # noqa: ARG001
         yield browser
 
 
-@pytest.fixture
-def page(chromium: Browser) -> Iterator[Page]:
-    """An empty window for one test, which has the machine for itself."""
-    with alone(), window(chromium) as page:
+@pytest.fixture(scope="package")
+def desktop(chromium: Browser) -> Iterator[Page]:
+    """A window that tests have one after the other: a new one takes a process and a second of CPU."""
+    with unwatched(chromium) as page:
         yield page
+
+
+@pytest.fixture
+def page(desktop: Page) -> Iterator[Page]:
+    """An empty window for one test, which has the machine for itself. Each server has a port: so storage is empty."""
+    with alone(), watched(desktop):
+        try:
+            yield desktop
+        finally:
+            for other in desktop.context.pages[1:]:
+                other.close()
+            desktop.goto("about:blank")
+            desktop.context.clear_cookies()
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 
 from tests.live import until as wait_until
 from tests.net.serving import Serving, serving
-from tests.page.browser import alone, changed, drawn, line, picture, until, window
+from tests.page.browser import SIZE, axe, changed, drawn, line, picture, until, window
 from vrs_cli.net.body_messages import Embody, Measured
 from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
@@ -44,9 +44,8 @@ def lesson_room(built: Path, folder: ClassFolder, tmp_path: Path) -> Iterator[Se
 
 
 @pytest.fixture
-def ada(chromium: Browser) -> Iterator[Page]:
-    with alone(), window(chromium) as page:
-        yield page
+def ada(page: Page) -> Page:
+    return page
 
 
 @pytest.fixture
@@ -127,6 +126,7 @@ def test_who_leaves_needs_the_link_again_and_stays_grey_on_the_wall(
         tile.get_by_text("is not here").wait_for()
         until(tom, "wall.pictures.drawn > 0 && document.querySelector('.tile.away')")
         assert len({tuple(colour) for colour in picture(tom, ".tile-picture").reshape(-1, 3)}) > 20, "it is drawn"
+        assert axe(tom) == []
 
 
 def test_the_body_of_a_student_s_robot_is_on_the_wall(
@@ -171,3 +171,7 @@ def test_a_lesson_leads_through_its_steps(ada: Page, lesson_room: Serving, folde
     line(ada, "LESSON 9")
     ada.get_by_role("heading", name="Palletising with FRAME: step 1").wait_for()
     assert lesson_room.told == []
+    ada.set_viewport_size({"width": 900, "height": 700})
+    faults = axe(ada)
+    ada.set_viewport_size({"width": SIZE[0], "height": SIZE[1]})
+    assert faults == []

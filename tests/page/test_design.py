@@ -7,18 +7,13 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.net.serving import Serving
-from tests.page.browser import alone, line, open_robot, until, window
-from vrs_cli.extras import BUILT_PAGE
+from tests.page.browser import alone, axe, line, open_robot, until, window
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-AXE = BUILT_PAGE.parent / "node_modules" / "axe-core" / "axe.min.js"
 SIZES = ((1400, 800), (1280, 720), (900, 700), (844, 390), (390, 844))  # [px]
 LONG_NAME = "a-robot-with-the-longest-name-that-fits-"
-FAULTS = """axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa', 'best-practice'] }).then((found) =>
-    found.violations.map(({ id, nodes }) =>
-        `${id}: ${nodes.slice(0, 4).map((n) => n.target + ' ' + n.any.map((a) => a.message))}`))"""
 CLOSED = "!document.querySelector('dialog[open]')"
 
 # What leaves the window, or is wider than its own box, outside of what scrolls.
@@ -43,7 +38,7 @@ CLIPPED = """() => [...document.querySelectorAll('.number')].filter((e) => {
     }
     return e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== 'inline';
 }).map((e) => e.textContent)"""
-SMALL = """least => [...document.querySelectorAll('button, [role=slider], input[type=range]')].filter((e) => {
+SMALL = """least => [...document.querySelectorAll('button, summary, select, [role=slider], [type=range]')].filter(e => {
     const box = e.getBoundingClientRect();
     const small = box.width < least - 0.5 || box.height < least - 0.5;
     return e.checkVisibility() && box.width && small && !e.closest('.cm-editor');
@@ -65,9 +60,11 @@ UNREACHED = """[...document.querySelectorAll('button, input, select, a[href], [r
     .map((e) => `${e.tagName}.${e.className} ${e.ariaLabel ?? e.textContent}`)"""
 
 
-def walk(page: Page) -> None:
-    """Reach every control with Tab, and leave each; fields in which Tab has a meaning are left with Escape."""
-    page.evaluate("window.reached = undefined; document.body.tabIndex = -1; document.body.focus()")
+def walk(page: Page, begin: str = "body") -> None:
+    """Reach every control with Tab, and leave each; fields in which Tab has a meaning are left with Escape. `begin`:
+    what is before it was reached in an earlier walk.
+    """
+    page.evaluate("begin => { document.body.tabIndex = -1; document.querySelector(begin).focus() }", begin)
     at = ""
     for _ in range(150):
         if at == "field":
@@ -83,40 +80,39 @@ def walk(page: Page) -> None:
 @pytest.mark.parametrize(("size", "scheme"), [((1280, 720), "light"), ((390, 844), "dark")])
 def test_axe_finds_nothing(chromium: Browser, served: Serving, size: tuple[int, int], scheme: Any) -> None:
     """An accessibility check of the page, at each of its tabs, with the menu open, and in the other colours too."""
-    if not AXE.is_file():
-        pytest.skip("axe-core is not there: npm ci in vrs_cli/page; .ci/run runs this test after it")
     with alone(), window(chromium, size=size, color_scheme=scheme, has_touch=size[0] < 700) as page:
         open_robot(page, served)
         line(page, "DRIVE 1, 30")
         line(page, "WHERE")
-        page.evaluate(AXE.read_text())
-        assert page.evaluate(FAULTS) == []
+        assert axe(page) == []
         page.get_by_role("button", name="Show", exact=True).click()
         page.get_by_role("button", name="Dark" if scheme == "light" else "Light", exact=True).click()
         for box in page.locator(".show-menu input[type=checkbox]").all():
             box.check()
-        assert page.evaluate(FAULTS) == []
+        assert axe(page) == []
         page.keyboard.press("Escape")
-        for tab in page.get_by_role("tab").all():
+        for number, tab in enumerate(page.get_by_role("tab").all()):
             tab.click()
-            assert page.evaluate(FAULTS) == [], tab.text_content()
-            walk(page)
+            assert axe(page, ".side") == [], tab.text_content()
+            walk(page, "[role=tab][aria-selected=true]" if number else "body")
 
 
-@pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
-def test_nothing_overflows_and_targets_are_large_enough(
-    chromium: Browser, served: Serving, size: tuple[int, int]
-) -> None:
-    phone = size[0] < 700 or size[1] < 500
-    with alone(), window(chromium, size=size, has_touch=phone, is_mobile=phone) as page:
+@pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
+def test_nothing_overflows_and_targets_are_large_enough(chromium: Browser, served: Serving, *, phone: bool) -> None:
+    """A window that is resized from one size to the next."""
+    first, *others = [size for size in SIZES if (min(size) < 500) == phone]
+    with alone(), window(chromium, size=first, has_touch=phone, is_mobile=phone) as page:
         open_robot(page, served)
         page.evaluate("name => document.querySelector('h1').textContent = name", LONG_NAME)
         page.evaluate("for (const plot of document.querySelectorAll('.plot')) plot.hidden = false")
         line(page, "DRIVE 1, 30")
         until(page, "document.querySelector('.clock b').textContent !== ''")
-        assert page.evaluate(OVERFLOW) == []
-        assert page.evaluate(CLIPPED) == []
-        assert page.evaluate(SMALL, 44 if phone else 24) == []
+        for size in (first, *others):
+            page.set_viewport_size({"width": size[0], "height": size[1]})
+            until(page, "innerWidth === x[0] && document.body.classList.contains('phone') === x[1]", [size[0], phone])
+            assert page.evaluate(OVERFLOW) == [], size
+            assert page.evaluate(CLIPPED) == [], size
+            assert page.evaluate(SMALL, 44 if phone else 24) == [], size
 
 
 def test_keys_rule_time(shown: Page) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from tests.live import until as until_here
 from tests.net.serving import Serving, serving
-from tests.page.browser import CHROMIUM, FLAGS, address, alone, drawn, open_robot, until, window
+from tests.page.browser import CHROMIUM, FLAGS, address, drawn, open_robot, until, window
 from vrs_cli.net.pages import ServedPage
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.render.text import styled_lines
@@ -320,8 +320,8 @@ def guarded(folder: Path, built: Path, role: str) -> Iterator[tuple[Serving, str
 
 
 @pytest.mark.parametrize("role", ["observer", "designer"])
-def test_nothing_is_offered_that_a_role_forbids(chromium: Browser, built: Path, tmp_path: Path, role: str) -> None:
-    with alone(), guarded(tmp_path, built, role) as (_, url), window(chromium) as page:
+def test_nothing_is_offered_that_a_role_forbids(page: Page, built: Path, tmp_path: Path, role: str) -> None:
+    with guarded(tmp_path, built, role) as (_, url):
         page.goto(url)
         drawn(page)
         until(page, "app.surveyed !== null")

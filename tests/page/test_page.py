@@ -27,6 +27,19 @@ def test_the_arm_is_drawn_and_moves(shown: Page) -> None:
     assert changed(before, picture(shown)) > 0.005
 
 
+def test_the_way_is_blue_behind_the_tool_and_orange_before_it(shown: Page) -> None:
+    line(shown, "DRIVE 3, -60")
+    line(shown, "DRIVE 1, 60")
+    shown.evaluate("for (const layer of scene.layers) layer.set(layer.name === 'path')")
+    for share, colours in ((0.0, {"planned"}), (0.5, {"past", "planned"}), (1.0, {"past"})):
+        before = shown.evaluate("scene.stage.pictures")
+        shown.evaluate("share => app.playback.seek(share * app.source.timeline.end)", share)
+        until(shown, "scene.stage.pictures > x", before)
+        seen = {tuple(colour) for colour in picture(shown).reshape(-1, 3)}
+        inks = shown.evaluate("({ past: scene.stage.colours.past, planned: scene.stage.colours.planned })")
+        assert {name for name, ink in inks.items() if tuple(bytes.fromhex(ink[1:])) in seen} == colours
+
+
 def test_a_reload_shows_the_robot_again(shown: Page) -> None:
     shown.reload()
     drawn(shown)

@@ -89,7 +89,7 @@ function makePlot(app: App, slot: HTMLElement, zoom: { seconds: number }, kind: 
     const fitted = (_plot: uPlot, low: number | null, high: number | null): uPlot.Range.MinMax =>
       uPlot.rangeNum(low ?? 0, Math.max(high ?? 1, (low ?? 0) + 1), 0.1, true);
     return new uPlot({
-      ...size(), legend: { show: false }, cursor: { show: false }, padding: [6, 6, 0, 0],
+      ...size(), legend: { show: false }, cursor: { show: false }, padding: [6, 14, 0, 0],
       scales: { x: { time: false, range: () => [span.low, span.high] }, y: { range: kind.range ?? fitted } },
       axes: [axis(20), axis(40)],
       series: [{}, ...curves.map((label, i) => ({ label, stroke: colour(inks[i]), width: 1.5 }))],

@@ -47,12 +47,10 @@ export class Lines {
     ["instanceDistanceStart", "instanceDistanceEnd"].forEach((name, i) => made.setAttribute(name, new THREE.InterleavedBufferAttribute(times, 1, i)));
   }
 
-  /** Draws only what is before a time [s], or after it: as one dash that ends, or begins, there. */
-  showUntil(t: number): void {
-    this.showFrom(t - ALL);
-  }
-  showFrom(t: number): void {
-    Object.assign(this.material, { dashed: true, dashSize: ALL, gapSize: ALL, dashOffset: this.origin - t });
+  /** Draws only what is before a time [s] (`past`), or after it: as one dash that ends, or begins, there. */
+  split(t: number, past: boolean): void {
+    const here = Math.min(Math.max(t - this.origin, -ALL / 2), ALL / 2);
+    Object.assign(this.material, { dashed: true, dashSize: ALL, gapSize: ALL, dashOffset: (past ? ALL : 0) - here });
   }
 }
 

@@ -82,8 +82,8 @@ export class PathView {
         this.wait = performance.now() + COST * (performance.now() - begin);
       }
     }
-    this.past.showUntil(t);
-    this.planned.showFrom(t);
+    this.past.split(t, true);
+    this.planned.split(t, false);
     this.showSides(shown);
   }
 
