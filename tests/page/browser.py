@@ -48,8 +48,9 @@ FLAGS = (
 )
 REQUIRED = "VRS_PAGE_REQUIRED"  # where this is set, nothing that these tests need may be missing
 AXE = BUILT_PAGE.parent / "node_modules" / "axe-core" / "axe.min.js"
-AXE_FAULTS = """within => axe.run(within || document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa', 'best-practice'] })
-    .then((found) => found.violations.map(({ id, nodes }) =>
+AXE_FAULTS = """within => axe.run(within || document, {
+    runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa', 'best-practice'],
+}).then((found) => found.violations.map(({ id, nodes }) =>
         `${id}: ${nodes.slice(0, 4).map((n) => n.target + ' ' + n.any.map((a) => a.message))}`))"""
 BUILDER = BUILT_PAGE.parent / "hatch_build.py"
 

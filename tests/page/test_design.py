@@ -47,8 +47,12 @@ COMMANDS = """(app.source.timeline.segments.filter((s, i, all) => i && s.motion.
     .map((s) => s.start).filter((start) => start > app.playback.begin))"""
 
 
+BEGIN = """begin => {
+    (window.reached ??= new Set()).add(document.querySelector(begin));
+    document.body.tabIndex = -1;
+    document.querySelector(begin).focus();
+}"""
 REACHED = """() => {
-    window.reached ??= new Set();
     const e = document.activeElement, ring = e.closest('.prompt-line, .editor') ?? e, box = e.getBoundingClientRect();
     reached.add(e);
     const seen = getComputedStyle(ring).outlineStyle !== 'none' && box.bottom > 0 && box.top < innerHeight;
@@ -64,7 +68,7 @@ def walk(page: Page, begin: str = "body") -> None:
     """Reach every control with Tab, and leave each; fields in which Tab has a meaning are left with Escape. `begin`:
     what is before it was reached in an earlier walk.
     """
-    page.evaluate("begin => { document.body.tabIndex = -1; document.querySelector(begin).focus() }", begin)
+    page.evaluate(BEGIN, begin)
     at = ""
     for _ in range(150):
         if at == "field":

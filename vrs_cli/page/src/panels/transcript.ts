@@ -6,7 +6,7 @@ const MAX_LINES = 2000; // in the document; older ones go
 const MAX_LINE_CHARS = 4000;
 const MAX_KEPT_LINES = 400; // over a reload
 const MAX_KEPT_CHARS = 200_000;
-const [MIN_COLUMNS, MAX_COLUMNS] = [40, 200]; // that replies are drawn for
+const [MIN_COLUMNS, MAX_COLUMNS] = [28, 200]; // that replies are drawn for
 const MARGIN = 32; // [px] of the columns: padding, and the bar that scrolls
 const ofTab = (): Storage => sessionStorage;
 const NEAR_END = 24; // [px] from the end, where the newest is followed
