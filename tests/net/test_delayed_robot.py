@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
-from tests.live import PATIENCE
+from tests.live import PATIENCE, until
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import TooLate
@@ -261,6 +261,7 @@ def test_who_commands_with_the_delay_as_offset_is_never_too_late(robot: Serving)
 def test_a_robot_in_python_may_be_commanded_by_a_clock_that_is_behind(robot: Serving) -> None:
     with behind(robot, 0.1, 0.0) as it:
         with vrs.connect(it.address, behind=2.0) as far:
+            until(lambda: far.now > 0.6)
             at = far.now - 0.5
             far.move([10, -90, 90, 0, 0, 0], at=at)
             assert far.commands[-1].executed == pytest.approx(at + 2.0)

@@ -11,6 +11,7 @@ import pytest
 from msgspec import structs
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.errors import NonexistentFile
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import position
@@ -87,6 +88,18 @@ def moved(cell: Cell, part: str, x: float, y: float) -> Cell:
         for one in cell.scene.parts
     ]
     return structs.replace(cell, scene=structs.replace(cell.scene, parts=tuple(parts)))
+
+
+def test_a_sample_is_found_by_its_name_and_a_file_of_that_name_comes_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name = next(iter(ENDS))
+    assert read_cell(name) == read_cell(f"{name}.toml") == read_cell(str(PROGRAMS / f"{name}.toml"))
+    (tmp_path / name).write_text("[signals]\npart = 1001\n")
+    assert read_cell(name).scene is None or not read_cell(name).scene.parts
+    with pytest.raises(NonexistentFile):
+        read_cell("no_such_cell")
 
 
 @pytest.mark.parametrize("name", ENDS)

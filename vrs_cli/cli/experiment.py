@@ -152,13 +152,14 @@ experiment_parser = command(
     f"""\
 methods tries viewers and controllers of your own; twin disturbs a simulated body; study is for people.
 
-  vrs lab experiment delays --plot delays.svg
+  vrs lab experiment methods --viewer smooth.py:Smooth
 \f
 
 All but study happens in virtual time, and is the same for the same seeds (docs/experiment.md).
 
+  vrs lab experiment delays --plot delays.svg
   vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
-  vrs lab experiment methods --viewer smooth.py:Smooth --controller mine:Controller
+  vrs lab experiment methods --controller mine:Controller
   vrs lab experiment twin --scenario payload storm.toml --plot twin.svg
   vrs lab experiment study study.toml --participant 3
 
@@ -249,7 +250,7 @@ file under pseudonyms. After a kill the same command goes on with the next trial
         metavar="OUT.svg|png|pdf",
         nargs="?",
         const=STANDARD_STREAM,
-        help="draw curves over the lead: into a file, or in letters",
+        help="draw curves over the lead, of twin over time",
     ),
     option("--json", action="store_true", help="print one JSON object"),
 )

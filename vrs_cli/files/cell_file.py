@@ -22,9 +22,11 @@ from __future__ import annotations
 
 import re
 import tomllib
+from pathlib import Path
 from typing import Any
 
 from vrs_cli.errors import FileDamaged, did_you_mean
+from vrs_cli.extras import shipped_folder
 from vrs_cli.files.cell_text import CellEntry, CellText
 from vrs_cli.files.opening import text_at
 from vrs_cli.files.scene_file import SCENE_KEYS, read_scene
@@ -40,9 +42,12 @@ _VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark,
 
 
 def read_cell(path: str) -> Cell:
-    """Read a cell and the meshes that it names. Raises NonexistentFile, and FileDamaged which says what is wrong
-    where.
+    """Read a cell and the meshes that it names; a name alone may be that of a sample, `pick_and_place`. Raises
+    NonexistentFile, and FileDamaged which says what is wrong where.
     """
+    if not Path(path).exists() and Path(path).name == path:
+        sample = shipped_folder("programs") / f"{path.removesuffix('.toml')}.toml"
+        path = str(sample) if sample.is_file() else path
     return parse_cell(text_at(path, LARGEST), path)
 
 
