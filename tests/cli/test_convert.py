@@ -87,3 +87,25 @@ def test_a_file_with_mistakes_is_not_written(vrs: Vrs, tmp_path: Path) -> None:
     ended = vrs("convert", str(tmp_path / "wrong.v2"), "--to", "rapid")
     assert (ended.status, ended.out) == (1, "")
     assert "did you mean MOVE?" in ended.err
+
+
+def test_rapid_as_written_names_what_it_cannot_say(vrs: Vrs, place: str, signals: str) -> None:
+    ended = vrs("convert", place, "--to", "rapid", "--as-written", "--signals", signals)
+    assert ended.status == 1
+    assert ended.err == "begin\nvrs convert: place.v2:7: no counterpart: MOVE at a time\n"
+    assert "WaitUntil DInput(di1) = 1;" in ended.out
+    assert "! NOT SAID: MOVE at a time (line 7)" in ended.out
+
+
+def test_rapid_as_written_that_says_all_has_status_0(vrs: Vrs) -> None:
+    ended = vrs("convert", "pick_and_place.v2", "--to", "rapid", "--as-written")
+    assert ended.status == 0
+    assert "vrs convert" not in ended.err
+
+
+def test_as_written_is_for_rapid(vrs: Vrs, place: str) -> None:
+    ended = vrs("convert", place, "--to", "krl", "--as-written")
+    assert (ended.status, ended.err) == (
+        2,
+        "vrs convert: --as-written is for --to rapid (leave it out for what was executed)\n",
+    )

@@ -6,12 +6,17 @@ from pathlib import PurePath
 
 from vrs_cli.cli.batch import Batch, BatchTerminal
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, teller
+from vrs_cli.cli.fence import Enough
+from vrs_cli.cli.main import FAILED
+from vrs_cli.convert.as_written import RapidTranslator
 from vrs_cli.convert.steps import executed_run
 from vrs_cli.convert.writers import TARGETS
 from vrs_cli.errors import UsageError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.render.progress import RunProgress
+from vrs_cli.repl.interrupt import Stoppable
 from vrs_cli.values.results import RunResult
 
 
@@ -32,17 +37,32 @@ class Conversion(Batch, frozen=True):
             raise CommandLineError(error.detail, error.hint) from None
         return station
 
+    def _executed(
+        self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough
+    ) -> tuple[RunResult, bool]:
+        self.options.given = station.environment.copy()  # before the program changes it
+        return super()._executed(station, progress, stop, enough)
+
     def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write what it did until then."""
         status, options, engine = super()._ended(station, terminal, result), self.options, station.engine
         run, path = executed_run(engine.arm, engine.timeline), PurePath(self.source.path)
-        writer = TARGETS[options.to](run, path.stem, path.name)
-        written = writer.write("" if result.fault is None else result.fault.message)
-        tell = teller(options.prog)
-        for note in written.notes:
-            tell(f"note: {note}")
-        if options.output == STANDARD_STREAM:
-            print(written.text, end="")
+        tell, text = teller(options.prog), ""
+        if options.as_written:
+            first = station.environment.program(result.program).analysis
+            programs = sorted((one.analysis for one in station.programs.values()), key=lambda one: one is not first)
+            translated = RapidTranslator(station.environment, programs, run, options.given, path.stem).translate()
+            for line, what in translated.unsaid:
+                tell(f"{path.name}:{line}: no counterpart: {what}")
+            text, status = translated.text, FAILED if translated.unsaid else status
         else:
-            write_atomically(options.output, written.text)
+            writer = TARGETS[options.to](run, path.stem, path.name)
+            written = writer.write("" if result.fault is None else result.fault.message)
+            for note in written.notes:
+                tell(f"note: {note}")
+            text = written.text
+        if options.output == STANDARD_STREAM:
+            print(text, end="")
+        else:
+            write_atomically(options.output, text)
         return status

@@ -28,6 +28,8 @@ def convert(options: Namespace) -> int:
     if options.to not in TARGETS:
         known = f"known: {', '.join(TARGETS)}"
         raise CommandLineError(f"unknown target {options.to}", did_you_mean(options.to, TARGETS, known))
+    if options.as_written and options.to != "rapid":
+        raise CommandLineError("--as-written is for --to rapid", "leave it out for what was executed")
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
@@ -38,7 +40,7 @@ def convert(options: Namespace) -> int:
 
 
 convert_parser = command(
-    "Execute a program, and write what it did for another robot.",
+    "Write what a program does for another robot.",
     """\
   vrs convert pick.v2 --to urscript -o pick.script
 \f
@@ -47,6 +49,7 @@ What the target cannot say is a comment there and a note on standard error.
 """,
     option("file", metavar="FILE.v2", help="a program file"),
     option("--to", metavar="TARGET", required=True, help="urscript, rapid, krl or python"),
+    option("--as-written", action="store_true", help="rapid: loops and calls"),
     option("-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write"),
     *ROBOT,
     DIALECT,

@@ -37,7 +37,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
         "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
         "demo": Subcommand("demo", "", "see the arm move, then try it yourself"),
         "run": Subcommand("run", "FILE.v2 [PROGRAM]", "execute a program of a file, or all files of a folder"),
-        "convert": Subcommand("convert", "FILE.v2 --to TARGET", "a program as URScript, RAPID, KRL or Python"),
+        "convert": Subcommand("convert", "FILE.v2 --to TARGET", "a program for another robot"),
         "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files"),
         "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
     },

@@ -1,0 +1,128 @@
+"""RAPID as written: carried out by a machine of our own, it leads where the program leads, with the same outputs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.convert.playing import done_in, farthest
+from tests.convert.rapid_machine import RapidMachine
+from tests.convert.test_executed import NEAR, program
+from tests.interfaces.terminals import RecordingTerminal
+from tests.programs.test_samples import SAMPLES, peers_of, robot_for
+from vrs_cli import Robot
+from vrs_cli.convert.as_written import RapidTranslator, Translated
+from vrs_cli.convert.steps import executed_run
+from vrs_cli.files.opening import Folder
+from vrs_cli.interfaces.session.session import Session
+
+WHOLE = ("corner", "hanoi", "hello", "palletize", "pick_and_place", "sorting", "star")  # samples without a remainder
+
+
+def translated(text: str, folder: Path) -> tuple[Session, Translated]:
+    session = Session(RecordingTerminal(), robot_for(text), folder=Folder(folder), outside=peers_of(text))
+    session.load_text(text)
+    before = session.environment.copy()
+    session.execute(next(iter(session.environment.programs.values())).name)
+    programs = [stored.analysis for stored in session.environment.programs.values()]
+    run = executed_run(session.engine.arm, session.engine.timeline)
+    return session, RapidTranslator(session.environment, programs, run, before, "sample").translate()
+
+
+def check(text: str, folder: Path) -> RapidMachine:
+    session, found = translated(text, folder)
+    assert found.unsaid == ()
+    machine = RapidMachine(found.text, Robot(session.engine.model))
+    expected = done_in(session.engine.arm, session.engine.timeline)
+    assert farthest(machine.places, expected.places) < NEAR
+    assert machine.done.outputs == expected.outputs
+    return machine
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_samples_lead_to_the_same_places(name: str, tmp_path: Path) -> None:
+    check((SAMPLES[0].parent / f"{name}.v2").read_text(), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in SAMPLES if path.stem not in (*WHOLE, "planar")], ids=lambda p: p.stem
+)
+def test_what_has_no_counterpart_is_named_with_its_line(path: Path, tmp_path: Path) -> None:
+    text = path.read_text()
+    _, found = translated(text, tmp_path)
+    assert found.unsaid
+    lines = text.splitlines()
+    for line, what in found.unsaid:
+        assert what.split()[0].split("(")[0].lower() in lines[line - 1].lower() or " " in what
+        assert f"NOT SAID: {what} (line {line})" in found.text
+    for opener, closer in (("IF", "ENDIF"), ("WHILE", "ENDWHILE"), ("FOR", "ENDFOR"), ("TEST", "ENDTEST")):
+        opened = [one for one in map(str.strip, found.text.splitlines()) if one.startswith(f"{opener} ")]
+        blocks = [one for one in opened if opener != "IF" or one.endswith("THEN")]
+        assert len(blocks) == found.text.count(f" {closer}\n")
+
+
+def test_blocks_jumps_and_references(tmp_path: Path) -> None:
+    text = (
+        program(
+            "n = 0",
+            "10 n = n+1",
+            "IF n < 3 GOTO 10",
+            "DO",
+            "n = n+1",
+            "IF n == 6 THEN",
+            "EXIT",
+            "END",
+            "UNTIL n > 100",
+            "CALL twice(n, 4)",
+            "FOR i = 3 TO 1 STEP -1",
+            "IF i == 2 THEN",
+            "NEXT",
+            "END",
+            "MOVE SHIFT(a BY 10*i, n)",
+            "END",
+            "CASE n OF",
+            "VALUE 1, 2:",
+            "SIGNAL 1",
+            "VALUE 16:",
+            "SIGNAL 2",
+            "ANY",
+            "SIGNAL 3",
+            "END",
+            "WHILE NOT (n < 14) AND TRUE DO",
+            "n = n-1",
+            "END",
+            "MOVE #PPOINT(n, -90, 90)",
+            "DRIVE 2, -20, 50",
+            "DEPART 10",
+            'TYPE "n is ", /I0, n',
+        )
+        + ".PROGRAM twice(x, more)\nx = 2*x+more\n.END\n"
+    )
+    machine = check(text, tmp_path)
+    assert machine.typed == ["n is 13"]
+
+
+def test_compounds_tool_and_base(tmp_path: Path) -> None:
+    lines = ("TOOL grip", "BASE 10, 20, 0, 15", "SET p = a:TRANS(5, 6, 7, 80, -80, 10)", "MOVE p", "APPROS b, 40")
+    more = (
+        "MOVES b:RZ(20)",
+        "SET q = INVERSE(INVERSE(b))",
+        "DEPARTS 30",
+        "MOVE q",
+        "BREAK",
+        "HERE r",
+        "MOVES SHIFT(r BY 1, 2, 3)",
+    )
+    check(program(*lines, *more), tmp_path)
+
+
+def test_reactions_are_traps(tmp_path: Path) -> None:
+    text = program("REACTI 1003, halt.it, 10", "MOVE a", "IGNORE 1003") + ".PROGRAM halt.it()\nSIGNAL 5\n.END\n"
+    _, found = translated(text, tmp_path)
+    assert found.unsaid == ()
+    trap = "  TRAP trap1003\n    StopMove \\Quick;\n    ClearPath;\n    StartMove;\n    halt_it;\n  ENDTRAP\n"
+    assert trap in found.text
+    assert "CONNECT at_trap1003 WITH trap1003;" in found.text
+    assert "ISignalDI \\Single, di3, 1, at_trap1003;" in found.text
+    assert "VAR intnum at_trap1003;" in found.text
