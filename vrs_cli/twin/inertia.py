@@ -57,7 +57,7 @@ def inertial_model(model: RobotModel) -> InertialModel:
     known = masses_of(model) or (LinkMasses(),) * model.joint_count
     if missing := [str(i) for i, link in enumerate(known, 1) if link.mass is None]:
         links = f"link {missing[0]}" if len(missing) == 1 else f"links {', '.join(missing[:-1])} and {missing[-1]}"
-        right = "write one [[masses]] table for each link into its TOML file"
+        right = "write one [[masses]] table for each link into its TOML file, or <inertial> into its URDF file"
         raise NotAvailable(f"nobody says the mass of {links} of {model.title}", right)
     centres, inertias = list[Floats](), list[Floats]()
     for i, link in enumerate(known, 1):
