@@ -746,7 +746,9 @@ class Robot:
         return Scene(self._robot.arm, timeline or self.timeline, height, world)
 
     def leave(self) -> None:
-        """Let it go. A robot that others hold too stays as it is; what is asked of it here from now on is refused."""
+        """Let it go. A served robot stays as it is for others, and refuses what is asked of it here from now on; one of
+        this process writes what its programs left in their files.
+        """
         self._robot.close()
 
     def __enter__(self) -> Robot:

@@ -12,8 +12,9 @@ from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
+from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.values import Kind
-from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.diagnostics import LineRefused, Severity
 
 
 def programs_of(text: str) -> dict[str, Program]:
@@ -135,3 +136,14 @@ def test_an_analysis_leaves_no_cycle_that_keeps_its_program() -> None:
         gc.set_debug(0)
         gc.garbage.clear()
         gc.enable()
+
+
+@pytest.mark.parametrize("word", sorted(INSTRUCTIONS))
+def test_a_bare_word_is_a_line_or_a_mistake(word: str) -> None:
+    """A word without all that it needs is told, whatever is asked of its arguments."""
+    try:
+        statement = parse_prompt(word, ())
+    except LineRefused:
+        return
+    if statement is not None and not isinstance(statement, ast.ProgramHeader):
+        check_line(statement, {})

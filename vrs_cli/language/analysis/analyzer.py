@@ -594,7 +594,7 @@ class _Steps(Expressions):
                     self._name_form(expression, argument, row)
             self._format(statement, row)
             if row.name == "DELAY":
-                self._seconds(statement.arguments[0])
+                self._seconds(next(iter(statement.arguments), None))
             if row.name == "WAIT":
                 self._wait(statement)
             elif row.name == "SET":
