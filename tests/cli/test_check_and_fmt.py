@@ -268,9 +268,9 @@ def test_the_folder_is_one_name_space_with_project(vrs: Vrs, tmp_path: Path) -> 
 
 def test_codes_choose_warnings_and_never_hide_errors(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "warn.v2").write_text(WARNS)
-    assert _codes(vrs("check", "warn.v2").out) == ["V058", "V056", "V056", "V401"]
-    assert _codes(vrs("check", "warn.v2", "--ignore", "v056, V058").out) == ["V401"]
-    assert _codes(vrs("check", "warn.v2", "--select", "V05", "--ignore", "V058").out) == ["V056", "V056"]
+    assert _codes(vrs("check", "warn.v2").out) == ["V066", "V056", "V056", "V401"]
+    assert _codes(vrs("check", "warn.v2", "--ignore", "v056, V066").out) == ["V401"]
+    assert _codes(vrs("check", "warn.v2", "--select", "V05", "--ignore", "V066").out) == ["V056", "V056"]
     assert _codes(vrs("check", "bad.v2", "--ignore", "V").out) == ["V452", "V460", "V412"]
     assert vrs("check", "warn.v2", "--select", "E501").err.startswith("vrs check: --select: 'E501' is no code, as V401")
 
@@ -284,7 +284,7 @@ def test_strict_fails_for_warnings(vrs: Vrs, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("comment", "left"),
-    [("ignore-file", []), ("ignore-file V056 V058", ["V401"]), ("Ignore-File v401", ["V058", "V056", "V056"])],
+    [("ignore-file", []), ("ignore-file V056 V066", ["V401"]), ("Ignore-File v401", ["V066", "V056", "V056"])],
 )
 def test_a_comment_does_without_warnings_of_a_file(vrs: Vrs, tmp_path: Path, comment: str, left: list[str]) -> None:
     (tmp_path / "warn.v2").write_text(f"; the cell. vrs: {comment}\n{WARNS}")
@@ -298,7 +298,7 @@ def test_fix_writes_what_is_sure(vrs: Vrs, tmp_path: Path) -> None:
     ended = vrs("check", "--fix", "warn.v2")
     assert (ended.status, _codes(ended.out), ended.out.splitlines()[-1]) == (
         0,
-        ["V058", "V401"],
+        ["V066", "V401"],
         "0 errors, 2 warnings, 2 mended",
     )
     mended = (tmp_path / "warn.v2").read_text()
@@ -306,7 +306,7 @@ def test_fix_writes_what_is_sure(vrs: Vrs, tmp_path: Path) -> None:
     assert changed == [
         ("    IF b NE 1 AND -b**2 < 3 THEN", "    IF (b <> 1) AND (((-b) ** 2) < 3) THEN"),
     ]
-    assert _codes(vrs("check", "--fix", "warn.v2").out) == ["V058", "V401"]
+    assert _codes(vrs("check", "--fix", "warn.v2").out) == ["V066", "V401"]
     assert (tmp_path / "warn.v2").read_text() == mended
     assert vrs("check", "--fix", "-").status == 2
 
@@ -341,6 +341,22 @@ def test_watch_checks_again_when_a_file_changes(vrs: Vrs, tmp_path: Path, monkey
     assert "3 errors, 0 warnings" in ended.out
     assert ended.err.count("checked; Ctrl-C ends it") == 3
     assert "*Nonexistent file* bad.v2" in ended.err
+
+
+def test_watch_looks_at_files_that_a_file_names(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "main.v2").write_text("; with: lib.v2\n.PROGRAM main()\n    CALL grip(1)\n.END\n")
+    (tmp_path / "lib.v2").write_text(".PROGRAM grip(n)\n.END\n")
+    changes = [lambda: None, lambda: (tmp_path / "lib.v2").write_text(".PROGRAM grip()\n.END\n")]
+
+    def sleep(_seconds: float) -> None:
+        if not changes:
+            raise KeyboardInterrupt
+        changes.pop(0)()
+
+    monkeypatch.setattr("time.sleep", sleep)
+    ended = vrs("check", "--watch", "main.v2")
+    assert ended.err.count("checked; Ctrl-C ends it") == 2
+    assert "V408" in ended.out
 
 
 def test_fmt_shows_the_difference(vrs: Vrs, tmp_path: Path) -> None:

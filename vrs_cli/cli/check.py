@@ -6,7 +6,8 @@ import re
 import sys
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from contextlib import suppress
+from functools import cache, partial
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -367,9 +368,18 @@ def _watch(options: Namespace, model: RobotModel) -> int:
 def _state(named: Sequence[str]) -> object:
     """A value that is another one when a file has changed."""
     try:
-        return [(path, stamp(Path(path))) for path in program_files(named)]
+        files = [(path, stamp(Path(path))) for path in program_files(named)]
+        return [(path, stamp(Path(path))) for file in files for path in (file[0], *_files_named_in(*file))]
     except FileError as error:
         return str(error)
+
+
+@cache
+def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
+    """The files that belong to one (`; with: lib.v2`), read again when it has changed."""
+    with suppress(FileError):
+        return tuple(source.path for source in sources_of((path,), samples=False)[1:])
+    return ()
 
 
 # --- vrs fmt --------------------------------------------------------------------------------------------------------
