@@ -260,9 +260,12 @@ def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
 
 
 def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Diagnostic]:
-    """Warn of the first FOPENR where no program looks at IOSTAT, which tells whether the file is there."""
-    opens = (one for one in program.statements if isinstance(one, ast.Instruction) and one.word == "FOPENR")
-    if (first := next(opens, None)) is not None and not any(
+    """Warn of the first FOPENR of a program that reads, where no program looks at IOSTAT."""
+    steps = [one for one in program.statements if isinstance(one, ast.Instruction) and one.word in ("FOPENR", "READ")]
+    first = next((one for one in steps if one.word == "FOPENR"), None)
+    if first is None or all(one.word == "FOPENR" for one in steps):
+        return
+    if not any(
         isinstance(node, ast.Call) and node.name == "IOSTAT"
         for one in (program, *programs)
         for node in ast.nodes(one.steps)
