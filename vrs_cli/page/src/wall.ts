@@ -90,7 +90,8 @@ interface Kind {
 class Tiles {
   /** Pictures drawn so far: for tests. */
   drawn = 0;
-  private readonly renderer = new THREE.WebGLRenderer({ antialias: false, powerPreference: "low-power" });
+  private readonly drawing = new OffscreenCanvas(1, 1);
+  private readonly renderer = new THREE.WebGLRenderer({ canvas: this.drawing, antialias: false, powerPreference: "low-power" });
   private readonly scene = new THREE.Scene();
   private readonly camera = makeCamera();
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 2.2);
@@ -174,11 +175,9 @@ class Tiles {
     placeCamera(this.camera, shown.ball, HOME);
     this.camera.lookAt(shown.ball.center);
     this.camera.updateProjectionMatrix();
-    const drawn = this.renderer.domElement;
-    if (drawn.width !== wide || drawn.height !== high) this.renderer.setSize(wide, high);
+    if (this.drawing.width !== wide || this.drawing.height !== high) this.renderer.setSize(wide, high, false);
     this.renderer.render(this.scene, this.camera);
-    Object.assign(canvas, { width: wide, height: high });
-    canvas.getContext("2d")!.drawImage(drawn, 0, 0);
+    canvas.getContext("bitmaprenderer")!.transferFromImageBitmap(this.drawing.transferToImageBitmap());
     this.drawn++;
   }
 }
