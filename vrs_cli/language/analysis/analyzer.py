@@ -594,8 +594,10 @@ class _Steps(Expressions):
                 argument = argument_at(row, place)
                 if expression is not None and argument is not None and row.name not in LOOP_JUMPS:
                     self._check_operand(expression, argument)
-                    self._name_form(expression, argument, row)
-            self._format(statement, row)
+                    if self.diagnostics:
+                        self._name_form(expression, argument, row)
+            if len(statement.arguments) > 1:
+                self._format(statement, row)
             if row.name == "DELAY":
                 self._seconds(next(iter(statement.arguments), None))
             if row.name == "WAIT":
@@ -608,7 +610,7 @@ class _Steps(Expressions):
 
     def _format(self, statement: ast.Instruction, row: Word) -> None:
         """Warn of TYPE x, /F6.2: a format belongs to the values behind it."""
-        last = statement.arguments[-1] if len(statement.arguments) > 1 else None
+        last = statement.arguments[-1]
         if isinstance(last, ast.Format) and last.code in "DEFGHIO":
             hint = f"a format stands before its value: {row.name} /{last.code}..., x"
             self.warn(WithoutEffect, last.span, "no value follows this format", hint)
@@ -631,20 +633,22 @@ class _Steps(Expressions):
 
     def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
         """Answer BASE part and APPRO 50, part with the form of the instruction."""
-        last, given = self.diagnostics[-1] if self.diagnostics else None, self.kind_of(expression)
-        wrong = last is not None and last.code == TypeMismatch.code and last.span == expression.span
+        last, given = self.diagnostics[-1], self.kind_of(expression)
+        wrong = last.code == TypeMismatch.code and last.span == expression.span
         swapped = argument.shape in _PLACES and given is Kind.REAL and len(row.arguments) > 1
-        if last is not None and wrong and (row.grouped or (argument.shape is Shape.REAL and given in PLACE) or swapped):
+        if wrong and (row.grouped or (argument.shape is Shape.REAL and given in PLACE) or swapped):
             self.diagnostics[-1] = replace(last, hint=f"the form is {row.form}")
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Report a missing argument, and one too many."""
-        hint = numbers_meant(row, statement.arguments) or form_of(row)
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
-        for span, detail in miscounted(row.name, statement.arguments, row, end, end):
-            self.fault(CannotInterpret, span, detail, hint)
+        wrong = list(miscounted(row.name, statement.arguments, row, end, end))
         if row.value is not None and not row.value.optional and statement.value is None:
-            self.fault(CannotInterpret, end, f"{row.name}: = {row.value.name} is missing", hint)
+            wrong.append((end, f"{row.name}: = {row.value.name} is missing"))
+        if wrong:
+            hint = numbers_meant(row, statement.arguments) or form_of(row)
+            for span, detail in wrong:
+                self.fault(CannotInterpret, span, detail, hint)
 
     def _check_operand(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:

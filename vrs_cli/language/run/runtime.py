@@ -271,7 +271,7 @@ class Task:
 
     def _allowed(self, program: Executable) -> Executable:
         """Raises ProgramNotExecutable for what V+ alone has while VPLUS is off."""
-        if program.beyond_val2 and not self._context.engine.settings.switch("VPLUS"):
+        if not self._context.engine.settings.switch("VPLUS"):
             program.refuse_beyond_val2()
         return program
 
@@ -406,7 +406,9 @@ class Task:
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > STACK_LIMIT:
             raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
-        program = self._allowed(self._environment.executable(self._environment.program(call.name)))
+        program = self._environment.executable(self._environment.program(call.name))
+        if program.beyond_val2:  # looked for once: to ask for the switch at each call costs more
+            self._allowed(program)
         self._activations.append(Activation(self._context, program, program.bound(call.arguments)))
 
     def fail(self, error: VrsError) -> Failed:
