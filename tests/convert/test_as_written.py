@@ -126,3 +126,19 @@ def test_reactions_are_traps(tmp_path: Path) -> None:
     assert "CONNECT at_trap1003 WITH trap1003;" in found.text
     assert "ISignalDI \\Single, di3, 1, at_trap1003;" in found.text
     assert "VAR intnum at_trap1003;" in found.text
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("n = 6 BAND 3", "6 BAND 3"),
+        ("MOVES a AT 3", "MOVES at a time"),
+        ("SIGNAL 1+1", "SIGNAL of a number that is computed"),
+        ("OPEN 30", "OPEN of a width"),
+        ("ALIGN", "ALIGN"),
+        ("$s = $CHR(65)", "$CHR(65)"),
+    ],
+)
+def test_what_cannot_be_said_is_named(line: str, told: str, tmp_path: Path) -> None:
+    _, found = translated(program("MOVE b", line), tmp_path)
+    assert found.unsaid == ((3, told),)

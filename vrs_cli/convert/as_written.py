@@ -388,7 +388,7 @@ class RapidTranslator:
     def _motion(self, place: int, it: ast.Instruction) -> None:
         """Write the destination, and the motion there: with a corner unless the arm is to stand behind it."""
         straight, zone = it.word.endswith("S") and it.word != "READYS", "fine" if self._stands(place) else "z50"
-        first = it.arguments[0] if it.arguments else None
+        first, second = [*it.arguments, None, None][:2]
         how, tool = f"rate(), {zone}", "held\\WObj:=world"
         if it.word in ("READY", "DRIVE") or (first is not None and self._is_joints(first)):
             if it.word == "DRIVE":
@@ -402,7 +402,7 @@ class RapidTranslator:
         if it.word in ("MOVE", "MOVES"):
             target = self.place(first)
         elif it.word in ("APPRO", "APPROS"):
-            target = f"RelTool({self.place(first)}, 0, 0, {self.num(_minus(it.arguments[1]))})"
+            target = f"RelTool({self.place(first)}, 0, 0, {self.num(_minus(second))})"
         elif it.word in ("DEPART", "DEPARTS"):
             target = f"RelTool(dest, 0, 0, {self.num(_minus(first))})"
         else:
@@ -411,7 +411,7 @@ class RapidTranslator:
         self.say(f"{'MoveL' if straight else 'MoveJ'} dest, {how}, {tool};")
 
     def _drive(self, it: ast.Instruction) -> None:
-        joint, change, *speed = it.arguments
+        joint, change, *speed = [*it.arguments, None, None]
         if not isinstance(joint, ast.Number) or not 1 <= joint.value <= 6:
             raise Unsaid("DRIVE of a joint that is computed")
         axis = f"goal.robax.rax_{int(joint.value)}"
@@ -622,7 +622,9 @@ class RapidTranslator:
                 return f"({self.num(a)} {ARITHMETIC[operator]} {self.num(b)})"
             case ast.Binary(operator="**", left=a, right=b):
                 return f"Pow({self.num(a)}, {self.num(b)})"
-            case ast.Binary() | ast.Unary(operator="NOT") | ast.Call(name="SIG"):
+            case ast.Binary(operator=operator) if operator in RELATIONS or operator in LOGIC:
+                return f"logical({self.cond(it)})"
+            case ast.Unary(operator="NOT") | ast.Call(name="SIG"):
                 return f"logical({self.cond(it)})"
             case ast.Call(name="TRUE" | "ON"):
                 return "-1"
@@ -764,7 +766,9 @@ HERE = "CRobT(\\Tool:=held\\WObj:=world)"
 
 
 def _minus(it: ast.Expression | None) -> ast.Expression:
-    assert it is not None
+    """Return the negative of a distance. Raises Unsaid for one that is left out."""
+    if it is None:
+        raise Unsaid("a distance that is left out")
     return ast.Number(-it.value, "", span=it.span) if isinstance(it, ast.Number) else ast.Unary("-", it, span=it.span)
 
 
