@@ -199,6 +199,8 @@ PUMA = load_robot("puma560")
             "50",
             "an operator or a comma is missing before 50; the form is MOVE location [AT t | IN dt]",
         ),
+        ("WAIT SIG(1001) = ON", "WAIT takes no = here", "= assigns, == compares; the form is WAIT [condition]"),
+        ("OUTPUT 1 ON", "OUTPUT", "did you mean SIGNAL? The form is SIGNAL signal, ... [AT t | IN dt]"),
         ("MOVEPART", "MOVEPART", "a blank is missing: MOVE PART"),
         (
             'MOVE "part"',

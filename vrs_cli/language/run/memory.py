@@ -298,7 +298,10 @@ class Memory(Variables):
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
         if not begun:
             names = {other: stored.name for other, stored in self.programs.items()}
-            raise UndefinedName(f"program {typed}", closest(key, names) or f"{{LOAD {typed}}} reads it from {typed}.v2")
+            raise UndefinedName(
+                f"program {typed}",
+                closest(key, names) or f"{{LOAD {typed}}} reads it from {typed.removesuffix('.v2')}.v2",
+            )
         if key in self.programs:
             return self.programs[key]
         if len(begun) > 1:

@@ -293,6 +293,8 @@ class _Given(Struct):
         row, hint = self.row, f"the form is {self.row.form}"
         if row.name == "SIGNAL" and token.text == "=":
             hint = "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off"
+        if row.name in ("WAIT", "TYPE") and token.text == "=":
+            hint = f"= assigns, == compares; {hint}"
         instruction = INSTRUCTIONS.get(row.name, row)
         if token.type in _FIELDS and _FIELDS[token.type][0] in instruction.modifiers - row.modifiers:
             hint = f"DO {row.name} takes it: {instruction.form}"

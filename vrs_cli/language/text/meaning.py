@@ -174,7 +174,7 @@ _NO_NAMES: Mapping[str, str] = {  # words of other languages that look like name
     **dict.fromkeys(
         ("NONE", "NIL", "UNDEFINED"), "0 is nothing here, and FALSE; DEFINED(x) tells whether x has a value"
     ),
-    **dict.fromkeys(("GRIPPER", "HAND"), "OPENI and CLOSEI work the hand"),
+    **dict.fromkeys(("GRIPPER", "GRIP", "HAND"), "OPENI and CLOSEI work the hand"),
 }
 
 
