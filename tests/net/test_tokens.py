@@ -211,6 +211,7 @@ def test_tokens_are_taken_out_and_all_else_stays(tmp_path: Path) -> None:
 def test_own_robots() -> None:
     grant = Grant("ada", Role.SUPERVISOR)
     assert [grant.own_names(most) for most in (0, 1, 2)] == [(), ("ada",), ("ada", "ada-2")]
+    assert Grant("arm", Role.OBSERVER, robots=frozenset(["ada"]), body=True).own_names(2) == ()
     assert good_name("cell.1")
     assert not good_name("../x")
     assert not good_name("nul")
