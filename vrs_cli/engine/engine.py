@@ -569,7 +569,7 @@ class Engine:
         virtual time the clock goes on to the rest.
 
         Each chunk is one command, which UNDO takes back. It is planned and begun part by part, as long as nothing else
-        changes the timeline; as a whole where `checks` may refuse it. Raises PowerOff, TooLate, MotionError.
+        changes the timeline; as a whole where COLLISION may refuse it. Raises PowerOff, TooLate, MotionError.
         """
         self._check_power()
         begin, late = chunk.since(self.now if self.realtime else self.timeline.start)
@@ -589,7 +589,7 @@ class Engine:
         """Plan and commit a chunk part by part: the first one is a command, the others prolong it."""
         count, begun, next = tick_count(chunk, begin), False, 0
         while next < count:
-            ticks = range(next, count if self.checks else min(next + PART, count))
+            ticks = range(next, count if self.settings.switch("COLLISION") else min(next + PART, count))
             timeline, next = self.timeline, ticks.stop
             with suppress(NoRoomToStop):
                 delta = plan_chunk(self.arm, timeline, motion, issued, begin, chunk, ticks)

@@ -15,12 +15,14 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.live import PATIENCE
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.errors import FileError, RequestRefused, UsageError
+from vrs_cli.errors import FileError, MotionError, RequestRefused, UsageError
 from vrs_cli.interfaces.actor import actor as module
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, beside
+from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.values.acts import FollowChunk
 from vrs_cli.values.questions import Answer, Confirmation
 from vrs_cli.values.replies import Message, Reply
 
@@ -219,6 +221,23 @@ def test_lines_of_others_are_carried_out_while_a_program_runs(session: Session) 
     again = actor.submit(session.answers("WHERE"))
     stepped(actor)
     assert again.error(0.0) is None
+
+
+def test_abort_comes_between_the_parts_of_a_chunk(session: Session) -> None:
+    actor, joints = session.actor, session.engine.position().joints
+    times = tuple(0.05 * k for k in range(1, 200))
+    rows = tuple((joints[0] + 0.002 * k, *joints[1:]) for k in range(1, 200))
+    chunk = actor.submit(act_on(session, FollowChunk(times, rows)))
+    for _ in range(3):
+        actor.step()
+    assert 1 < len(session.engine.book.deltas) < 5  # the first parts are planned
+    stop = actor.submit(session.answers("ABORT"), urgent=True)
+    actor.step()
+    assert session.engine.end < 1.0
+    stepped(actor)
+    assert stop.error(0.0) is None
+    assert isinstance(chunk.error(0.0), MotionError)
+    assert session.engine.end < 1.0
 
 
 def test_a_motion_while_a_program_runs_is_refused_and_a_look_is_not(session: Session) -> None:
