@@ -459,40 +459,41 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_888  # of Python, in all
+MAX_STATEMENTS = 67_512  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
-    "errors": 217,
+    "errors": 245,
     "extras": 36,
     "page": 133,
-    "kinematics": 6270,
-    "values": 1699,
+    "kinematics": 6351,
+    "values": 1703,
     "trajectory": 3377,
-    "engine": 5059,
-    "language": 7056,
-    "wire": 1140,
-    "files": 3289,
+    "engine": 5107,
+    "language": 7348,
+    "wire": 1144,
+    "files": 3374,
     "world": 1329,
     "devices": 968,
+    "convert": 1205,
     "contacts": 1029,
     "twin": 771,
-    "interfaces": 8317,
-    "net": 7168,
-    "bodies": 987,
-    "render": 2211,
+    "interfaces": 8420,
+    "net": 7188,
+    "bodies": 1018,
+    "render": 2221,
     "repl": 2262,
-    "api": 1180,
+    "api": 1364,
     "lab": 1077,
     "highlight": 37,
-    "lsp": 604,
+    "lsp": 921,
     "teach": 4780,
-    "cli": 3848,
+    "cli": 4060,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 452  # with content
+MAX_FILES = 460  # with content
 MAX_DEPTH = 27  # modules in a chain of imports
-MAX_TYPESCRIPT_LINES = {"src": 7_905, "test": 2_000}  # of the page
+MAX_TYPESCRIPT_LINES = {"src": 7_643, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 62  # modules that `import vrs_cli.net.protocol` loads
 
 

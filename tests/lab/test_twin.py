@@ -26,7 +26,7 @@ def of(
     scenario: str | tuple[Disturbance, ...] = "healthy",
     lead: float = 0.3,
     line: Gamma | Constant = USUAL,
-    robot: str = "irb120",
+    robot: str = "puma260",
     lasting: float = 16.0,
 ) -> TwinTrial:
     found = SCENARIOS[scenario] if isinstance(scenario, str) else scenario
