@@ -188,6 +188,39 @@ def test_warnings_are_told_apart_in_json(vrs: Vrs, tmp_path: Path) -> None:
     assert [(error["line"], error["severity"]) for error in told["errors"]] == [(2, "warning"), (3, "error")]
 
 
+SURPRISING = """\
+.PROGRAM main
+    SPEED 500
+    DELAY 2
+    TYPE TIMER(1)
+    CALL sub
+    RETURN
+    TYPE "never"
+.END
+.PROGRAM sub
+    ENABLE BELT
+    ACCEL 120 ; vrs: ignore V064
+.END
+"""
+
+
+def test_a_run_tells_what_it_carries_out_otherwise_than_meant_as_check_does(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "slow.v2").write_text(SURPRISING)
+    told = [line for line in vrs("check", "slow.v2").out.splitlines() if "warning: *" in line]
+    assert {line.split()[1] for line in told} >= {"V064", "V060"}
+    assert len(told) >= 3
+    ended = vrs("run", "slow.v2")
+    assert [line for line in ended.err.splitlines() if "warning: *" in line] == told
+    assert ended.out == " 0\nProgram completed\n"
+    assert vrs("run", "slow.v2", "--quiet") == (0, " 0\n", "")
+    assert json.loads(vrs("run", "slow.v2", "--json").out)["errors"] == []
+
+
+def test_a_step_that_must_fail_is_told_once_in_a_run(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "bad.v2").write_text(".PROGRAM bad\nSPEED 500\nSIGNAL 5000\n.END\n")
+    assert vrs("run", "bad.v2").err.count("*Illegal digital signal*") == 1
+
+
 def test_a_plot(vrs: Vrs) -> None:
     pytest.importorskip("matplotlib")
     assert vrs("run", "pick.v2", "--plot", "t.svg").status == 0

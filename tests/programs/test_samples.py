@@ -11,6 +11,7 @@ from vrs_cli.devices.outside import Outside
 from vrs_cli.devices.script import read_script
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.opening import Folder
+from vrs_cli.interfaces.inspection import told_before_run
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
@@ -50,7 +51,9 @@ def test_sample(path: Path, tmp_path: Path) -> None:
     terminal = RecordingTerminal()
     session = Session(terminal, robot_for(text), folder=Folder(tmp_path), outside=peers_of(text))
     assert session.load_text(text) == ()
-    first = next(iter(session.environment.programs.values())).name
+    programs = tuple(session.environment.programs.values())
+    assert told_before_run(programs, session.engine.model) == ()
+    first = programs[0].name
     result = session.execute(first)
     assert result.fault is None
     assert result.outcome is RunOutcome.COMPLETED

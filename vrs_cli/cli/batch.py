@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
-MOST_TOLD = 20  # diagnostics of a file that is not executed
+MOST_TOLD = 20  # diagnostics of a file
 Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run
 MAIN = "main"  # the program of a project that is executed
@@ -152,8 +152,8 @@ class Batch(Struct, frozen=True):
                     found = self._loaded(station)
                     if any(map(has_errors, found.values())):
                         return self._refused(station, found)
-                    for source, diagnostics in found.items():
-                        print(source.shown(diagnostics), end="", file=sys.stderr)
+                    for source, diagnostics in () if options.quiet else found.items():
+                        print(source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
                     stop = Stoppable(station.interrupt)
                     result, sound = self._executed(station, progress, stop, enough)
             except LimitReached as error:  # before the program was executed: there is none to stop
@@ -168,13 +168,18 @@ class Batch(Struct, frozen=True):
         stop.end(signal.SIGINT)
         return status
 
-    def _loaded(self, station: Station) -> dict[Source, Sequence[Diagnostic]]:
-        """Load the files, and return what is wrong with each."""
-        found: dict[Source, Sequence[Diagnostic]] = {}
+    def _loaded(self, station: Station) -> dict[Source, tuple[Diagnostic, ...]]:
+        """Load the files, and return what is wrong with each; where none has an error, also what surprises in a run."""
+        found: dict[Source, tuple[Diagnostic, ...]] = {}
         loaded = station.load_texts([(source.text, source.name) for source in self.sources])
         for source, one in zip(self.sources, loaded, strict=True):
             found[source] = tuple(_with_files_beside(source, one.diagnostics))
             self.owners.update(dict.fromkeys((stored.program.key for stored in one.programs), source))
+        if not (self.options.quiet or any(map(has_errors, found.values()))):
+            from vrs_cli.interfaces.inspection import told_before_run
+
+            for source, one in zip(self.sources, loaded, strict=True):
+                found[source] += told_before_run(one.programs, station.engine.model)
         return found
 
     def _isolated(self, station: Station) -> AbstractContextManager[object]:

@@ -19,7 +19,7 @@ from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.memory import Context
+from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.operations import trans
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast
@@ -102,9 +102,7 @@ class Inspector:
 
     def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL) -> None:
         self._dialect, self._cell = dialect, cell
-        self._engine = Engine(model)
-        robot = Engine(model)  # constants may change its settings
-        self._constants = Constants(Context(Environment(units=model.units), robot), robot.perform)
+        self._engine, self._constants = Engine(model), _constants(model)
         self._known: dict[tuple[str, ...], Part] = {}
         self._inspected: dict[Part, _Inspected] = {}
         self._ways: dict[Part, tuple[_Way, ...]] = {}
@@ -158,8 +156,7 @@ class Inspector:
             if one is None or one.basis != _basis(around, one.analysis):
                 analysis, of_running = analyze_among(around, trees[key]), tuple[Diagnostic, ...]()
                 if analysis.executable:
-                    never = unreachable(trees[key], analysis.blocks, analysis.labels)
-                    of_running = (*never, *delays(trees[key]), *self._constants.findings(trees[key]))
+                    of_running = (*_unexpected(analysis), *self._constants.findings(trees[key]))
                 one = _Inspected(_basis(around, analysis), analysis, of_running)
             self._inspected[placed.part] = one
         return tuple((placed, self._inspected[placed.part]) for placed in programs.values())
@@ -197,6 +194,34 @@ def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:
     if program is None:
         return None
     return program.name, tuple((one.sigil, one.name) for one in program.parameters)
+
+
+# --- before a run ------------------------------------------------------------------------------------------------
+
+
+def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
+    """Return the warnings of `inspect` about steps that a run carries out without a word, or not at all. LOAD has told
+    those of the analysis; a step that must fail, or a place out of reach, is told when a run comes to it. `programs`:
+    those of one file, without errors.
+    """
+    found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
+    for one in programs:
+        found += _unexpected(one.analysis)
+        found += constants.above_full_speed(one.program)
+        found += _settings_of(one.program, idle)
+    return heeded(programs[0].lines, ordered(found)) if found else ()
+
+
+def _unexpected(analysis: Analysis) -> Iterator[Diagnostic]:
+    """Warn of steps that cannot be reached, and of a DELAY that could be taken for a pause of the program."""
+    yield from unreachable(analysis.program, analysis.blocks, analysis.labels)
+    yield from delays(analysis.program)
+
+
+def _constants(model: RobotModel) -> Constants:
+    """Return what tries out constants, at a robot of its own, whose settings they may change."""
+    robot = Engine(model)
+    return Constants(Context(Environment(units=model.units), robot), robot.perform)
 
 
 # --- switches and parameters ------------------------------------------------------------------------------------

@@ -55,6 +55,7 @@ from vrs_cli.values.numbers import Value
 
 NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)
 CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter, SetConfiguration)
+LIMITED = frozenset({"SPEED", "ACCEL"})  # a percentage above full speed is taken as full speed
 STAND_INS = (1.0, 8.0, 32.0)  # for a real that is not known: what each of them meets with in the same words, all do
 TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # a plain number is a signal to them
 NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # where a variable stands for more than its value
@@ -83,6 +84,12 @@ class Constants(Struct, frozen=True):
         for statement in program.statements:
             with suppress(RecursionError):  # so deep an expression is what the compiler refuses
                 yield from self._in_expressions(_expressions(statement, channelled)) or self._whole(statement)
+
+    def above_full_speed(self, program: Program) -> Iterator[Diagnostic]:
+        """Yield a warning for each constant speed above what the robot does: a run takes it as full speed, silently."""
+        limited = (one for one in program.statements if isinstance(one, ast.Instruction) and one.word in LIMITED)
+        found = (one for statement in limited for one in self._instruction(statement))
+        yield from (one for one in found if one.code == AboveFullSpeed.code)
 
     # --- expressions ---
 
