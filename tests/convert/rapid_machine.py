@@ -9,7 +9,7 @@ import copy
 import math
 import re
 from collections import ChainMap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -30,6 +30,7 @@ FIELDS = {
     "z": 2,
     **{f"rax_{k + 1}": k for k in range(6)},
 }
+TAKEN = re.compile(r"(d[io]|[zv])\d+|dohand|fine|pi", re.IGNORECASE)
 CLOSERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "TEST": "ENDTEST"}
 
 
@@ -90,9 +91,14 @@ class Returned(Exception):
 
 
 class RapidMachine:
-    """Carries out a module on a robot; `done` tells what it did, `typed` what it wrote."""
+    """Carries out a module on a robot; `done` tells what it did, `typed` what it wrote. `inputs`: when inputs change
+    (time [s], signal, state); a trap is carried out between two lines.
+    """
 
-    def __init__(self, text: str, robot: Robot) -> None:
+    def __init__(self, text: str, robot: Robot, inputs: Iterable[tuple[float, int, bool]] = ()) -> None:
+        self.inputs, self.on = list(inputs), dict[str, bool]()
+        self.traps = dict[str, str]()  # which one an interrupt is connected with
+        self.armed = dict[str, tuple[str, bool]]()  # what each interrupt waits for: an input, and its state
         self.robot, self.places, self.typed = robot, list[Matrix](), list[str]()
         self.shared, self.routines = dict[str, Any](), dict[str, Routine]()
         self.functions = {name.removeprefix("f_"): getattr(self, name) for name in dir(self) if name.startswith("f_")}
@@ -112,6 +118,7 @@ class RapidMachine:
                 self._declare(line, self.shared)
             elif m := re.fullmatch(r"(?:PROC|FUNC \w+|TRAP) (\w+)(?:\((.*)\))?", line):
                 kind = "END" + line.split()[0]
+                assert m[1] not in {*self.shared, *self.routines, *self.functions}, f"{m[1]} is taken"
                 parameters = [one.split() for one in (m[2] or "").split(", ") if one]
                 told = [(words[-1], words[0] == "INOUT") for words in parameters]
                 self.routines[m[1]] = Routine(told, self._nodes(lines, (kind,))[0])
@@ -140,6 +147,9 @@ class RapidMachine:
         m = re.fullmatch(r"(?:PERS|VAR|CONST) (\w+) (\w+)(?:\{(.*)\})?(?: := (.*))?;", line)
         if m is None:
             raise NotRead(line)
+        own_name = m[2] not in {*into, *self.routines, *self.functions} and not TAKEN.fullmatch(m[2])
+        assert own_name, f"{m[2]} is taken"
+        assert m[2] == m[2].lower()
         still = Record([Record([0, 0, 0]), Record([1, 0, 0, 0]), Record([0, 0, 0, 0]), Record([9e9] * 6)])
         zero = {"num": 0, "string": "", "bool": False, "robtarget": still, "pose": Record(still[:2])}.get(m[1])
         if m[3]:
@@ -152,6 +162,7 @@ class RapidMachine:
     def call(self, name: str, given: list[Any], back: list[Any] | None = None) -> Any:
         routine, own = self.routines[name], dict[str, Any]()
         for (parameter, _), value in zip(routine.parameters, given, strict=True):
+            assert parameter not in {*self.routines, *self.functions, *own}, f"{parameter} is taken"
             own[parameter] = copy.deepcopy(value)
         result = None
         try:
@@ -197,7 +208,20 @@ class RapidMachine:
                     return self._block(nodes, own)
         elif not re.fullmatch(r"\w+:", line):
             self._line(line.removesuffix(";"), own)
+            self._interrupt()
         return None
+
+    def _interrupt(self) -> None:
+        """Carry out the traps of the inputs that have changed."""
+        if self.inputs:
+            self.robot.wait()
+        while self.inputs and self.inputs[0][0] <= self.robot.now:
+            _, signal, on = self.inputs.pop(0)
+            self.on[f"di{signal - 1000}"] = on
+            for name, awaited in list(self.armed.items()):
+                if awaited == (f"di{signal - 1000}", on):
+                    del self.armed[name]
+                    self.call(self.traps[name], [])
 
     def _line(self, line: str, own: dict[str, Any]) -> None:
         if m := re.fullmatch(r"IF (.*) (GOTO \w+|RETURN.*)", line):
@@ -214,7 +238,11 @@ class RapidMachine:
         else:
             word, _, rest = line.partition(" ")
             names = _split(rest)
-            if word in self.routines:
+            if m := re.fullmatch(r"CONNECT (\w+) WITH (\w+)", line):
+                assert m[1] not in self.armed, "an interrupt is connected once, until IDelete"
+                self.traps[m[1]] = m[2]
+            elif word in self.routines:
+                assert word not in own, f"{word} is not the routine here"
                 back = list[Any]()
                 self.call(word, [self.value(one, own) for one in names], back)
                 for one, (_, changes), value in zip(names, self.routines[word].parameters, back, strict=True):
@@ -227,7 +255,7 @@ class RapidMachine:
 
     def _argument(self, text: str, own: dict[str, Any]) -> Any:
         """The value of an argument; the names of signals stay."""
-        return text if re.fullmatch(r"d[oi]\w+|timer\d+|\\\w+", text) else self.value(text, own)
+        return text if re.fullmatch(r"d[oi]\d+|doHand|timer\d+|at_trap\d+|\\\w+", text) else self.value(text, own)
 
     def _assign(self, path: str, index: str | None, value: Any, own: dict[str, Any]) -> None:
         name, *fields = path.split(".")
@@ -288,11 +316,18 @@ class RapidMachine:
     def i_TPWrite(self, text: str) -> None:
         self.typed.append(text)
 
+    def i_IDelete(self, name: str) -> None:
+        self.armed.pop(name, None)
+
+    def i_ISignalDI(self, single: str, signal: str, on: int, name: str) -> None:
+        assert single == "\\Single"
+        self.armed[name] = signal, bool(on)
+
     def _nothing(self, *_: Any) -> None:
-        """Settings, clocks and interrupts: nothing of them is looked at."""
+        """Settings and clocks, and how a motion is stopped: nothing of them is looked at."""
 
     i_WaitRob = i_ConfJ = i_ConfL = i_ClkStart = i_ClkStop = i_ClkReset = i_AccSet = _nothing  # noqa: N815
-    i_IDelete = i_CONNECT = i_ISignalDI = _nothing  # noqa: N815
+    i_StopMove = i_ClearPath = i_StartMove = _nothing  # noqa: N815
 
     # --- functions ---
 
@@ -342,6 +377,9 @@ class RapidMachine:
     def f_DOutput(self, _signal: str) -> float:
         return float(self.robot["HAND"])
 
+    def f_DInput(self, signal: str) -> int:
+        return int(self.on.get(signal, False))
+
     def f_ClkRead(self, _clock: Any) -> float:
         return self.robot.now
 
@@ -371,7 +409,7 @@ class Names(ChainMap[str, Any]):
     def __missing__(self, name: str) -> Any:
         if name == "Record":
             return Record
-        if name.startswith("do"):
+        if re.fullmatch(r"d[io]\d+|doHand", name):
             return name
         if name in self.machine.routines:
             return lambda *given: self.machine.call(name, list(given))

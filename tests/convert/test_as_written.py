@@ -15,13 +15,16 @@ from vrs_cli import Robot
 from vrs_cli.convert.as_written import RapidTranslator, Translated
 from vrs_cli.convert.steps import executed_run
 from vrs_cli.files.opening import Folder
+from vrs_cli.files.timed_lines import parse_signals
 from vrs_cli.interfaces.session.session import Session
 
 WHOLE = ("corner", "hanoi", "hello", "palletize", "pick_and_place", "sorting", "star")  # samples without a remainder
 
 
-def translated(text: str, folder: Path) -> tuple[Session, Translated]:
+def translated(text: str, folder: Path, inputs: str = "") -> tuple[Session, Translated]:
     session = Session(RecordingTerminal(), robot_for(text), folder=Folder(folder), outside=peers_of(text))
+    if inputs:
+        session.driver.inputs = parse_signals(inputs)
     session.load_text(text)
     before = session.environment.copy()
     session.execute(next(iter(session.environment.programs.values())).name)
@@ -30,10 +33,14 @@ def translated(text: str, folder: Path) -> tuple[Session, Translated]:
     return session, RapidTranslator(session.environment, programs, run, before, "sample").translate()
 
 
-def check(text: str, folder: Path) -> RapidMachine:
-    session, found = translated(text, folder)
+def check(text: str, folder: Path, inputs: str = "") -> RapidMachine:
+    session, found = translated(text, folder, inputs)
     assert found.unsaid == ()
-    machine = RapidMachine(found.text, Robot(session.engine.model))
+    machine = RapidMachine(
+        found.text,
+        Robot(session.engine.model),
+        [(one.time, one.signal, one.on) for one in parse_signals(inputs).changes],
+    )
     expected = done_in(session.engine.arm, session.engine.timeline)
     assert farthest(machine.places, expected.places) < NEAR
     assert machine.done.outputs == expected.outputs
@@ -126,6 +133,100 @@ def test_reactions_are_traps(tmp_path: Path) -> None:
     assert "CONNECT at_trap1003 WITH trap1003;" in found.text
     assert "ISignalDI \\Single, di3, 1, at_trap1003;" in found.text
     assert "VAR intnum at_trap1003;" in found.text
+
+
+def test_reactions_are_carried_out(tmp_path: Path) -> None:
+    """REACT calls once, REACT again lets it be called again, another program takes its place, IGNORE ends it."""
+    text = program(
+        "REACT 1003, first",
+        "REACT -1004, fell",
+        *(
+            "MOVE a",
+            "BREAK",
+            "MOVE b",
+            "BREAK",
+            "DELAY 20",
+            "BREAK",
+            "SIGNAL 1",
+            "MOVE c",
+            "BREAK",
+            "DELAY 20",
+            "BREAK",
+        ),
+        "REACT 1003, third",
+        *("DELAY 20", "BREAK", "SIGNAL 2", "REACT 1003, first", "IGNORE 1003", "DELAY 20", "BREAK", "MOVE a"),
+    )
+    text += "".join(
+        f".PROGRAM {name}\n{line}\n.END\n"
+        for name, line in (
+            ("first", "SIGNAL 11\nREACT 1003, second"),
+            ("second", "SIGNAL 12\nMOVES SHIFT(c BY 0, 20)"),
+            ("third", "SIGNAL 13"),
+            ("fell", "SIGNAL 14"),
+        )
+    )
+    told = [(0.2, 3, "on"), (8, 3, "off"), (15, 3, "on"), (30, 4, "on"), (31, 4, "off"), (33, 3, "off")]
+    told += [(55, 3, "on"), (56, 3, "off"), (80, 3, "on")]
+    machine = check(text, tmp_path, "\n".join(f"{time}, {1000 + signal}, {state}" for time, signal, state in told))
+    assert [number for number, _ in machine.done.outputs] == [11, 12, 1, 14, 13, 2]
+
+
+def test_variables_of_a_program_are_its_own(tmp_path: Path) -> None:
+    """LOCAL keeps its values, two programs each theirs; of AUTO each call has its own. Arrays too."""
+    text = program(
+        "LOCAL n, v[4]", "n = 1", "v[2] = 7", "FOR i = 0 TO 2", "CALL kept(i)", "END", "CALL down(3)", "m = 4"
+    )
+    text = text.replace("m = 4", "m = 4\nMOVE SHIFT(a BY n, v[2], m)")
+    text += """.PROGRAM kept(k)
+LOCAL n, v[], #j
+IF k == 0 THEN
+n = 30
+SET #j = #PPOINT(10, -100, 80)
+END
+n = n+1
+v[k] = 10*n
+MOVE SHIFT(b BY v[k], n)
+MOVE #j
+.END
+.PROGRAM down(k)
+AUTO m, v[3], p
+m = 10*k
+v[1] = -m
+SET p = SHIFT(c BY m)
+IF k > 0 THEN
+CALL down(k-1)
+END
+MOVE SHIFT(p BY v[1], m)
+.END
+"""
+    check(text, tmp_path)
+
+
+def test_names_do_not_meet(tmp_path: Path) -> None:
+    """Words of RAPID, names of routines and data of the module, and names that differ in one language only."""
+    text = program(
+        *("both = 1", "logical = 2", "z50 = 3", "do1 = 4", "dohand = 5", "l10 = 6", "pow = both**2", "held = 7"),
+        *("s_m = 8", '$m = "m"', "a.b = 9", "a_b = 10", "sub = 11", "goal = 12", "temporary1 = 13", "orient = 14"),
+        *("x = 15", "CALL sub(both, $m, s_m)", "CALL a.b(x)", "10 n = both+logical+z50+do1+dohand+l10+pow+held"),
+        *("n = n+s_m+a.b+a_b+sub+goal+temporary1+orient+x", "TYPE $m, n", "MOVE SHIFT(a BY n)", "SIGNAL 1"),
+    )
+    text += """.PROGRAM sub(sub, $s, s_s)
+AUTO sub_, a_b, $x, s_x
+a_b = 20
+s_x = 21
+$x = $s
+sub_ = 22
+s_s = sub+a_b+s_x+sub_
+$s = $x+"!"
+CALL a.b(sub_)
+.END
+.PROGRAM a.b(x)
+both = x
+x = x+1
+.END
+"""
+    machine = check(text, tmp_path)
+    assert machine.typed[0].startswith("m!")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ jointtargets; arrays of RAPID begin at 1. The routines at the end of a module sa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from math import pi
 
 from msgspec import Struct
@@ -27,12 +28,15 @@ SIZE = 10  # of an array of which no element is known
 TYPES = {Kind.REAL: "num", Kind.STRING: "string", Kind.LOCATION: "robtarget", Kind.PRECISION: "jointtarget"}
 STARTS = {Kind.REAL: "", Kind.STRING: "s_", Kind.LOCATION: "", Kind.PRECISION: "j_"}
 SIGILS = {"": None, "$": Kind.STRING, "#": Kind.PRECISION}
-RAPID_WORDS = """abs alias and backward bool case confdata connect const default dest div do else elseif endfor endfunc
-endif endmodule endproc endrecord endtest endtrap endwhile error exit false fine for framed from func goal goto held if
-inout into label local main mod module nostepin not num or orient pers place pos pose proc raise readonly record retry
-return robtarget rate step stop string sysmodule test then time to tool trap true trunc trynext turned undo var viewonly
-while with world xor"""  # and names of the routines below
-TAKEN = frozenset(RAPID_WORDS.split())
+RAPID_WORDS = """abs accset alias and atan2 backward bool calcjointt calcrobt case cjointt clkread clkreset clkstart
+clkstop clock confdata confj confl connect const cos crobt default defframe dest dinput distance div do dohand doutput
+else elseif endfor endfunc endif endmodule endproc endrecord endtest endtrap endwhile error exit exitcycle false fine
+for from func goal goto held idelete if inout intnum into isignaldi j_ready jointtarget label local loaddata main mod
+module moveabsj movej movel nostepin not num numtostr offs or orient orientzyx pers pi pos pose posemult poseinv pow
+proc raise readonly record reltool retry return robtarget setdo sin speeddata sqrt startmove step stop stopmove string
+strlen switch sysmodule tan test then time to tool tooldata tptype tpwrite trans trap true trunc trynext undo var velset
+viewonly waitrob waittime waituntil while with wobjdata world xor zonedata"""
+NUMBERED = re.compile(r"(l|again|next|out|temporary|soft|timer|(at_)?trap|d[io]|[vz]|tool|wobj|load)\d+|.*speed")
 RELATIONS = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 LOGIC = {"AND": "AND", "OR": "OR", "XOR": "XOR"}
 ARITHMETIC = {"+": "+", "-": "-", "*": "*", "/": "/", "MOD": "MOD"}
@@ -109,6 +113,8 @@ ROUTINES = """\
     RETURN 0;
   ENDFUNC"""
 
+TAKEN = frozenset((*RAPID_WORDS.split(), *re.findall(r"FUNC \w+ (\w+)", ROUTINES)))
+
 
 class Unsaid(Exception):
     """A construct without a counterpart."""
@@ -132,11 +138,16 @@ class RapidTranslator:
         self.memory, self.programs, self.run = memory, programs, run
         self.given = {key: value for kind in Kind for key, value in given.cells(kind).items()}
         self.name, self.arm = identifier(name, 32), run.arm
+        self.named = dict[str, str]()  # the name of each program, by its key
+        for one in programs:
+            self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
         self.unsaid = list[tuple[int, str]]()
+        self.of_routine = dict[Datum, str]()  # the names of data of the present routine
         self.lines, self.level = list[str](), 2
         self.softs, self.timers, self.traps = set[int](), set[int](), dict[str, str]()
-        self.shared = dict[tuple[Kind, str], str]()  # the names of data of the module
-        self.arrays = dict[tuple[Kind, str], int]()  # how many indexes they have
+        self.interrupts = set[int]()  # inputs
+        self.shared = dict[Datum, str]()  # the names of data of the module
+        self.arrays = dict[Datum, list[int]]()  # their sizes, as far as indexes that are constants tell
         self.changing = self._changing()
         self.temporary = 0
 
@@ -164,14 +175,14 @@ class RapidTranslator:
             *(f"  VAR num temporary{k + 1};" for k in range(self.temporary)),
             *(f"  VAR bool soft{signal} := FALSE;" for signal in sorted(self.softs)),
             *(f"  VAR clock timer{timer};" for timer in sorted(self.timers)),
-            *(f"  VAR intnum at_{trap};" for trap in self.traps),
+            *(f"  VAR intnum at_trap{signal};" for signal in sorted(self.interrupts)),
             *self._data(),
             "  PROC main()",
             "    ConfJ \\Off;",
             "    ConfL \\Off;",
             *(["    ClkStart timer0;"] if 0 in self.timers else []),
             "    dest := CRobT(\\Tool:=held\\WObj:=world);",
-            f"    {self._named(self.programs[0].program.name)};",
+            f"    {self.named[self.programs[0].program.key]};",
             "  ENDPROC",
         ]
         traps = [line for trap, body in self.traps.items() for line in (f"  TRAP {trap}", body, "  ENDTRAP")]
@@ -182,19 +193,24 @@ class RapidTranslator:
 
     def _data(self) -> Iterator[str]:
         """Yield the declarations of all variables that programs share."""
-        for (kind, key), name in self.shared.items():
-            if key in self.given and (kind, key) not in self.arrays:
+        for (scope, kind, key), name in self.shared.items():
+            datum = (scope, kind, key)
+            if not scope and key in self.given and datum not in self.arrays:
                 yield f"  PERS {TYPES[kind]} {name} := {self._value(kind, self.given[key])};"
             else:
-                count = self.arrays.get((kind, key), 0)
-                sizes = self._sizes(kind, key, count)
-                yield f"  VAR {TYPES[kind]} {name}{'{' + ', '.join(map(str, sizes)) + '}' if sizes else ''};"
+                yield f"  VAR {TYPES[kind]} {name}{self._sizes(datum)};"
 
-    def _sizes(self, kind: Kind, key: str, count: int) -> list[int]:
-        """Return the sizes of an array: as many elements as the run has used."""
-        used = [index for index in self.memory.cells(kind, key) if index is not None] if count else []
+    def _sizes(self, datum: Datum) -> str:
+        """Return the sizes of an array, "" for what is none: as many elements as the run, or the text, has used."""
+        scope, kind, key = datum
+        if datum not in self.arrays:
+            return ""
+        used = [index for index in self.memory.cells(kind, key) if index is not None and not scope]
         found = [index if isinstance(index, tuple) else (index,) for index in used]
-        return [max((int(index[k]) for index in found if len(index) > k), default=SIZE - 1) + 1 for k in range(count)]
+        most = [
+            max([least, *(int(one[k]) for one in found if len(one) > k)]) for k, least in enumerate(self.arrays[datum])
+        ]
+        return "{" + ", ".join(str((SIZE - 1 if one < 0 else one) + 1) for one in most) + "}"
 
     def _value(self, kind: Kind, value: object) -> str:
         if kind is Kind.REAL:
@@ -226,23 +242,22 @@ class RapidTranslator:
         openers = [analysis.program.steps[block.opener].statement for block in analysis.blocks]
         self.loops = {one.variable.key for one in openers if isinstance(one, ast.For) and self._is_own(one)}
         self.closed = {block.closer: block for block in analysis.blocks}
+        self.of_routine = {}
         told = [self._parameter(program, place) for place in range(len(program.parameters))]
-        self.lines.append(f"  PROC {self._named(program.name)}({', '.join(told)})")
-        for own in analysis.own:
-            if not own.array and own.automatic:
-                kind = self._kind(own.variable)
-                self.say(f"VAR {TYPES[kind]} {STARTS[kind]}{self._plain(own.variable.name)};")
+        self.lines.append(f"  PROC {self.named[program.key]}({', '.join(told)})")
+        declared = [self._datum(own.variable) for own in analysis.own if own.automatic]
         for place, step in enumerate(program.steps):
             if step.label is not None:
                 self.say(f"l{step.label}:")
             if step.statement is not None:
                 self._step(place, step.statement)
-        self.lines.append("  ENDPROC")
+        told = [f"    VAR {TYPES[d[1]]} {self.of_routine[d]}{self._sizes(d)};" for d in declared]
+        self.lines = [self.lines[0], *told, *self.lines[1:], "  ENDPROC"]
 
     def _parameter(self, program: ast.Program, place: int) -> str:
         kind = self._kind(program.parameters[place])
         way = "INOUT " if (program.key, place) in self.changing else ""
-        return f"{way}{TYPES[kind]} {STARTS[kind]}{self._plain(program.parameters[place].name)}"
+        return f"{way}{TYPES[kind]} {self.of_routine[self._datum(program.parameters[place])]}"
 
     def _step(self, place: int, statement: ast.Statement) -> None:
         try:
@@ -331,7 +346,7 @@ class RapidTranslator:
             raise Unsaid("FOR with a STEP whose sign is not known")
         if self._is_own(it):
             by = number(step, 9)
-            name = self._plain(it.variable.name)
+            name = self.of_routine[self._datum(it.variable)]
             self._open(f"FOR {name} FROM {self.num(it.first)} TO {self.num(it.last)} STEP {by} DO")
             return
         name, last = self.variable(it.variable), self.num(it.last)
@@ -510,14 +525,17 @@ class RapidTranslator:
         self.say(f"TPWrite {shown};")
 
     def _call(self, it: ast.Instruction) -> None:
-        called = it.arguments[0]
-        if not isinstance(called, ast.ProgramCall) or all(one.program.key != called.key for one in self.programs):
+        self.say(f"{self._called(it.arguments[0])};")
+
+    def _called(self, called: ast.Expression | None) -> str:
+        """Return a call of a program of the file; what it needs before it is written."""
+        callee = next((one.program for one in self.programs if one.program.key == getattr(called, "key", None)), None)
+        if not isinstance(called, ast.ProgramCall) or callee is None:
             raise Unsaid("CALL of a program that is not in the file")
-        (callee,) = (one.program for one in self.programs if one.program.key == called.key)
         if len(called.arguments) != len(callee.parameters) or None in called.arguments:
             raise Unsaid("CALL with another number of arguments")
         given = [self._argument(callee, place, one) for place, one in enumerate(called.arguments)]
-        self.say(f"{self._named(callee.name)}{' ' + ', '.join(given) if given else ''};")
+        return f"{self.named[callee.key]}{' ' + ', '.join(given) if given else ''}"
 
     def _argument(self, callee: ast.Program, place: int, value: ast.Expression | None) -> str:
         analysis = next(one for one in self.programs if one.program is callee)
@@ -552,17 +570,21 @@ class RapidTranslator:
         signal, called = ast.plain_number(it.arguments[0]), it.arguments[1] if len(it.arguments) > 1 else None
         if signal is None or not 1000 < abs(signal) < 2000 or not isinstance(called, ast.ProgramCall):
             raise Unsaid(f"{it.word} to more than an input")
-        name, trap = self._named(called.name), f"trap{int(abs(signal))}"
         stops = "    StopMove \\Quick;\n    ClearPath;\n    StartMove;\n" if it.word == "REACTI" else ""
-        self.traps[trap] = f"{stops}    {name};"
-        self.say(f"IDelete at_{trap};")
-        self.say(f"CONNECT at_{trap} WITH {trap};")
-        self.say(f"ISignalDI \\Single, di{int(abs(signal)) - 1000}, {int(signal > 0.0)}, at_{trap};")
+        body, at = f"{stops}    {self._called(called)};", int(abs(signal))
+        known = [name for name in self.traps if name.startswith(f"trap{at}")]
+        trap = next((name for name in known if self.traps[name] == body), f"trap{at}{'_' * len(known)}")
+        self.traps[trap] = body
+        self.interrupts.add(at)
+        self.say(f"IDelete at_trap{at};")
+        self.say(f"CONNECT at_trap{at} WITH {trap};")
+        self.say(f"ISignalDI \\Single, di{at - 1000}, {int(signal > 0.0)}, at_trap{at};")
 
     def _ignore(self, it: ast.Instruction) -> None:
         signal = ast.plain_number(it.arguments[0])
         if signal is None:
             raise Unsaid("IGNORE of a number that is computed")
+        self.interrupts.add(int(abs(signal)))
         self.say(f"IDelete at_trap{int(abs(signal))};")
 
     def _tool(self, it: ast.Instruction) -> None:
@@ -590,22 +612,33 @@ class RapidTranslator:
         return found or (Kind.LOCATION if isinstance(self.given.get(key), Transform) else Kind.REAL)
 
     def variable(self, it: ast.Variable) -> str:
-        kind, name = self._kind(it), self._plain(it.name)
         if it.many:
             raise Unsaid("a whole array")
-        local = it.key in self.parameters or it.key in self.loops or (it.key in self.own and self.own[it.key].automatic)
-        if local and it.indexes:
-            raise Unsaid("an array of a program's own")
-        if not local:
-            key = (kind, it.key)
-            taken = set(self.shared.values()) | {self._named(one.program.name) for one in self.programs}
-            wanted = STARTS[kind] + name
-            name = self.shared.setdefault(key, wanted if wanted not in taken else f"{wanted}_{len(self.shared)}")
-            if it.indexes:
-                self.arrays[key] = len(it.indexes)
-                return name + "{" + ", ".join(map(self._index, it.indexes)) + "}"
+        if it.indexes and it.key in self.parameters:
+            raise Unsaid("an array that is a parameter")
+        datum = self._datum(it)
+        name = self.shared.get(datum) or self.of_routine[datum]
+        if not it.indexes:
             return name
-        return STARTS[kind] + name
+        return name + "{" + ", ".join(map(self._index, it.indexes)) + "}"
+
+    def _datum(self, it: ast.Variable) -> Datum:
+        """Return what a variable is, with a name of its own: of the routine, or of the module."""
+        own, program = self.own.get(it.key), self.analysis.program
+        inner = it.key in self.parameters or it.key in self.loops or (own is not None and own.automatic)
+        datum = (program.key if inner or own is not None else "", kind := self._kind(it), it.key)
+        names = self.of_routine if inner else self.shared
+        if datum not in names:
+            before = f"{program.name}_" if own is not None and not inner else ""
+            hidden = {name for known, name in self.shared.items() if inner and known[1:] == datum[1:]}
+            taken = {*self.named.values(), *self.shared.values(), *self.of_routine.values()} - hidden
+            names[datum] = _free(f"{STARTS[kind]}{before}{it.name}", taken)
+        if it.indexes:
+            sizes = [
+                int(one.value) if isinstance(one, ast.Number) else SIZE - 1 if datum[0] else -1 for one in it.indexes
+            ]
+            self.arrays[datum] = [max(pair) for pair in zip(self.arrays.get(datum, sizes), sizes, strict=False)]
+        return datum
 
     def _index(self, it: ast.Expression) -> str:
         return str(int(it.value) + 1) if isinstance(it, ast.Number) else f"{self.num(it)} + 1"
@@ -734,13 +767,6 @@ class RapidTranslator:
 
     # --- names ---
 
-    def _plain(self, name: str) -> str:
-        plain = identifier(name.lower(), 28)
-        return f"{plain}_" if plain in TAKEN or plain.endswith("speed") else plain
-
-    def _named(self, program: str) -> str:
-        return f"{self._plain(program)}_" if self._plain(program) == self.name else self._plain(program)
-
     def _changing(self) -> set[tuple[str, int]]:
         """The parameters that a program changes, or gives to one that does: (program, place)."""
         found = set[tuple[str, int]]()
@@ -761,6 +787,7 @@ PLACEHOLDERS: Mapping[type, str] = {  # openers of blocks without a counterpart:
     ast.Case: "TEST 0",
     ast.Value: "CASE 1:",
 }
+Datum = tuple[str, Kind, str]  # a program ("": all of them share it), kind and key of a variable
 LOOPS = (BlockKind.WHILE, BlockKind.DO, BlockKind.FOR)
 HERE = "CRobT(\\Tool:=held\\WObj:=world)"
 
@@ -770,6 +797,14 @@ def _minus(it: ast.Expression | None) -> ast.Expression:
     if it is None:
         raise Unsaid("a distance that is left out")
     return ast.Number(-it.value, "", span=it.span) if isinstance(it, ast.Number) else ast.Unary("-", it, span=it.span)
+
+
+def _free(name: str, taken: Collection[str]) -> str:
+    """Return an identifier for a name of VAL-II that is not taken, no word of RAPID and no name of a routine."""
+    plain = identifier(name.lower(), 28)
+    while plain in TAKEN or plain in taken or NUMBERED.fullmatch(plain):
+        plain += "_"
+    return plain
 
 
 def _is_text(it: ast.Variable | ast.StringConstant) -> bool:
