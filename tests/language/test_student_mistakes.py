@@ -2,10 +2,14 @@
 
 import pytest
 
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.errors import LocationOutOfRange, VrsError
 from vrs_cli.interfaces.inspection import inspect
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.render.text import plain_text
 
 PUMA = load_robot("puma560")
 
@@ -283,6 +287,27 @@ PUMA = load_robot("puma560")
             "x = x + 1 in the loop counts",
         ),
         ("x = 0\nDO\nMOVE HERE\nUNTIL x > 3", "no step of this loop changes x", "x = x + 1 in the loop counts"),
+        (
+            "TYPE Hello",
+            "Hello is given a value nowhere",
+            'Hello = ... gives it a value; a text stands in double quotes: "Hello"',
+        ),
+        ("RESTART", "RESTART", "GOTO 10 goes back to a label: 10 TYPE"),
+        (
+            "SIGNAL 1, 0",
+            "0 is no number of a signal",
+            "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off, SIG(1001) reads one",
+        ),
+        (
+            "MOVE NULL",
+            "the wrist would be 0.0 mm from the axis of joint 1, it cannot come nearer than 149.1 mm",
+            "NULL is the robot's origin, X = Y = Z = 0, where no tool can be",
+        ),
+        (
+            "x = undo + 1",
+            "undo is given a value nowhere",
+            "UNDO is a word; undo = ... gives a variable of that name a value",
+        ),
         ("WAIT 3", "it waits for the signal: WAIT SIG(1003)", "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"),
     ],
 )
@@ -350,3 +375,34 @@ def test_at_the_prompt(line: str, told: str, hint: str) -> None:
     statement = parse_prompt(line, ())
     assert statement is not None
     assert (told, hint) in [(one.detail, one.hint) for one in check_line(statement)]
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("MOVE NULL", "(NULL is the robot's origin, X = Y = Z = 0, where no tool can be)"),
+        ("MOVES NULL", "(NULL is the robot's origin, X = Y = Z = 0, where no tool can be)"),
+        ("restart", "restart (EXECUTE runs the last program again, PROCEED goes on after a stop)"),
+        ("SIGNAL 1, 0", "0 is no number of a signal (SIGNAL 1 turns a signal on, SIGNAL -1 turns it off"),
+        ("TYPE Hello", 'Hello (Hello = ... gives it a value; a text stands in double quotes: "Hello")'),
+        ("x = y", "y (y = ... gives it a value)"),
+        ("UNDO UNDO", "undo (UNDO is a word; undo = ... gives a variable of that name a value)"),
+    ],
+)
+def test_a_line_that_fails_at_the_prompt(line: str, told: str) -> None:
+    terminal = RecordingTerminal()
+    session = Session(terminal)
+    try:
+        session.perform(line)
+        said = "".join(map(plain_text, terminal.replies))
+    except VrsError as error:
+        said = str(error)
+    assert told in said
+
+
+def test_null_is_another_place_where_base_has_moved_it() -> None:
+    session = Session(RecordingTerminal())
+    session.perform("BASE 0, -3000")
+    with pytest.raises(LocationOutOfRange, match="nearer") as refused:
+        session.perform("MOVE NULL")
+    assert "NULL" not in str(refused.value)

@@ -34,11 +34,12 @@ from vrs_cli.engine.targets import (
     check_near,
     check_swivel,
     fraction_of_full,
+    naming_null,
     program_speed,
     resolve,
     select,
 )
-from vrs_cli.errors import AlterNotOn, IllegalValue, LocationTooFar, MotionError, PowerOff, TooLate
+from vrs_cli.errors import AlterNotOn, IllegalValue, LocationOutOfRange, LocationTooFar, MotionError, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Configuration, Joints
@@ -203,6 +204,11 @@ class Engine:
         `issued`: when it was asked, where that was earlier.
         """
         match request:
+            case Move(target=PoseTarget(T_world_tool=place)):
+                try:
+                    return self._move(request, program, issued)
+                except LocationOutOfRange as refusal:
+                    raise naming_null(refusal, compose(self.frames.base, place)) from None
             case Move():
                 return self._move(request, program, issued)
             case Alter():

@@ -14,6 +14,7 @@ from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
     JointOutOfRange,
+    LocationOutOfRange,
     LocationTooFar,
     NotAvailable,
     StraightLineConfiguration,
@@ -25,6 +26,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Flag, Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import (
+    IDENTITY,
     Transform,
     Vector,
     at_position,
@@ -103,6 +105,13 @@ def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -
         return None
     check_near(pose, "{} from the robot", LocationTooFar)
     return pose
+
+
+def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> LocationOutOfRange:
+    """Return the refusal of a place; where the place is NULL, which is no place for a tool, the hint says so."""
+    if T_robot_tool != IDENTITY:
+        return refusal
+    return refusal.reworded(hint="NULL is the robot's origin, X = Y = Z = 0, where no tool can be")
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:

@@ -8,8 +8,8 @@ from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle_of
-from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import IllegalValue, MotionError, WithoutEffect
+from vrs_cli.engine.targets import check_joint_limits, naming_null
+from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError, WithoutEffect
 from vrs_cli.interfaces.station.loaded_file import NO_PROGRAMS, variables_of
 from vrs_cli.kinematics.joints import TURNING
 from vrs_cli.kinematics.model import RobotModel
@@ -283,10 +283,10 @@ def _way(statement: ast.Instruction) -> _Way | None:
 
 
 def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
-    """The arguments of TRANS and #PPOINT where all are numbers; None for what is only known when it runs."""
+    """The arguments of TRANS, #PPOINT and NULL where all are numbers; None for what is only known when it runs."""
     numbers = tuple(map(ast.plain_number, place.arguments))
     missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
-    return None if place.name not in ("TRANS", "#PPOINT") or missing or len(numbers) > JOINTS_HIGH else numbers
+    return None if place.name not in ("TRANS", "#PPOINT", "NULL") or missing or len(numbers) > JOINTS_HIGH else numbers
 
 
 def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
@@ -321,6 +321,8 @@ def _refusal(
                 engine.joints_for(pose)
         elif place is not None and not distance:
             check_joint_limits(engine.model, place)
+    except LocationOutOfRange as refusal:
+        return naming_null(refusal, place) if isinstance(place, Transform) else refusal
     except (MotionError, IllegalValue) as refusal:
         return refusal
     return None

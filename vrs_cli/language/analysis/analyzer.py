@@ -61,7 +61,7 @@ from vrs_cli.language.analysis.names import (
 from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
-from vrs_cli.language.text.meaning import FUNCTION_NAMES, giving, meant_by, variables_given_by
+from vrs_cli.language.text.meaning import FUNCTION_NAMES, giving, meant_by, text_meant, variables_given_by
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.foreign import form_of
@@ -495,6 +495,8 @@ class _Steps(Expressions):
             decided = self._decided(variable)
             hint = hint or other_sigil(variable, {**dict.fromkeys(self.given), **around.known})
             hint = hint or giving(name, decided.kind if decided else Kind.REAL)
+            if not hint and variable.key in self.typed:
+                hint = text_meant(name)
             self.warn(UndefinedValue, variable.span, detail, hint)
         self.diagnostics += confusions(program, self, around)
 

@@ -43,7 +43,7 @@ from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATI
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.foreign import form_of, own_function
 from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, Kind
+from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, ON_AND_OFF, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
 from vrs_cli.values.diagnostics import Span, did_you_mean
 
@@ -61,6 +61,8 @@ class Expressions(NameFindings):
     # --- arguments, by their shape ---
 
     def _item(self, expression: Expression) -> None:
+        if isinstance(expression, ast.Variable):
+            self.typed.add(expression.key)
         if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
             if isinstance(expression, ast.StringConstant) and (found := re.search(_PRINTF, expression.value)):
@@ -79,8 +81,7 @@ class Expressions(NameFindings):
     def _signal(self, expression: Expression) -> None:
         """The number of a signal. SIGNAL 1, ON names no state: ON is -1, which would turn signal 1 off."""
         if isinstance(expression, ast.Call) and expression.name in _STATES:
-            hint = "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off, SIG(1001) reads one"
-            self.fault(IllegalSignal, expression.span, f"{expression.name} is no number of a signal", hint)
+            self.fault(IllegalSignal, expression.span, f"{expression.name} is no number of a signal", ON_AND_OFF)
         self.value(expression, REAL)
 
     def _unit(self, expression: Expression) -> None:

@@ -243,6 +243,7 @@ class NameFindings(DiagnosticCollector):
         self.first_read: dict[str, ast.Variable] = {}
         self.assigned: dict[str, ast.Variable] = {}
         self.functions: dict[str, ast.Call] = {}
+        self.typed: set[str] = set()  # keys of the variables that TYPE shows
         self.parameters = {parameter.key for parameter in parameters}
         self.declared: set[str] = set()
         self._declared_by: dict[str, str] = {}  # the word of the first declaration of a name, right or wrong

@@ -23,7 +23,15 @@ from itertools import islice, repeat
 from operator import methodcaller
 from typing import TYPE_CHECKING, cast
 
-from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, ProgramNotExecutable, StackOverflow, VrsError
+from vrs_cli.errors import (
+    IllegalValue,
+    LimitReached,
+    LineMissing,
+    ProgramNotExecutable,
+    StackOverflow,
+    UndefinedValue,
+    VrsError,
+)
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
@@ -58,6 +66,7 @@ from vrs_cli.language.run.memory import Context, Definable, StoredProgram
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement, Step, Variable
+from vrs_cli.language.text.meaning import text_meant, value_given
 from vrs_cli.language.words.values import Kind, key_of, kind_of_value
 from vrs_cli.values.commands import Brake, Break
 from vrs_cli.values.numbers import Value
@@ -416,6 +425,7 @@ class Task:
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
+        error = _with_text_meant(error, program.steps[activation.step].statement if program.steps else None)
         self._environment.last_error = error.code
         self.state = TaskState.FAILED
         self.fault = ProgramFault(
@@ -430,6 +440,14 @@ class Task:
             str(error.for_python()) if error.in_python else "",
         )
         return Failed(self.fault, error)
+
+
+def _with_text_meant(error: VrsError, statement: Statement | None) -> VrsError:
+    """Return the error of a step; TYPE Hello may have meant "Hello"."""
+    types = isinstance(statement, ast.Instruction) and statement.word == "TYPE"
+    if types and isinstance(error, UndefinedValue) and error.hint == value_given(error.detail):
+        return error.reworded(hint=text_meant(error.detail))
+    return error
 
 
 # --- lines of the prompt ---------------------------------------------------------------------------------------------

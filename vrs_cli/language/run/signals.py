@@ -15,7 +15,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.run.variables import Variables
-from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, integer_between, plain
+from vrs_cli.language.words.values import INPUTS, INTERNAL, ON_AND_OFF, OUTPUTS, integer_between, plain
 from vrs_cli.trajectory.instant import TICK, on_grid
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import SetChannels, Stamp
@@ -274,6 +274,8 @@ class Signals:
         return range(start, start + size)
 
     def _known(self, number: float) -> int:
+        if round(number) == 0:
+            raise IllegalSignal("0 is no number of a signal", ON_AND_OFF)
         if not self.exists(number):
             banks = ", ".join(f"{bank[0]}-{bank[-1]}" for bank in (OUTPUTS, INPUTS, INTERNAL))
             raise IllegalSignal(plain(number), f"signals are {banks}")

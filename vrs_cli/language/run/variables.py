@@ -16,7 +16,7 @@ from weakref import ref
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Entry, Number
-from vrs_cli.language.text.meaning import giving
+from vrs_cli.language.text.meaning import giving, value_given
 from vrs_cli.language.words.values import (
     Kind,
     key_of,
@@ -90,9 +90,7 @@ class Cells(dict[str | Index, Value]):
         if indexes:
             low, high = min(indexes), max(indexes)
             near = f"its only element is {low}" if low == high else f"its elements are {low} to {high}"
-        raise UndefinedValue(
-            self.name(key), near or giving(self.name(key), self.kind) or f"{self.name(key)} = ... gives it a value"
-        )
+        raise UndefinedValue(self.name(key), near or giving(self.name(key), self.kind) or value_given(self.name(key)))
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
         """Give many variables their values."""

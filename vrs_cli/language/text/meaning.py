@@ -24,6 +24,7 @@ from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.words.foreign import own_function
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED
+from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.values.diagnostics import Span
@@ -206,4 +207,19 @@ def giving(name: str, kind: Kind | None) -> str:
         return f"{name} = ... defines it; $MID({base}, 1, 2) is a part of a text"
     if bracket and kind is Kind.REAL:
         return f"{name} = ... defines it; DX(p) is the X of a place p"
-    return meant_by(name) if kind is Kind.REAL else ""
+    if kind is not Kind.REAL:
+        return ""
+    word = name.upper()
+    if word in INSTRUCTIONS or word in COMMANDS:
+        return f"{word} is a word; {name} = ... gives a variable of that name a value"
+    return meant_by(name)
+
+
+def value_given(name: str) -> str:
+    """Say how a number gets a value, as a hint."""
+    return f"{name} = ... gives it a value"
+
+
+def text_meant(name: str) -> str:
+    """Say what is to be done where TYPE finds a name without a value, as a hint."""
+    return f'{value_given(name)}; a text stands in double quotes: "{name}"'

@@ -147,6 +147,7 @@ _ADVICE: Mapping[str, str] = {
         "x = 5 makes a variable",
     ),
 }
+_IN_PROGRAM: Mapping[str, str] = dict.fromkeys(("RESTART", "RERUN", "AGAIN"), "GOTO 10 goes back to a label: 10 TYPE")
 
 
 def theirs() -> Iterable[str]:
@@ -180,4 +181,4 @@ def way(foreign: str, *, at_prompt: bool) -> str:
     if row is not None:
         more = f"; {_MORE[foreign.upper()]}" if foreign.upper() in _MORE else ""
         return f"did you mean {ours}? The form is {row.form}{more}"
-    return _ADVICE.get(foreign.upper(), "")
+    return (_IN_PROGRAM.get(foreign.upper(), "") if not at_prompt else "") or _ADVICE.get(foreign.upper(), "")

@@ -233,6 +233,7 @@ def quadrant(angle: float) -> tuple[int, float]:
     return right_angles % 4, radians(turned - 90.0 * right_angles)
 
 
+ON_AND_OFF = "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off, SIG(1001) reads one"
 SIGNALS_A_BANK = 512
 OUTPUTS = range(1, 1 + SIGNALS_A_BANK)
 INPUTS = range(1001, 1001 + SIGNALS_A_BANK)
