@@ -28,6 +28,13 @@ shape = "box"
 size = [50, 600, 800]
 at = [450, 300, 0]
 """
+PART = """
+[[part]]
+name = "block"
+shape = "box"
+size = [40, 40, 40]
+at = [0, 550, -400]
+"""
 INTO = "DRIVE 2, 60, 100"
 
 
@@ -163,11 +170,16 @@ def test_a_dragged_tool_stops_before_a_contact() -> None:
     assert session.contacts.first_contact(engine.timeline, begun, engine.end, engine.settings) is None
 
 
-def test_without_the_package_one_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("asked", ["ENABLE COLLISION", "PARTS"])
+def test_without_the_package_one_line_says_so_where_contacts_or_parts_are_asked_for(
+    monkeypatch: pytest.MonkeyPatch, asked: str
+) -> None:
     monkeypatch.setattr(watch, "find_spec", lambda _: None)
-    session = session_of()
+    session = session_of(WALL + PART)
     session.perform(f"DO {INTO}")
-    session.perform("DO DRIVE 1, 10, 100")
+    assert not [line for line in told(session) if "contacts" in line]
+    for line in (asked, "DO DRIVE 1, 10, 100", asked, "DO DRIVE 1, 10, 100"):
+        session.perform(line)
     assert [line.partition(":")[0] for line in told(session) if "contacts" in line] == ["contacts are not checked"]
 
 

@@ -127,18 +127,20 @@ class ContactWatch:
         """Return what looked for contacts last."""
         return self._last
 
-    def _available(self) -> bool:
-        if find_spec("mujoco") is not None:
-            return True
-        if not self._missing:
+    def tell_missing(self) -> None:
+        """Say once that contacts are not checked where MuJoCo is missing."""
+        if not self._missing and find_spec("mujoco") is None:
             self._missing = True
             self._tell(f"contacts are not checked: that needs mujoco-core ({how_to_install('mujoco-core')})")
-        return False
 
     def _checker(self, settings: Settings) -> Checker | None:
         """Return what looks for contacts; None where nothing does."""
-        scene = self._around()[0]
-        if (scene.empty and not settings.switch("COLLISION")) or not self._available():
+        scene, refused = self._around()[0], settings.switch("COLLISION")
+        if scene.empty and not refused:
+            return None
+        if find_spec("mujoco") is None:
+            if refused:  # nobody else has asked for contacts
+                self.tell_missing()
             return None
         from vrs_cli.contacts.checker import Checker
 

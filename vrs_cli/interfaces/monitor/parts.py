@@ -34,6 +34,8 @@ def _row(course: WorldCourse, name: str, t: float) -> PartRow:
 def _parts(station: Station, it: Instruction) -> Iterable[Reply]:
     table = part_table(station, moment(station, it) if it.modifiers.timed else None)
     yield table if table.rows else Message(f"There are no parts; {BRINGS_PARTS}")
+    if table.rows:
+        station.contacts.tell_missing()
 
 
 def where_part(station: Station, it: Instruction, asked: BareWord | StringConstant) -> Iterable[Reply]:
