@@ -18,6 +18,7 @@ import numpy as np
 from tests.convert.playing import Done, outputs_of
 from tests.convert.readers import Matrix, NotRead, about, matrix, of_quaternion
 from vrs_cli import Location, Robot
+from vrs_cli.language.run.operations import cosine, sine
 
 FIELDS = {
     "trans": 0,
@@ -69,6 +70,22 @@ class Array(dict[Any, Any]):
 
 
 @dataclass
+class Alias:
+    """What an INOUT parameter stands for: a variable, or an element of an array."""
+
+    holder: dict[Any, Any]
+    key: Any
+
+    @property
+    def value(self) -> Any:
+        return self.holder[self.key]
+
+    @value.setter
+    def value(self, value: Any) -> None:
+        self.holder[self.key] = value
+
+
+@dataclass
 class Node:
     """A line, or a block with its parts: (opening line, nodes) each."""
 
@@ -96,7 +113,7 @@ class RapidMachine:
     """
 
     def __init__(self, text: str, robot: Robot, inputs: Iterable[tuple[float, int, bool]] = ()) -> None:
-        self.inputs, self.on = list(inputs), dict[str, bool]()
+        self.inputs, self.on = list(inputs), dict[str, bool]()  # `on`: the signals
         self.traps = dict[str, str]()  # which one an interrupt is connected with
         self.armed = dict[str, tuple[str, bool]]()  # what each interrupt waits for: an input, and its state
         self.robot, self.places, self.typed = robot, list[Matrix](), list[str]()
@@ -159,19 +176,24 @@ class RapidMachine:
 
     # --- carrying out ---
 
-    def call(self, name: str, given: list[Any], back: list[Any] | None = None) -> Any:
+    def call(self, name: str, given: list[Any]) -> Any:
         routine, own = self.routines[name], dict[str, Any]()
         for (parameter, _), value in zip(routine.parameters, given, strict=True):
             assert parameter not in {*self.routines, *self.functions, *own}, f"{parameter} is taken"
-            own[parameter] = copy.deepcopy(value)
-        result = None
+            own[parameter] = value if isinstance(value, Alias) else copy.deepcopy(value)
         try:
             self._block(routine.body, own)
         except Returned as it:
-            result = it.args[0]
-        if back is not None:
-            back += [own[parameter] for parameter, _ in routine.parameters]
-        return result
+            return it.args[0]
+        return None
+
+    def _alias(self, text: str, own: dict[str, Any]) -> Alias:
+        m = re.fullmatch(r"(\w+)(\{(.*)\})?", text)
+        assert m, "a reference is a variable"
+        holder = own if m[1] in own else self.shared
+        if m[2]:
+            return Alias(holder[m[1]], self.value(f"({m[3]})", own))
+        return holder[m[1]] if isinstance(holder[m[1]], Alias) else Alias(holder, m[1])
 
     def _block(self, nodes: list[Node], own: dict[str, Any]) -> None:
         place, labels = 0, {node.line[:-1]: k for k, node in enumerate(nodes) if re.fullmatch(r"\w+:", node.line)}
@@ -243,13 +265,8 @@ class RapidMachine:
                 self.traps[m[1]] = m[2]
             elif word in self.routines:
                 assert word not in own, f"{word} is not the routine here"
-                back = list[Any]()
-                self.call(word, [self.value(one, own) for one in names], back)
-                for one, (_, changes), value in zip(names, self.routines[word].parameters, back, strict=True):
-                    if changes:
-                        m = re.fullmatch(r"(\w+)(\{.*\})?", one)
-                        assert m, "a reference is a variable"
-                        self._assign(m[1], m[2], value, own)
+                pairs = zip(names, self.routines[word].parameters, strict=True)
+                self.call(word, [(self._alias if changes else self.value)(one, own) for one, (_, changes) in pairs])
             else:
                 getattr(self, f"i_{word}")(*[self._argument(one, own) for one in names])
 
@@ -264,12 +281,12 @@ class RapidMachine:
         if index:
             into[name][self.value(f"({index[1:-1]})", own)] = value
         elif fields:
-            target = into[name]
+            target = self.value(name, own)
             for one in fields[:-1]:
                 target = target[FIELDS[one]]
             target[FIELDS[fields[-1]]] = value
         else:
-            into[name] = value
+            self._alias(name, own).value = value
 
     def value(self, text: str, own: dict[str, Any]) -> Any:
         parts = re.split(r'("[^"]*")', text.strip())
@@ -306,6 +323,7 @@ class RapidMachine:
     def i_SetDO(self, signal: str, on: int) -> None:
         word = ("CLOSEI", "OPENI")[on] if signal == "doHand" else f"SIGNAL {'' if on else '-'}{signal[2:]}"
         self.robot.do(word)
+        self.on[signal] = bool(on)
 
     def i_WaitTime(self, *given: Any) -> None:
         self.robot.do(f"DELAY {given[-1]}")
@@ -374,8 +392,8 @@ class RapidMachine:
     def f_NumToStr(self, value: float, decimals: int) -> str:
         return f"{value:.{decimals}f}"
 
-    def f_DOutput(self, _signal: str) -> float:
-        return float(self.robot["HAND"])
+    def f_DOutput(self, signal: str) -> float:
+        return float(self.robot["HAND"] if signal == "doHand" else self.on.get(signal, False))
 
     def f_DInput(self, signal: str) -> int:
         return int(self.on.get(signal, False))
@@ -388,12 +406,8 @@ class RapidMachine:
     f_Trunc = staticmethod(math.trunc)  # noqa: N815
     f_Pow = staticmethod(pow)  # noqa: N815
     f_StrLen = staticmethod(len)  # noqa: N815
-
-    def f_Sin(self, x: float) -> float:
-        return math.sin(math.radians(x))
-
-    def f_Cos(self, x: float) -> float:
-        return math.cos(math.radians(x))
+    f_Sin = staticmethod(sine)  # noqa: N815 (of degrees, equal to the bit: programs compare)
+    f_Cos = staticmethod(cosine)  # noqa: N815
 
     def f_ATan2(self, y: float, x: float) -> float:
         return math.degrees(math.atan2(y, x))
@@ -405,6 +419,10 @@ class Names(ChainMap[str, Any]):
     def __init__(self, machine: RapidMachine, own: dict[str, Any]) -> None:
         super().__init__(own, machine.shared, machine.functions)
         self.machine = machine
+
+    def __getitem__(self, name: str) -> Any:
+        found = super().__getitem__(name)
+        return found.value if isinstance(found, Alias) else found
 
     def __missing__(self, name: str) -> Any:
         if name == "Record":

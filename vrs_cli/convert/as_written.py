@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import partial
 from math import pi
 
 from msgspec import Struct
@@ -17,7 +18,7 @@ from vrs_cli.convert.steps import ExecutedRun
 from vrs_cli.convert.writers import RapidWriter, external, identifier, number, robtarget, tooldata, wobjdata
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.transform import IDENTITY, Transform, distance
-from vrs_cli.language.analysis.names import Analysis, Block, BlockKind, loops_of
+from vrs_cli.language.analysis.names import Analysis, Block, BlockKind, kind_of, loops_of
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.printer import expression_text
@@ -148,7 +149,9 @@ class RapidTranslator:
         self.interrupts = set[int]()  # inputs
         self.shared = dict[Datum, str]()  # the names of data of the module
         self.arrays = dict[Datum, list[int]]()  # their sizes, as far as indexes that are constants tell
-        self.changing = self._changing()
+        self.kinds = {one.program.key: dict(one.kinds) for one in programs}
+        self.changing = set[tuple[str, int]]()  # parameters that a program changes, or gives to one that does
+        self._learn_from_calls()
         self.temporary = 0
 
     # --- the module ---
@@ -538,9 +541,8 @@ class RapidTranslator:
         return f"{self.named[callee.key]}{' ' + ', '.join(given) if given else ''}"
 
     def _argument(self, callee: ast.Program, place: int, value: ast.Expression | None) -> str:
-        analysis = next(one for one in self.programs if one.program is callee)
         parameter = callee.parameters[place]
-        kind = SIGILS[parameter.sigil] or analysis.kinds.get(parameter.key, Kind.REAL)
+        kind = SIGILS[parameter.sigil] or self.kinds[callee.key].get(parameter.key, Kind.REAL)
         if isinstance(value, ast.Variable) and value.many:
             raise Unsaid("CALL with a whole array")
         text = {Kind.REAL: self.num, Kind.STRING: self.text, Kind.LOCATION: self.place, Kind.PRECISION: self.joints}
@@ -604,12 +606,17 @@ class RapidTranslator:
     # --- expressions ---
 
     def _kind(self, variable: ast.Variable) -> Kind:
-        return SIGILS[variable.sigil] or self.analysis.kinds.get(variable.key) or self._kind_elsewhere(variable.key)
+        return self._known_kind(self.analysis, variable) or Kind.REAL
 
-    def _kind_elsewhere(self, key: str) -> Kind:
-        """The kind of a bare name that this program does not decide."""
-        found = next((one.kinds[key] for one in self.programs if key in one.kinds), None)
-        return found or (Kind.LOCATION if isinstance(self.given.get(key), Transform) else Kind.REAL)
+    def _known_kind(self, analysis: Analysis, variable: ast.Variable) -> Kind | None:
+        """Return the kind of a variable as its program decides it; of a shared one also as others, or the file, do."""
+        key, program = variable.key, analysis.program
+        own = {*(one.key for one in program.parameters), *(one.key for one in analysis.own)}
+        found = SIGILS[variable.sigil] or self.kinds[program.key].get(key)
+        if found is None and key not in own:
+            found = next((kinds[key] for kinds in self.kinds.values() if key in kinds), None)
+            found = found or (Kind.LOCATION if isinstance(self.given.get(key), Transform) else None)
+        return found
 
     def variable(self, it: ast.Variable) -> str:
         if it.many:
@@ -767,17 +774,20 @@ class RapidTranslator:
 
     # --- names ---
 
-    def _changing(self) -> set[tuple[str, int]]:
-        """The parameters that a program changes, or gives to one that does: (program, place)."""
-        found = set[tuple[str, int]]()
-        while True:
-            before = len(found)
+    def _learn_from_calls(self) -> None:
+        """Find the parameters that programs change, and the kinds that only arguments decide, until nothing is new."""
+        programs, known = {one.program.key: one.program for one in self.programs}, -1
+        while known != (known := len(self.changing) + sum(map(len, self.kinds.values()))):
             for analysis in self.programs:
-                changed = {key for statement in analysis.program.statements for key in _assigned(statement, found)}
+                changed = {key for one in analysis.program.statements for key in _assigned(one, self.changing)}
                 places = enumerate(analysis.program.parameters)
-                found |= {(analysis.program.key, place) for place, one in places if one.key in changed}
-            if len(found) == before:
-                return found
+                self.changing |= {(analysis.program.key, place) for place, one in places if one.key in changed}
+                for call in (one for step in analysis.program.steps for one in ast.nodes(step)):
+                    if isinstance(call, ast.ProgramCall) and call.key in programs:
+                        for parameter, value in zip(programs[call.key].parameters, call.arguments, strict=False):
+                            kind = None if value is None else kind_of(value, partial(self._known_kind, analysis))
+                            if kind is not None and not parameter.sigil:
+                                self.kinds[call.key].setdefault(parameter.key, kind)
 
 
 PLACEHOLDERS: Mapping[type, str] = {  # openers of blocks without a counterpart: the block is not carried out
