@@ -283,12 +283,16 @@ class TimeUnit(ProgramError, code=67, text="Time in seconds"):
     """A warning: a time that looks like milliseconds."""
 
 
+class SpeedInPercent(ProgramError, code=69, text="Speed in percent"):
+    """A warning: a speed that looks like a fraction of the full one."""
+
+
 class UnreadStatus(ProgramError, code=68, text="Status of a file not read"):
     """A warning: a program opens a file to be read, and goes on where it is not there."""
 
 
 class FixedCondition(ProgramError, code=66, text="Condition that never changes"):
-    """A warning: the number of a signal where its state is meant."""
+    """A warning: the number of a signal where its state is meant, or TRUE compared with 1."""
 
 
 class AboveFullSpeed(ProgramError, code=64, text="More than full speed"):

@@ -309,6 +309,25 @@ PUMA = load_robot("puma560")
             "UNDO is a word; undo = ... gives a variable of that name a value",
         ),
         ("WAIT 3", "it waits for the signal: WAIT SIG(1003)", "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"),
+        ("IF SIG(1) == 1 THEN\nEND", "SIG(1) is TRUE (-1) or FALSE (0), never 1", "write SIG(1)"),
+        ("WHILE SIG(1001) <> 1 DO\nEND", "SIG(1001) is TRUE (-1) or FALSE (0), never 1", "write NOT SIG(1001)"),
+        ("WAIT 1 == SIG(1001, -1002)", "SIG(1001, -1002) is TRUE (-1) or FALSE (0), never 1", "write SIG(1001, -1002)"),
+        ("TYPE SIG(1001) > 0", "SIG(1001) is TRUE (-1) or FALSE (0)", "write SIG(1001)"),
+        (
+            "IF NOT SIG(1) AND DEFINED(x) == 1 GOTO 10",
+            "DEFINED(x) is TRUE (-1) or FALSE (0), never 1",
+            "write DEFINED(x)",
+        ),
+        ("busy = NOT SIG(1001)\nIF busy == 1 THEN\nEND", "busy is TRUE (-1) or FALSE (0), never 1", "write busy"),
+        (
+            "FOR i = 1 TO 3\nMOVE HERE\nIF i == 2 THEN\nTYPE i\nBREAK\nEND\nEND",
+            "BREAK waits until the arm stands, and leaves no loop",
+            "EXIT leaves a loop",
+        ),
+        ("count = 0\ncuont = count + 1", "cuont is used nowhere", "did you mean count?"),
+        ("part_pos = 0\npartpos = part_pos", "partpos is used nowhere", "did you mean part_pos?"),
+        ("SET pick = HERE\nSET pikc = HERE\nMOVE pick", "pikc is used nowhere", "did you mean pick?"),
+        ("SPEED 0.5 ALWAYS", "SPEED takes percent", "half speed is SPEED 50"),
     ],
 )
 def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) -> None:
@@ -338,6 +357,14 @@ def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) 
         "x = 0\nWHILE x < 3 DO\nIF y > 3 GOTO 10\nEND\n10 y = 0\nWHILE x < 3 DO\nWAIT SIG(1001)\nEND",
         "x = 0\nWHILE x < TIMER(1) DO\nTYPE x\nEND\nDO\nEXIT\nUNTIL x == 3",
         "a[1] = 1\na[2] = -1\nTYPE a[1], - -a[2]",
+        "IF SIG(1) == TRUE THEN\nTYPE SIG(1) == 0, SIG(1) <> -1, SIG(1) < 0, (1 < x) == (x < 5), BITS(1, 4) == 1\nEND",
+        "busy = SIG(1001)\nREAD (5) busy\nIF busy == 1 THEN\nEND\nidle = NOT busy\nidle = 1\nTYPE idle == 1",
+        "FOR x = 1 TO 3\nMOVE HERE\nCASE x OF\nVALUE 1:\nBREAK\nANY\nTYPE x\nEND\nEND",
+        "FOR x = 1 TO 3\nIF x == 2 THEN\nMOVE HERE\nBREAK\nEND\nEND",
+        "FOR x = 1 TO 3\nMOVE HERE\nIF x == 2 THEN\nBREAK\nTYPE x\nEND\nEND\nIF x == 1 THEN\nBREAK\nEND",
+        "part1 = 1\npart2 = 1\nposx = x\nposy = x\nidle = 0\nTYPE part1, posx",
+        "count = 1\ncounts = 1\nTYPE count, counts\nFOR counst = 1 TO 2\nTYPE x\nEND",
+        "SPEED 0.5 IPS\nSPEED 1 MMPS ALWAYS\nSPEED x\nSPEED 30 ALWAYS",
     ],
 )
 def test_usual_lines_are_not(line: str) -> None:

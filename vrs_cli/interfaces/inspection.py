@@ -183,10 +183,11 @@ def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
     """Return all on which the findings in a program depend, besides its text: variables and programs of the file."""
     called = tuple(_signature(around, key) for key in sorted(analysis.calls))
     names = around.program_keys if None in called else ()
-    asked = analysis.needs | analysis.functions
+    asked = analysis.needs | analysis.functions | analysis.alone
     elsewhere = frozenset(key for key in asked if around.given_elsewhere(key, analysis.program))
     near = frozenset(key for key in analysis.calls if key in around.elsewhere)
-    return around.known, called, names, near, elsewhere, around.given if analysis.needs - elsewhere else None
+    named = frozenset(key for key in analysis.alone if around.named_elsewhere(key, analysis.program))
+    return around.known, called, names, near, elsewhere, named, around.given if analysis.needs - elsewhere else None
 
 
 def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:

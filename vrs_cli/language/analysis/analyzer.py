@@ -32,6 +32,7 @@ from vrs_cli.errors import (
     NotAvailable,
     OldMeaning,
     PauseOfArm,
+    SpeedInPercent,
     TimeUnit,
     TypeMismatch,
     UndefinedName,
@@ -41,7 +42,7 @@ from vrs_cli.errors import (
     WithoutEffect,
     WordAsName,
 )
-from vrs_cli.language.analysis.expressions import SHAPES, Expressions, miscounted, numbers_meant
+from vrs_cli.language.analysis.expressions import SHAPES, Expressions, is_truth, miscounted, numbers_meant
 from vrs_cli.language.analysis.lineage import beyond, waits_for_signals
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
@@ -61,7 +62,14 @@ from vrs_cli.language.analysis.names import (
 from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
-from vrs_cli.language.text.meaning import FUNCTION_NAMES, giving, meant_by, text_meant, variables_given_by
+from vrs_cli.language.text.meaning import (
+    FUNCTION_NAMES,
+    definitions,
+    giving,
+    meant_by,
+    text_meant,
+    variables_given_by,
+)
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.foreign import form_of
@@ -106,6 +114,10 @@ class Surroundings:
         here = self.programs.get(program.key)
         return self._givers[key] > (here is not None and key in names_given_in(here))
 
+    def named_elsewhere(self, key: str, program: Program) -> bool:
+        """Return whether another program has a variable of a name."""
+        return any(key in names_in(other) for other in self.programs.values() if other.key != program.key)
+
     # --- what a word may have been meant for ---
 
     def name_meant(self, variable: ast.Variable, own: Candidates) -> str:
@@ -138,6 +150,10 @@ class Candidates:
         """Return the names to compare with: all where they are few, otherwise those one slip of the fingers away."""
         if len(self._names) <= FEW:
             return self._names
+        return self.slips(name)
+
+    def slips(self, name: str) -> Collection[str]:
+        """Return the names that are one slip of the fingers away."""
         return dict.fromkeys(near for rest in _rests(name) for near in self._by_rest.get(rest, ()))
 
     @cached_property
@@ -166,6 +182,42 @@ def names_given_in(program: Program) -> frozenset[str]:
         remembered["names_given"] = frozenset(key for one in doing for key in variables_given_by(one)) - own
     found: frozenset[str] = remembered["names_given"]
     return found
+
+
+def names_in(program: Program) -> frozenset[str]:
+    """Return the keys of all variables that stand in a program."""
+    remembered = vars(program)  # as in `names_given_in`
+    if "names" not in remembered:
+        remembered["names"] = frozenset(node.key for node in ast.nodes(program.steps) if isinstance(node, ast.Variable))
+    found: frozenset[str] = remembered["names"]
+    return found
+
+
+def mistyped(names: NameFindings) -> dict[str, str]:
+    """Return the keys of the variables that a program gives a value and reads nowhere, each with the one that it reads
+    and gives a value, and whose name is a slip of the fingers away (count of cuont).
+    """
+    seen = names.first_read.keys() | names.declared | names.parameters | names.passed
+    idle = [key for key in names.given - seen if len(key) > 2]
+    near = Candidates(names.first_read.keys() & names.given) if idle else Candidates(())
+    slips = {key: next((one for one in near.slips(key) if _slip(key, one)), "") for key in idle}
+    return {key: meant for key, meant in slips.items() if meant}
+
+
+def used_nowhere(program: Program, slips: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
+    """Warn of the first giving of each mistyped name, unless another program names it or it has a value."""
+    left = {key: meant for key, meant in slips.items() if not surroundings.named_elsewhere(key, program)}
+    for statement in program.statements if left else ():
+        for variable in definitions(statement) if not isinstance(statement, ast.For) else ():
+            if (meant := left.pop(variable.key, "")) and variable.key not in surroundings.known:
+                detail = f"{variable.sigil}{variable.name} is used nowhere"
+                yield warning(UndefinedName, variable.span, detail, f"did you mean {meant}?")
+
+
+def _slip(name: str, other: str) -> bool:
+    """Return whether one of two such names is a mistype: p1 and p2, or x.min and y.min, are on purpose."""
+    same = re.findall(r"[\d#$]", name) == re.findall(r"[\d#$]", other)
+    return same and (len(name) != len(other) or sorted(name) == sorted(other))
 
 
 def confusions(program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
@@ -246,17 +298,34 @@ def _at_once(statement: Statement) -> bool:
 
 
 def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
-    """Warn of a BREAK that was meant to leave a loop: no motion stands in the program for which it could wait."""
+    """Warn of a BREAK that was meant to leave a loop: it is the last step of an IF in a loop, and no motion stands
+    before it there; or no motion stands in the program for which it could wait.
+    """
     inside = {step for block in blocks if block.kind in LOOPS for step in range(block.opener, block.closer)}
-    found: list[Diagnostic] = []
-    for index, step in enumerate(program.steps if inside else ()):
-        if isinstance(it := step.statement, ast.Instruction):
-            if it.word == "BREAK" and index in inside:
-                detail = "BREAK waits for a motion, and there is none"
-                found.append(warning(WithoutEffect, it.span, detail, "EXIT leaves a loop"))
-            elif INSTRUCTIONS[it.word].route is Route.MOTION or it.word in _MAY_MOVE:
-                return
-    yield from found
+    steps = [step.statement for step in program.steps] if inside else []
+    instructions = [(i, it) for i, it in enumerate(steps) if i in inside and isinstance(it, ast.Instruction)]
+    at = {index: it.span for index, it in instructions if it.word == "BREAK"}
+    detail = "BREAK waits for a motion, and there is none"
+    if at and any(map(_may_move, steps)):
+        detail = "BREAK waits until the arm stands, and leaves no loop"
+        branches = (
+            branch
+            for block in blocks
+            if block.kind is BlockKind.IF
+            for branch in pairwise((block.opener, *block.middles, block.closer))
+        )
+        last = {end - 1 for first, end in branches if not any(map(_may_move, steps[first:end]))}
+        at = {index: span for index, span in at.items() if index in last}
+    for span in at.values():
+        yield warning(WithoutEffect, span, detail, "EXIT leaves a loop")
+
+
+def _may_move(statement: Statement | None) -> bool:
+    """Return whether a step is a motion, or calls what may be one."""
+    return isinstance(statement, ast.Instruction) and (
+        statement.word in _MAY_MOVE
+        or (INSTRUCTIONS[statement.word].route is Route.MOTION and statement.word != "BREAK")
+    )
 
 
 def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Diagnostic]:
@@ -338,9 +407,11 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
             steps.statement(index + 1, step.statement)
             steps.diagnostics += hidden_statement(step.statement, step.comment, step.span.end)
     steps.finish(program, surroundings)
+    slips = mistyped(steps)
     found = (
         *structure.diagnostics,
         *steps.diagnostics,
+        *used_nowhere(program, slips, surroundings),
         *beyond(program),
         *breaks(program, structure.blocks),
         *endless(program, structure.blocks, surroundings),
@@ -350,8 +421,9 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     needs = frozenset(one.key for one in steps.without_value())
     called, functions = frozenset(steps.called), frozenset(steps.functions)
     own = own_variables(program)
+    alone = frozenset({*slips, *(variable.key for variable, _ in steps.compared if variable.key in steps.truths)})
     return Analysis(
-        program, kinds, tuple(structure.blocks), structure.labels, ordered(found), needs, called, functions, own
+        program, kinds, tuple(structure.blocks), structure.labels, ordered(found), needs, called, functions, alone, own
     )
 
 
@@ -402,6 +474,8 @@ class _Steps(Expressions):
     ) -> None:
         super().__init__(known, () if program is None else program.parameters, at_prompt=program is None)
         self.called: set[str] = set()
+        self.compared = []
+        self.truths: set[str] = set()  # variables that a line gives a truth value
         self._program = program
         self._surroundings = surroundings
         self._program_keys = () if surroundings is None else surroundings.programs
@@ -498,6 +572,11 @@ class _Steps(Expressions):
             if not hint and variable.key in self.typed:
                 hint = text_meant(name)
             self.warn(UndefinedValue, variable.span, detail, hint)
+        for variable, relation in self.compared:
+            if variable.key in self.truths and not around.given_elsewhere(variable.key, program):
+                givers = [one for one in program.statements if variable.key in variables_given_by(one)]
+                if all(isinstance(one, ast.Assignment) and is_truth(one.value) for one in givers):
+                    self.truth_compared(variable, relation)
         self.diagnostics += confusions(program, self, around)
 
     # --- statements ---
@@ -526,6 +605,8 @@ class _Steps(Expressions):
             self.fault(IllegalAssignment, target.span, f"{name} holds a text", hint)
         else:
             self.value(value, wanted)
+        if is_truth(value):
+            self.truths.add(target.key)
         self.define(target, wanted)
 
     def _reals(self, *expressions: Expression | None) -> None:
@@ -602,6 +683,8 @@ class _Steps(Expressions):
                 self._format(statement, row)
             if row.name == "DELAY":
                 self._seconds(next(iter(statement.arguments), None))
+            if row.name == "SPEED":
+                self._percent(statement)
             if row.name == "WAIT":
                 self._wait(statement)
             elif row.name == "SET":
@@ -676,6 +759,13 @@ class _Steps(Expressions):
         given = None if time is None else ast.plain_number(time)
         if time is not None and given is not None and given >= 100 and given % 50 == 0:
             self.warn(TimeUnit, time.span, "DELAY takes seconds", f"{given:g} ms is {given / 1000:g}")
+
+    def _percent(self, statement: ast.Instruction) -> None:
+        """Warn of SPEED 0.5, which looks like a half."""
+        speed = next(iter(statement.arguments), None)
+        given = ast.plain_number(speed)
+        if speed is not None and given is not None and 0 < given <= 1 and statement.modifiers.unit in (None, "MONITOR"):
+            self.warn(SpeedInPercent, speed.span, "SPEED takes percent", "half speed is SPEED 50")
 
     def _metres(self, place: ast.Call) -> None:
         """Warn of TRANS(0.3, 0.45, -0.2): two coordinates at least have decimals, and all are small."""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from functools import partial
 from math import pi
+from operator import eq, ge, gt, le, lt, ne
 from typing import Any
 
 from msgspec.structs import replace
@@ -56,6 +57,7 @@ class Expressions(NameFindings):
     """Checks expressions, each by itself."""
 
     _program_keys: Container[str] = ()  # of the programs in memory
+    compared: list[tuple[ast.Variable, ast.Binary]]  # variables that a relation compares with 1, or another number
     _logical = False  # whether NOT, AND, OR or XOR has been met in the expression
 
     # --- arguments, by their shape ---
@@ -207,9 +209,11 @@ class Expressions(NameFindings):
             return self._operands(expression, LOCATION, Kind.LOCATION)
         if operator in RELATIONS and isinstance(expression.right, ast.Call):
             self.signal_number(expression.left)
-        if operator in RELATIONS and isinstance(left := expression.left, ast.Binary) and not left.grouped:
-            self._chained(left, expression)
         if operator in RELATIONS:
+            left = expression.left
+            chained = isinstance(left, ast.Binary) and not left.grouped and self._chained(left, expression)
+            if not chained:
+                self._compared(expression)
             return self._operands(expression, self._of_both(expression), Kind.REAL)
         if operator == "+":
             wanted = self._of_both(expression)
@@ -220,14 +224,36 @@ class Expressions(NameFindings):
             self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
         return self._operands(expression, REAL, Kind.REAL)
 
-    def _chained(self, left: ast.Binary, whole: ast.Binary) -> None:
-        """Warn of 1 < x < 5, which compares a truth value with 5."""
+    def _chained(self, left: ast.Binary, whole: ast.Binary) -> bool:
+        """Warn of 1 < x < 5, which compares a truth value with 5. Return whether it is one."""
         if left.operator in RELATIONS:
             first, middle, last = map(expression_text, (left.left, left.right, whole.right))
             hint = f"{first} {left.operator} {middle} AND {middle} {whole.operator} {last}"
             self.warn(
                 AmbiguousGrouping, whole.span, f"it is taken as ({expression_text(left)}) {whole.operator} {last}", hint
             )
+        return left.operator in RELATIONS
+
+    def _compared(self, relation: ast.Binary) -> None:
+        """Warn of SIG(1) == 1 and SIG(1) > 0, which are the same for TRUE and FALSE. Of a variable the whole program
+        decides whether it is a truth value. A relation in a relation is told by how it is grouped.
+        """
+        left, right = ast.plain_number(relation.left), ast.plain_number(relation.right)
+        if (left is None) is (right is None):
+            return
+        value = relation.left if left is None else relation.right
+        results = {_COMPARE[relation.operator](*(it if n is None else n for n in (left, right))) for it in (-1.0, 0.0)}
+        if len(results) == 1 and isinstance(value, ast.Variable):
+            self.compared.append((value, relation))
+        elif len(results) == 1 and isinstance(value, ast.Call) and is_truth(value):
+            self.truth_compared(value, relation)
+
+    def truth_compared(self, value: Expression, relation: ast.Binary) -> None:
+        """Warn of a truth value in a relation with a number that is the same for TRUE and FALSE."""
+        text, other = expression_text(value), relation.right if value is relation.left else relation.left
+        never = "" if ast.plain_number(other) in (-1.0, 0.0) else f", never {expression_text(other)}"
+        hint = f"write {'NOT ' if relation.operator in ('<>', '<', '<=') else ''}{text}"
+        self.warn(FixedCondition, relation.span, f"{text} is TRUE (-1) or FALSE (0){never}", hint)
 
     def signal_number(self, condition: Expression) -> None:
         """Warn of IF 1001 THEN and of IF 1001 == TRUE THEN, which do not look at the signal."""
@@ -289,6 +315,14 @@ class Expressions(NameFindings):
     def kind_of(self, expression: Expression) -> Kind | None:
         """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
         return kind_of(expression, lambda it: (decided := self._decided(it)) and decided.kind)
+
+
+def is_truth(expression: Expression) -> bool:
+    """Return whether an expression is TRUE or FALSE, and no other number."""
+    if isinstance(expression, ast.Call):
+        function = FUNCTIONS.get(expression.name)
+        return function is not None and (expression.name in _STATES or function.summary.startswith("TRUE where"))
+    return isinstance(expression, ast.Binary | ast.Unary) and expression.operator in RELATIONS | LOGICAL
 
 
 def miscounted(
@@ -354,6 +388,7 @@ def _part_of_pi(value: float, text: str) -> bool:
     return decimals > 2 and any(abs(value - pi * part) < 10.0**-decimals for part in _PARTS)
 
 
+_COMPARE = {"==": eq, "<>": ne, "<": lt, ">": gt, "<=": le, ">=": ge}
 _PARTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 3 / 2, 2)
 _ANGLES = {**dict.fromkeys(("SIN", "COS", "TAN", "RX", "RY", "RZ", "#PPOINT"), 0), "TRANS": 3}  # first angle, by name
 

@@ -93,7 +93,8 @@ class Analysis(Struct, frozen=True):
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
     `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
     of the programs that are called, `functions`: those of variables that other programs could have, and that are
-    functions here: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
+    functions here, `alone`: those of variables that are told about unless other programs have them: what else in memory
+    the findings depend on. `own`: the variables of AUTO and LOCAL.
     """
 
     program: Program
@@ -104,6 +105,7 @@ class Analysis(Struct, frozen=True):
     needs: frozenset[str] = frozenset()
     calls: frozenset[str] = frozenset()
     functions: frozenset[str] = frozenset()
+    alone: frozenset[str] = frozenset()
     own: tuple[Own, ...] = ()
 
     @property
