@@ -131,6 +131,7 @@ def test_compounds_tool_and_base(tmp_path: Path) -> None:
         "MOVE q",
         "BREAK",
         "HERE r",
+        "ACCEL 40",
         "MOVES SHIFT(r BY 1, 2, 3)",
     )
     check(program(*lines, *more), tmp_path)
@@ -247,6 +248,9 @@ x = x+1
         ("n = 6 BAND 3", "6 BAND 3"),
         ("MOVES a AT 3", "MOVES at a time"),
         ("SIGNAL 1+1", "SIGNAL of a number that is computed"),
+        ("x = SIG(n)", "SIG of a number that is computed"),
+        ("IGNORE 1000+n", "IGNORE of a number that is computed"),
+        ("DECOMPOSE x[1] = a", "DECOMPOSE of a transformation"),
         ("OPEN 30", "OPEN of a width"),
         ("ALIGN", "ALIGN"),
         ("$s = $CHR(65)", "$CHR(65)"),

@@ -9,16 +9,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import zip_longest
 from math import pi
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.convert.steps import ExecutedRun
-from vrs_cli.convert.writers import RapidWriter, external, identifier, number, robtarget, tooldata, wobjdata
+from vrs_cli.convert.writers import external, identifier, jointtarget, number, robtarget, tooldata, wobjdata
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.transform import IDENTITY, Transform, distance
-from vrs_cli.language.analysis.names import Analysis, Block, BlockKind, kind_of, loops_of
+from vrs_cli.language.analysis.names import LOOPS, Analysis, Block, BlockKind, kind_of, loops_of
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.printer import expression_text
@@ -38,21 +39,109 @@ proc raise readonly record reltool retry return robtarget setdo sin speeddata sq
 strlen switch sysmodule tan test then time to tool tooldata tptype tpwrite trans trap true trunc trynext undo var velset
 viewonly waitrob waittime waituntil while with wobjdata world xor zonedata"""
 NUMBERED = re.compile(r"(l|again|next|out|temporary|soft|timer|(at_)?trap|d[io]|[vz]|tool|wobj|load)\d+|.*speed")
-RELATIONS = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
-LOGIC = {"AND": "AND", "OR": "OR", "XOR": "XOR"}
-ARITHMETIC = {"+": "+", "-": "-", "*": "*", "/": "/", "MOD": "MOD"}
-REALS = {  # functions of numbers, and what they are called
-    **{name: name.capitalize() for name in ("ABS", "SQRT", "SIN", "COS", "TAN")},
-    "ATAN2": "ATan2",
-    "INT": "Trunc",
-}
-OF_PLACES = {"DX": "x_of", "DY": "y_of", "DZ": "z_of", "DISTANCE": "apart"}
+
 IDLE_WORDS = """COARSE FINE NULL NONULL CPON INTON INTOFF OVERLAP NOOVERLAP SINGLE MULTIPLE ATTACH DETACH GLOBAL AUTO
 LOCAL CALIBRATE"""  # they change no place and no output
 PLAIN = frozenset(IDLE_WORDS.split())
 BREAKS = frozenset(("BREAK", "OPENI", "CLOSEI", "RELAXI", "TOOL", "BASE", "HALT", "STOP", "PAUSE", "DELAY"))
 MOVES = frozenset(("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY", "NEST", "ALIGN"))
-ENDS = {BlockKind.IF: "ENDIF", BlockKind.WHILE: "ENDWHILE", BlockKind.CASE: "ENDTEST"}
+ENDS = {BlockKind.IF: "ENDIF", BlockKind.CASE: "ENDTEST"}
+RELATIONS = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
+HERES = {Kind.LOCATION: "CRobT(\\Tool:=held\\WObj:=world)", Kind.PRECISION: "CJointT()"}
+SIGNALS = {  # an output, an input, and a signal above 2000
+    "SIG": ("DOutput(do{0}) = {1:d}", "DInput(di{0}) = {1:d}", "soft{0} = {2}"),
+    "SIGNAL": ("SetDO do{0}, {1:d};", "", "soft{0} := {2};"),
+}
+# What a word is in RAPID: the type of what it gives ("do" for an instruction, "to" for the place of a motion, "joints"
+# for its joints), the word (with () where nothing may follow it, with _ for a sign before a value, with $ for one
+# between strings), the text, and the types of the arguments, with what stands for one that is left out.
+FORMS_TEXT = f"""
+num +  ({{}} + {{}})  num num
+num -  ({{}} - {{}})  num num
+num *  ({{}} * {{}})  num num
+num /  ({{}} / {{}})  num num
+num MOD  ({{}} MOD {{}})  num num
+num **  Pow({{}}, {{}})  num num
+num -_  (-{{}})  num
+num +_  (+{{}})  num
+num ABS  Abs({{}})  num
+num SQRT  Sqrt({{}})  num
+num SIN  Sin({{}})  num
+num COS  Cos({{}})  num
+num TAN  Tan({{}})  num
+num ATAN2  ATan2({{}}, {{}})  num num
+num INT  Trunc({{}})  num
+num SQR  Pow({{}}, 2)  num
+num PI  pi
+num TRUE  -1
+num ON  -1
+num FALSE  0
+num OFF  0
+num TIME  ClkRead(timer0)
+num TIMER  ClkRead(timer{{}})  const
+num HAND  DOutput(doHand)
+num DX  x_of({{}})  robtarget
+num DY  y_of({{}})  robtarget
+num DZ  z_of({{}})  robtarget
+num DISTANCE  apart({{}}, {{}})  robtarget robtarget
+num LEN  StrLen({{}})  string
+bool AND  ({{}} AND {{}})  bool bool
+bool OR  ({{}} OR {{}})  bool bool
+bool XOR  ({{}} XOR {{}})  bool bool
+bool NOT_  NOT ({{}})  bool
+bool TRUE  TRUE
+bool ON  TRUE
+bool FALSE  FALSE
+bool OFF  FALSE
+string +  {{}} + {{}}  string string
+robtarget :  both({{}}, {{}})  robtarget robtarget
+robtarget HERE  {HERES[Kind.LOCATION]}
+robtarget DEST  dest
+robtarget NULL  turned(0, 0, 0)
+robtarget TRANS  place({{}}, {{}}, {{}}, {{}}, {{}}, {{}})  num=0 num=0 num=0 num=90 num=-90 num=0
+robtarget SHIFT  Offs({{}}, {{}}, {{}}, {{}})  robtarget num=0 num=0 num=0
+robtarget INVERSE  inverse({{}})  robtarget
+robtarget FRAME  framed({{}}, {{}}, {{}}, {{}})  robtarget robtarget robtarget robtarget
+robtarget RX  turned({{}}, 0, 0)  num
+robtarget RY  turned(0, {{}}, 0)  num
+robtarget RZ  turned(0, 0, {{}})  num
+jointtarget #PPOINT  [[{{}}, {{}}, {{}}, {{}}, {{}}, {{}}], {external()}]  num=0 num=0 num=0 num=0 num=0 num=0
+jointtarget #PHERE  {HERES[Kind.PRECISION]}
+to MOVE  {{}}  robtarget
+to MOVES  {{}}  robtarget
+to APPRO  RelTool({{}}, 0, 0, {{}})  robtarget minus
+to APPROS  RelTool({{}}, 0, 0, {{}})  robtarget minus
+to DEPART  RelTool(dest, 0, 0, {{}})  minus
+to DEPARTS  RelTool(dest, 0, 0, {{}})  minus
+joints READY  j_ready
+joints MOVE  {{}}  jointtarget
+joints DRIVE  goal  const num num=0
+do BREAK()  WaitRob \\ZeroSpeed;
+do DELAY  WaitTime \\InPos, {{}};  num
+do ACCEL  AccSet {{1}}, 100;  none=- num
+do RETURN()  RETURN;
+do PAUSE()  Stop;
+do HALT()  EXIT;
+do STOP()  ExitCycle;
+do OPEN()  SetDO doHand, 1;
+do CLOSE()  SetDO doHand, 0;
+do OPENI()  WaitRob \\ZeroSpeed; SetDO doHand, 1; WaitTime 0.05;
+do CLOSEI()  WaitRob \\ZeroSpeed; SetDO doHand, 0; WaitTime 0.05;
+do WAIT  WaitUntil {{}};  bool
+do WAIT()  WaitTime 0;
+do WAIT.EVENT  WaitTime {{1}};  none=- num
+do TIMER  ClkStop timer{{0}}; ClkReset timer{{0}}; ClkStart timer{{0}};  const
+do IGNORE  IDelete at_trap{{}};  const
+do TOOL  WaitRob \\ZeroSpeed; held.tframe := pose_of({{}}); dest := {HERES[Kind.LOCATION]};  robtarget
+do TOOL()  WaitRob \\ZeroSpeed; held.tframe := [[0, 0, 0], [1, 0, 0, 0]]; dest := {HERES[Kind.LOCATION]};
+do BASE  WaitRob \\ZeroSpeed; world.uframe := [[{{0}}, {{1}}, {{2}}], OrientZYX({{3}}, 0, 0)]; dest := {HERES[Kind.LOCATION]};  num=0 num=0 num=0 num=0
+"""  # noqa: E501
+FORMS = {
+    tuple(row[0].split()): (row[1], row[2:]) for row in (line.split("  ") for line in FORMS_TEXT.split("\n") if line)
+}
+for sign, told in RELATIONS.items():
+    FORMS["bool", sign] = f"({{}} {told} {{}})", ["num num"]
+    FORMS["bool", f"{sign}$"] = f"({{}} {told} {{}})", ["string string"]
 
 ROUTINES = """\
   FUNC speeddata rate()
@@ -142,29 +231,24 @@ class RapidTranslator:
         self.named = dict[str, str]()  # the name of each program, by its key
         for one in programs:
             self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
-        self.unsaid = list[tuple[int, str]]()
-        self.of_routine = dict[Datum, str]()  # the names of data of the present routine
-        self.lines, self.level = list[str](), 2
-        self.softs, self.timers, self.traps = set[int](), set[int](), dict[str, str]()
-        self.interrupts = set[int]()  # inputs
-        self.shared = dict[Datum, str]()  # the names of data of the module
+        self.unsaid, self.traps = list[tuple[int, str]](), dict[str, str]()
+        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names of data: of one routine, of all
         self.arrays = dict[Datum, list[int]]()  # their sizes, as far as indexes that are constants tell
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
         self.changing = set[tuple[str, int]]()  # parameters that a program changes, or gives to one that does
-        self._learn_from_calls()
         self.temporary = 0
+        self._learn_from_calls()
 
     # --- the module ---
 
     def translate(self) -> Translated:
-        procedures = list[str]()
-        for analysis in self.programs:
-            self.lines, self.level = [], 2
-            self._program(analysis)
-            procedures += self.lines
-        model = self.arm.model
-        ready = RapidWriter(self.run, self.name, "").jointtarget(model.poses["ready"])
-        still = "[[0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], " + external() + "]"
+        procedures = "\n".join([line for analysis in self.programs for line in self._program(analysis)])
+        model, still = self.arm.model, f"[[0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], {external()}]"
+        ready = jointtarget(self.arm, model.poses["ready"])
+        used = {
+            what: sorted({int(found) for found in re.findall(rf"\b{what}(\d+)", procedures)})
+            for what in ("temporary", "soft", "timer", "at_trap")
+        }
         head = [
             f"MODULE {self.name}",
             f"  ! as written, for the joints of {model.title}; tried in no simulator of the maker",
@@ -175,16 +259,16 @@ class RapidTranslator:
             "  VAR num next_speed := 100;",
             f"  VAR robtarget dest := {still};",
             f"  VAR jointtarget goal := {ready};",
-            *(f"  VAR num temporary{k + 1};" for k in range(self.temporary)),
-            *(f"  VAR bool soft{signal} := FALSE;" for signal in sorted(self.softs)),
-            *(f"  VAR clock timer{timer};" for timer in sorted(self.timers)),
-            *(f"  VAR intnum at_trap{signal};" for signal in sorted(self.interrupts)),
+            *(f"  VAR num temporary{k};" for k in used["temporary"]),
+            *(f"  VAR bool soft{signal} := FALSE;" for signal in used["soft"]),
+            *(f"  VAR clock timer{timer};" for timer in used["timer"]),
+            *(f"  VAR intnum at_trap{signal};" for signal in used["at_trap"]),
             *self._data(),
             "  PROC main()",
             "    ConfJ \\Off;",
             "    ConfL \\Off;",
-            *(["    ClkStart timer0;"] if 0 in self.timers else []),
-            "    dest := CRobT(\\Tool:=held\\WObj:=world);",
+            *(["    ClkStart timer0;"] if 0 in used["timer"] else []),
+            f"    dest := {HERES[Kind.LOCATION]};",
             f"    {self.named[self.programs[0].program.key]};",
             "  ENDPROC",
         ]
@@ -192,16 +276,16 @@ class RapidTranslator:
         routines = ROUTINES.replace("%TIP", number(1000.0 * model.linear_speed)).replace(
             "%TURN", number(model.angular_speed * 180.0 / pi)
         )
-        return Translated("\n".join([*head, *procedures, *traps, routines, "ENDMODULE", ""]), tuple(self.unsaid))
+        return Translated("\n".join([*head, procedures, *traps, routines, "ENDMODULE", ""]), tuple(self.unsaid))
 
     def _data(self) -> Iterator[str]:
         """Yield the declarations of all variables that programs share."""
         for (scope, kind, key), name in self.shared.items():
-            datum = (scope, kind, key)
-            if not scope and key in self.given and datum not in self.arrays:
-                yield f"  PERS {TYPES[kind]} {name} := {self._value(kind, self.given[key])};"
-            else:
+            datum, value = (scope, kind, key), self.given.get(key)
+            if scope or value is None or datum in self.arrays:
                 yield f"  VAR {TYPES[kind]} {name}{self._sizes(datum)};"
+            else:
+                yield f"  PERS {TYPES[kind]} {name} := {self._value(value)};"
 
     def _sizes(self, datum: Datum) -> str:
         """Return the sizes of an array, "" for what is none: as many elements as the run, or the text, has used."""
@@ -215,15 +299,15 @@ class RapidTranslator:
         ]
         return "{" + ", ".join(str((SIZE - 1 if one < 0 else one) + 1) for one in most) + "}"
 
-    def _value(self, kind: Kind, value: object) -> str:
-        if kind is Kind.REAL:
-            return number(float(value), 9)  # type: ignore[arg-type]
-        if kind is Kind.STRING:
-            return f'"{value}"'
-        if kind is Kind.PRECISION:
-            return RapidWriter(self.run, self.name, "").jointtarget(value)  # type: ignore[arg-type]
-        assert isinstance(value, Transform)
-        return robtarget(self.arm, value, self._reached(value))
+    def _value(self, value: object) -> str:
+        match value:
+            case Transform():
+                return robtarget(self.arm, value, self._reached(value))
+            case tuple():
+                return jointtarget(self.arm, value)
+            case float():
+                return number(value, 9)
+        return f'"{value}"'
 
     def _reached(self, T: Transform) -> tuple[float, ...]:
         """Return the joints in which the run has reached a place; those of a MOVE from where it began for others."""
@@ -237,30 +321,33 @@ class RapidTranslator:
 
     # --- a program ---
 
-    def _program(self, analysis: Analysis) -> None:
-        program = analysis.program
+    def _program(self, analysis: Analysis) -> list[str]:
+        """Return the lines of a program, from PROC to ENDPROC."""
+        program, key = analysis.program, analysis.program.key
+        self.lines, self.level, self.of_routine = list[str](), 2, {}
         self.left_out = set[int]()  # openers of blocks that could not be said
         self.analysis, self.parameters = analysis, {one.key: one for one in program.parameters}
         self.own = {own.key: own for own in analysis.own}
-        openers = [analysis.program.steps[block.opener].statement for block in analysis.blocks]
+        openers = [program.steps[block.opener].statement for block in analysis.blocks]
         self.loops = {one.variable.key for one in openers if isinstance(one, ast.For) and self._is_own(one)}
         self.closed = {block.closer: block for block in analysis.blocks}
-        self.of_routine = {}
-        told = [self._parameter(program, place) for place in range(len(program.parameters))]
-        self.lines.append(f"  PROC {self.named[program.key]}({', '.join(told)})")
+        data = [self._datum(one) for one in program.parameters]
+        told = [
+            f"{'INOUT ' * ((key, k) in self.changing)}{TYPES[one[1]]} {self.of_routine[one]}"
+            for k, one in enumerate(data)
+        ]
         declared = [self._datum(own.variable) for own in analysis.own if own.automatic]
         for place, step in enumerate(program.steps):
             if step.label is not None:
                 self.say(f"l{step.label}:")
             if step.statement is not None:
                 self._step(place, step.statement)
-        told = [f"    VAR {TYPES[d[1]]} {self.of_routine[d]}{self._sizes(d)};" for d in declared]
-        self.lines = [self.lines[0], *told, *self.lines[1:], "  ENDPROC"]
-
-    def _parameter(self, program: ast.Program, place: int) -> str:
-        kind = self._kind(program.parameters[place])
-        way = "INOUT " if (program.key, place) in self.changing else ""
-        return f"{way}{TYPES[kind]} {self.of_routine[self._datum(program.parameters[place])]}"
+        return [
+            f"  PROC {self.named[key]}({', '.join(told)})",
+            *(f"    VAR {TYPES[one[1]]} {self.of_routine[one]}{self._sizes(one)};" for one in declared),
+            *self.lines,
+            "  ENDPROC",
+        ]
 
     def _step(self, place: int, statement: ast.Statement) -> None:
         try:
@@ -269,45 +356,44 @@ class RapidTranslator:
             self.unsaid.append((statement.span.line, str(what)))
             self.say(f"! NOT SAID: {what} (line {statement.span.line})")
             if (line := PLACEHOLDERS.get(type(statement))) is not None:
-                self.level -= isinstance(statement, ast.Value)
-                self._open(line)
-                self.level += isinstance(statement, ast.Case)
+                self._open(line, back=isinstance(statement, ast.Value), by=1 + isinstance(statement, ast.Case))
                 self.left_out.add(place)
 
-    def say(self, line: str) -> None:
-        self.lines.append("  " * self.level + line)
+    def say(self, *lines: str) -> None:
+        self.lines += ["  " * self.level + line for line in lines]
 
     def _statement(self, place: int, statement: ast.Statement) -> None:
         match statement:
-            case ast.Assignment(target=target, value=value):
-                kind = self._kind(target)
-                self.say(f"{self.variable(target)} := {self.text(value) if kind is Kind.STRING else self.num(value)};")
+            case (
+                ast.Assignment(target=target, value=value)
+                | ast.Instruction(word="SET", arguments=(ast.Variable() as target,), value=value)
+            ):
+                self.say(f"{self.variable(target)} := {self.value(value, TYPES[self._kind(target)])};")
             case ast.Goto(label=label):
                 self._jump(place, label, "")
             case ast.IfGoto(condition=condition, label=label):
-                self._jump(place, label, f"IF {self.cond(condition)} ")
+                self._jump(place, label, f"IF {self.value(condition, 'bool')} ")
             case ast.If(condition=condition):
-                self._open(f"IF {self.cond(condition)} THEN")
+                self._open(f"IF {self.value(condition, 'bool')} THEN")
             case ast.Else():
-                self._between("ELSE")
+                self._open("ELSE", back=True)
             case ast.While(condition=condition):
-                self._open(f"WHILE {self.cond(condition)} DO")
+                self._open(f"WHILE {self.value(condition, 'bool')} DO")
             case ast.Do():
                 self.say(f"again{place}:")
             case ast.Until(condition=condition):
                 block = self.closed[place]
                 self._label("next", block)
-                self.say(f"IF NOT ({self.cond(condition)}) GOTO again{block.opener};")
+                self.say(f"IF NOT ({self.value(condition, 'bool')}) GOTO again{block.opener};")
                 self._label("out", block)
             case ast.For():
                 self._for(statement)
             case ast.Case(subject=subject):
-                self._open(f"TEST {self.num(subject)}")
-                self.level += 1
+                self._open(f"TEST {self.value(subject, 'num')}", by=2)
             case ast.Value(tests=tests):
-                self._between(f"CASE {', '.join(map(self.num, tests))}:")
+                self._open(f"CASE {', '.join([self.value(test, 'num') for test in tests])}:", back=True)
             case ast.Any():
-                self._between("DEFAULT:")
+                self._open("DEFAULT:", back=True)
             case ast.End():
                 self._end(self.closed[place])
             case ast.Instruction():
@@ -315,24 +401,23 @@ class RapidTranslator:
             case _:
                 raise Unsaid(type(statement).__name__)
 
-    def _open(self, line: str) -> None:
+    def _open(self, line: str, *, back: bool = False, by: int = 1) -> None:
+        """Write a line before lines that are indented; `back`: it stands where the opener of the block does."""
+        self.level -= back
         self.say(line)
-        self.level += 1
-
-    def _between(self, line: str) -> None:
-        self.level -= 1
-        self._open(line)
+        self.level += by
 
     def _end(self, block: Block) -> None:
-        if block.kind in (BlockKind.WHILE, BlockKind.FOR):
-            self._label("next", block)
         opener = self.analysis.program.steps[block.opener].statement
-        own = isinstance(opener, ast.For) and self._is_own(opener)
-        if isinstance(opener, ast.For) and not own and block.opener not in self.left_out:
+        said = isinstance(opener, ast.For) and block.opener not in self.left_out
+        own = said and isinstance(opener, ast.For) and self._is_own(opener)
+        if block.kind in LOOPS:
+            self._label("next", block)
+        if isinstance(opener, ast.For) and said and not own:
             name = self.variable(opener.variable)
-            self.say(f"{name} := {name} + {'1' if opener.step is None else self.num(opener.step)};")
-        self.level -= 2 if block.kind is BlockKind.CASE else 1
-        self.say("ENDFOR" if own and block.opener not in self.left_out else ENDS.get(block.kind, "ENDWHILE"))
+            self.say(f"{name} := {name} + {'1' if opener.step is None else self.value(opener.step, 'num')};")
+        self.level -= 1 + (block.kind is BlockKind.CASE)
+        self.say("ENDFOR" if own else ENDS.get(block.kind, "ENDWHILE"))
         self._label("out", block)
 
     def _label(self, kind: str, block: Block) -> None:
@@ -347,18 +432,19 @@ class RapidTranslator:
         step = 1.0 if it.step is None else ast.plain_number(it.step)
         if not step:
             raise Unsaid("FOR with a STEP whose sign is not known")
+        name, first, last = self.variable(it.variable), self.value(it.first, "num"), self.value(it.last, "num")
         if self._is_own(it):
-            by = number(step, 9)
-            name = self.of_routine[self._datum(it.variable)]
-            self._open(f"FOR {name} FROM {self.num(it.first)} TO {self.num(it.last)} STEP {by} DO")
+            self._open(f"FOR {name} FROM {first} TO {last} STEP {number(step, 9)} DO")
             return
-        name, last = self.variable(it.variable), self.num(it.last)
-        self.say(f"{name} := {self.num(it.first)};")
-        if not isinstance(it.last, ast.Number):
-            self.temporary += 1
-            self.say(f"temporary{self.temporary} := {last};")
-            last = f"temporary{self.temporary}"
+        self.say(f"{name} := {first};")
+        last = last if isinstance(it.last, ast.Number) else self._kept(last)
         self._open(f"WHILE {name} {'<=' if step > 0.0 else '>='} {last} DO")
+
+    def _kept(self, value: str) -> str:
+        """Write a variable for a value, and return its name."""
+        self.temporary += 1
+        self.say(f"temporary{self.temporary} := {value};")
+        return f"temporary{self.temporary}"
 
     def _is_own(self, it: ast.For) -> bool:
         """Whether the variable of a loop is used in loops over it alone, in this program alone, and not assigned."""
@@ -388,12 +474,18 @@ class RapidTranslator:
     # --- instructions ---
 
     def _instruction(self, place: int, it: ast.Instruction) -> None:
+        alone = None if any(it.arguments) else FORMS.get(("do", f"{it.word}()"))
+        form = alone or FORMS.get(("do", it.word))
         if it.modifiers.timed:
             raise Unsaid(f"{it.word} at a time")
+        if it.word == "TIMER" and ast.plain_number(it.value) != 0.0:
+            raise Unsaid("TIMER that is not set to 0")
         if it.word in PLAIN:
             return
         if it.word in MOVES:
             self._motion(place, it)
+        elif form is not None:
+            self.say(*self._filled(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
         elif it.word in INSTRUCTIONS:
             INSTRUCTIONS[it.word](self, it)
         elif it.word in ("EXIT", "NEXT"):
@@ -401,42 +493,32 @@ class RapidTranslator:
             block = sorted(around, key=lambda b: -b.opener)[loops_of(it) - 1]
             self.say(f"GOTO {'out' if it.word == 'EXIT' else 'next'}{block.opener};")
         else:
-            raise Unsaid(it.word)
+            raise Unsaid(f"{it.word} of a width" if it.word in HANDS and any(it.arguments) else it.word)
 
     def _motion(self, place: int, it: ast.Instruction) -> None:
         """Write the destination, and the motion there: with a corner unless the arm is to stand behind it."""
-        straight, zone = it.word.endswith("S") and it.word != "READYS", "fine" if self._stands(place) else "z50"
-        first, second = [*it.arguments, None, None][:2]
-        how, tool = f"rate(), {zone}", "held\\WObj:=world"
-        if it.word in ("READY", "DRIVE") or (first is not None and self._is_joints(first)):
-            if it.word == "DRIVE":
-                self._drive(it)
-            elif it.word not in ("READY", "MOVE"):
-                raise Unsaid(f"{it.word} to a precision point")
-            target = {"READY": "j_ready", "DRIVE": "goal"}.get(it.word) or self.joints(first)
-            self.say(f"MoveAbsJ {target}, {how}, {tool};")
-            self.say(f"dest := CalcRobT({target}, {tool});")
-            return
-        if it.word in ("MOVE", "MOVES"):
-            target = self.place(first)
-        elif it.word in ("APPRO", "APPROS"):
-            target = f"RelTool({self.place(first)}, 0, 0, {self.num(_minus(second))})"
-        elif it.word in ("DEPART", "DEPARTS"):
-            target = f"RelTool(dest, 0, 0, {self.num(_minus(first))})"
+        first, tool = next(iter(it.arguments), None), "held\\WObj:=world"
+        joints = it.word in ("READY", "DRIVE") or (first is not None and kind_of(first, self._kind) is Kind.PRECISION)
+        form = FORMS.get(("joints" if joints else "to", it.word))
+        if form is None:
+            raise Unsaid(f"{it.word} to a precision point" if joints else it.word)
+        how = f"rate(), {'fine' if self._stands(place) else 'z50'}, {tool};"
+        if it.word == "DRIVE":
+            self._drive(it)
+        target = self._filled(form, it.arguments, it.word)
+        if joints:
+            self.say(f"MoveAbsJ {target}, {how}", f"dest := CalcRobT({target}, {tool});")
         else:
-            raise Unsaid(it.word)
-        self.say(f"dest := {target};")
-        self.say(f"{'MoveL' if straight else 'MoveJ'} dest, {how}, {tool};")
+            self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
     def _drive(self, it: ast.Instruction) -> None:
         joint, change, *speed = [*it.arguments, None, None]
         if not isinstance(joint, ast.Number) or not 1 <= joint.value <= 6:
             raise Unsaid("DRIVE of a joint that is computed")
         axis = f"goal.robax.rax_{int(joint.value)}"
-        self.say("goal := CalcJointT(dest, held\\WObj:=world);")
-        self.say(f"{axis} := {axis} + {self.num(change)};")
+        self.say("goal := CalcJointT(dest, held\\WObj:=world);", f"{axis} := {axis} + {self.value(change, 'num')};")
         if speed and speed[0] is not None:
-            self.say(f"next_speed := {self.num(speed[0])};")
+            self.say(f"next_speed := {self.value(speed[0], 'num')};")
 
     def _stands(self, place: int) -> bool:
         """Whether what follows a motion waits until the arm stands; where a block decides that, it does not."""
@@ -447,68 +529,33 @@ class RapidTranslator:
                 return False
         return True
 
-    def _set(self, it: ast.Instruction) -> None:
-        (target,) = it.arguments
-        if not isinstance(target, ast.Variable) or it.value is None:
-            raise Unsaid("SET of more than a variable")
-        joints = self._kind(target) is Kind.PRECISION
-        self.say(f"{self.variable(target)} := {self.joints(it.value) if joints else self.place(it.value)};")
-
     def _here(self, it: ast.Instruction) -> None:
         (target,) = it.arguments
         if not isinstance(target, ast.Variable):
             raise Unsaid("HERE of more than a variable")
-        joints = self._kind(target) is Kind.PRECISION
-        self.say(f"{self.variable(target)} := {'CJointT()' if joints else HERE};")
+        self.say(f"{self.variable(target)} := {HERES[self._kind(target)]};")
 
     def _speed(self, it: ast.Instruction) -> None:
         (value, *turning), unit = it.arguments, it.modifiers.unit
+        percent, scale = self.value(value, "num"), {"MMPS": 0.1, "IPS": 2.54}.get(unit or "")
         if unit == "MONITOR":
-            self.say(f"VelSet {self.num(value)}, 5000;")
+            self.say(f"VelSet {percent}, 5000;")
             return
         if any(turning) and unit is None:
             raise Unsaid("SPEED with another speed of turning")
-        scale = {"MMPS": 0.1 / self.arm.model.linear_speed, "IPS": 2.54 / self.arm.model.linear_speed}.get(unit or "")
-        percent = self.num(value) if scale is None else f"{self.num(value)} * {number(scale, 9)}"
-        for name in ("all_speed", "next_speed") if it.modifiers.always else ("next_speed",):
-            self.say(f"{name} := {percent};")
+        percent += "" if scale is None else f" * {number(scale / self.arm.model.linear_speed, 9)}"
+        self.say(*[f"{name} := {percent};" for name in ("all_speed", "next_speed")[not it.modifiers.always :]])
 
-    def _operate(self, it: ast.Instruction) -> None:
-        if any(it.arguments):
-            raise Unsaid(f"{it.word} of a width")
-        if it.word.endswith("I"):
-            self.say("WaitRob \\ZeroSpeed;")
-        self.say(f"SetDO doHand, {int(it.word.startswith('OPEN'))};")
-        if it.word.endswith("I"):
-            self.say("WaitTime 0.05;")
-
-    def _signal(self, it: ast.Instruction) -> None:
-        for argument in it.arguments:
-            value = ast.plain_number(argument)
-            if value is None:
-                raise Unsaid("SIGNAL of a number that is computed")
-            signal, on = abs(int(value)), value > 0.0
-            if signal > 2000:
-                self.softs.add(signal)
-                self.say(f"soft{signal} := {str(on).upper()};")
-            else:
-                self.say(f"SetDO do{signal}, {int(on)};")
-
-    def _wait(self, it: ast.Instruction) -> None:
-        self.say(f"WaitUntil {self.cond(it.arguments[0])};" if any(it.arguments) else "WaitTime 0;")
-
-    def _wait_event(self, it: ast.Instruction) -> None:
-        if len(it.arguments) != 2 or it.arguments[0] is not None:
-            raise Unsaid("WAIT.EVENT without a time alone")
-        self.say(f"WaitTime {self.num(it.arguments[1])};")
-
-    def _timer(self, it: ast.Instruction) -> None:
-        timer, value = it.arguments[0], it.value
-        if not isinstance(timer, ast.Number) or ast.plain_number(value) != 0.0:
-            raise Unsaid("TIMER that is not set to 0")
-        self.timers.add(int(timer.value))
-        for word in ("ClkStop", "ClkReset", "ClkStart"):
-            self.say(f"{word} timer{int(timer.value)};")
+    def _signal(self, word: str, it: ast.Expression | None) -> str:
+        """Return what sets a signal, or asks for it, as a number says."""
+        value = ast.plain_number(it)
+        if value is None:
+            raise Unsaid(f"{word} of a number that is computed")
+        signal, on = abs(int(value)), value > 0.0
+        which = (signal > 1000) + (signal > 2000)
+        if not SIGNALS[word][which]:
+            raise Unsaid(f"{word} of an input")
+        return SIGNALS[word][which].format(signal - 1000 * (which == 1), on, str(on).upper())
 
     def _type(self, it: ast.Instruction) -> None:
         decimals, parts = 3, list[str]()
@@ -519,16 +566,13 @@ class RapidTranslator:
                 case ast.Format(decimals=given):
                     decimals = given or 0
                 case ast.StringConstant() | ast.Variable(sigil="$"):
-                    parts.append(self.text(item))
+                    parts.append(self.value(item, "string"))
                 case None:
                     pass
                 case _:
-                    parts.append(f"NumToStr({self.num(item)}, {decimals})")
+                    parts.append(f"NumToStr({self.value(item, 'num')}, {decimals})")
         shown = " + ".join(parts) or '""'
         self.say(f"TPWrite {shown};")
-
-    def _call(self, it: ast.Instruction) -> None:
-        self.say(f"{self._called(it.arguments[0])};")
 
     def _called(self, called: ast.Expression | None) -> str:
         """Return a call of a program of the file; what it needs before it is written."""
@@ -545,23 +589,20 @@ class RapidTranslator:
         kind = SIGILS[parameter.sigil] or self.kinds[callee.key].get(parameter.key, Kind.REAL)
         if isinstance(value, ast.Variable) and value.many:
             raise Unsaid("CALL with a whole array")
-        text = {Kind.REAL: self.num, Kind.STRING: self.text, Kind.LOCATION: self.place, Kind.PRECISION: self.joints}
-        told = text[kind](value)
+        told = self.value(value, TYPES[kind])
         if (callee.key, place) not in self.changing or (isinstance(value, ast.Variable) and not value.grouped):
             return told
         if kind is not Kind.REAL:
             raise Unsaid("CALL with an expression for a reference")
-        self.temporary += 1
-        self.say(f"temporary{self.temporary} := {told};")
-        return f"temporary{self.temporary}"
+        return self._kept(told)
 
     def _decompose(self, it: ast.Instruction) -> None:
         (target,) = it.arguments
-        if not isinstance(target, ast.Variable) or it.value is None or not self._is_joints(it.value):
+        if it.value is None or kind_of(it.value, self._kind) is not Kind.PRECISION:
             raise Unsaid("DECOMPOSE of a transformation")
-        if not target.indexes or len(target.indexes) != 1:
+        if not isinstance(target, ast.Variable) or target.indexes is None or len(target.indexes) != 1:
             raise Unsaid("DECOMPOSE to more than an array")
-        self.say(f"goal := {self.joints(it.value)};")
+        self.say(f"goal := {self.value(it.value, 'jointtarget')};")
         for axis in range(min(self.arm.model.joint_count, 6)):
             first = target.indexes[0]
             more = ast.Binary("+", first, ast.Number(float(axis), "", span=it.span), span=it.span)
@@ -577,31 +618,8 @@ class RapidTranslator:
         known = [name for name in self.traps if name.startswith(f"trap{at}")]
         trap = next((name for name in known if self.traps[name] == body), f"trap{at}{'_' * len(known)}")
         self.traps[trap] = body
-        self.interrupts.add(at)
-        self.say(f"IDelete at_trap{at};")
-        self.say(f"CONNECT at_trap{at} WITH {trap};")
+        self.say(f"IDelete at_trap{at};", f"CONNECT at_trap{at} WITH {trap};")
         self.say(f"ISignalDI \\Single, di{at - 1000}, {int(signal > 0.0)}, at_trap{at};")
-
-    def _ignore(self, it: ast.Instruction) -> None:
-        signal = ast.plain_number(it.arguments[0])
-        if signal is None:
-            raise Unsaid("IGNORE of a number that is computed")
-        self.interrupts.add(int(abs(signal)))
-        self.say(f"IDelete at_trap{int(abs(signal))};")
-
-    def _tool(self, it: ast.Instruction) -> None:
-        self.say("WaitRob \\ZeroSpeed;")
-        if any(it.arguments):
-            self.say(f"held.tframe := pose_of({self.place(it.arguments[0])});")
-        else:
-            self.say("held.tframe := [[0, 0, 0], [1, 0, 0, 0]];")
-        self.say(f"dest := {HERE};")
-
-    def _base(self, it: ast.Instruction) -> None:
-        x, y, z, turn = ["0" if one is None else self.num(one) for one in (*it.arguments, *(None,) * 4)[:4]]
-        self.say("WaitRob \\ZeroSpeed;")
-        self.say(f"world.uframe := [[{x}, {y}, {z}], OrientZYX({turn}, 0, 0)];")
-        self.say(f"dest := {HERE};")
 
     # --- expressions ---
 
@@ -648,129 +666,49 @@ class RapidTranslator:
         return datum
 
     def _index(self, it: ast.Expression) -> str:
-        return str(int(it.value) + 1) if isinstance(it, ast.Number) else f"{self.num(it)} + 1"
+        return str(int(it.value) + 1) if isinstance(it, ast.Number) else f"{self.value(it, 'num')} + 1"
 
-    def num(self, it: ast.Expression | None) -> str:
+    def value(self, it: ast.Expression | None, wanted: str) -> str:
+        """Return an expression as one of a type of RAPID. Raises Unsaid."""
+        if wanted == "minus":
+            return self.value(_minus(it), "num")
+        word, operands = "", tuple[ast.Expression | None, ...]()
         match it:
-            case ast.Number(value=value):
+            case ast.Number(value=value) if wanted == "num":
                 return number(value, 9)
-            case ast.Variable() if self._kind(it) is Kind.REAL:
+            case ast.StringConstant(value=text) if wanted == "string":
+                return '"' + text.replace("\\", "\\\\") + '"'
+            case ast.Variable() if TYPES[self._kind(it)] == wanted:
                 return self.variable(it)
-            case ast.Unary(operator="-" | "+" as sign, operand=operand):
-                return f"({sign}{self.num(operand)})"
-            case ast.Binary(operator=operator, left=a, right=b) if operator in ARITHMETIC:
-                return f"({self.num(a)} {ARITHMETIC[operator]} {self.num(b)})"
-            case ast.Binary(operator="**", left=a, right=b):
-                return f"Pow({self.num(a)}, {self.num(b)})"
-            case ast.Binary(operator=operator) if operator in RELATIONS or operator in LOGIC:
-                return f"logical({self.cond(it)})"
-            case ast.Unary(operator="NOT") | ast.Call(name="SIG"):
-                return f"logical({self.cond(it)})"
-            case ast.Call(name="TRUE" | "ON"):
-                return "-1"
-            case ast.Call(name="FALSE" | "OFF"):
-                return "0"
-            case ast.Call(name="PI"):
-                return "pi"
-            case ast.Call(name="SQR", arguments=(one,)):
-                return f"Pow({self.num(one)}, 2)"
-            case ast.Call(name="TIME"):
-                self.timers.add(0)
-                return "ClkRead(timer0)"
-            case ast.Call(name="HAND"):
-                return "DOutput(doHand)"
-            case ast.Call(name="TIMER", arguments=(ast.Number(value=timer),)):
-                self.timers.add(int(timer))
-                return f"ClkRead(timer{int(timer)})"
-            case ast.Call(name=name, arguments=arguments) if name in REALS:
-                return f"{REALS[name]}({', '.join(map(self.num, arguments))})"
-            case ast.Call(name=name, arguments=arguments) if name in OF_PLACES:
-                return f"{OF_PLACES[name]}({', '.join(map(self.place, arguments))})"
-            case ast.Call(name="LEN", arguments=(one,)):
-                return f"StrLen({self.text(one)})"
+            case ast.Call(name="SIG", arguments=signals) if wanted == "bool":
+                return " AND ".join([self._signal("SIG", one) for one in signals])
+            case ast.Call(name=word, arguments=operands):
+                operands += operands[:1] * (word == "FRAME" and len(operands) == 3)
+            case ast.Unary(operator=sign, operand=operand):
+                word, operands = f"{sign}_", (operand,)
+            case ast.Binary(operator=sign, left=left, right=right):
+                texts = sign in RELATIONS and kind_of(left, self._kind) is Kind.STRING
+                word, operands = f"{sign}{'$' * texts}", (left, right)
+        if wanted == "const":
+            return str(int(abs(ast.plain_number(it) or 0.0)))
+        if (wanted, word) in FORMS:
+            return self._filled(FORMS[wanted, word], operands, _told(it))
+        if wanted == "bool":
+            return f"{self.value(it, 'num')} <> 0"
+        if wanted == "num" and (("bool", word) in FORMS or word == "SIG"):
+            return f"logical({self.value(it, 'bool')})"
         raise Unsaid(_told(it))
 
-    def cond(self, it: ast.Expression | None) -> str:
-        match it:
-            case ast.Binary(operator=operator, left=a, right=b) if operator in LOGIC:
-                return f"({self.cond(a)} {LOGIC[operator]} {self.cond(b)})"
-            case ast.Binary(operator=operator, left=a, right=b) if operator in RELATIONS:
-                text = isinstance(a, ast.Variable | ast.StringConstant) and _is_text(a)
-                say = self.text if text else self.num
-                return f"({say(a)} {RELATIONS[operator]} {say(b)})"
-            case ast.Unary(operator="NOT", operand=operand):
-                return f"NOT ({self.cond(operand)})"
-            case ast.Call(name="SIG", arguments=arguments):
-                return " AND ".join(map(self._on, arguments))
-            case ast.Call(name="TRUE" | "ON"):
-                return "TRUE"
-            case ast.Call(name="FALSE" | "OFF"):
-                return "FALSE"
-        return f"{self.num(it)} <> 0"
-
-    def _on(self, it: ast.Expression | None) -> str:
-        value = ast.plain_number(it)
-        if value is None:
-            raise Unsaid("SIG of a number that is computed")
-        signal, on = abs(int(value)), value > 0.0
-        if signal > 2000:
-            self.softs.add(signal)
-            return f"soft{signal} = {str(on).upper()}"
-        read = f"DInput(di{signal - 1000})" if signal > 1000 else f"DOutput(do{signal})"
-        return f"{read} = {int(on)}"
-
-    def text(self, it: ast.Expression | None) -> str:
-        match it:
-            case ast.StringConstant(value=value):
-                return '"' + value.replace("\\", "\\\\") + '"'
-            case ast.Variable(sigil="$"):
-                return self.variable(it)
-            case ast.Binary(operator="+", left=a, right=b):
-                return f"{self.text(a)} + {self.text(b)}"
-        raise Unsaid(_told(it))
-
-    def place(self, it: ast.Expression | None) -> str:
-        match it:
-            case ast.Variable() if self._kind(it) is Kind.LOCATION:
-                return self.variable(it)
-            case ast.Binary(operator=":", left=a, right=b):
-                return f"both({self.place(a)}, {self.place(b)})"
-            case ast.Call(name="HERE"):
-                return HERE
-            case ast.Call(name="DEST"):
-                return "dest"
-            case ast.Call(name="NULL"):
-                return "turned(0, 0, 0)"
-            case ast.Call(name="TRANS", arguments=arguments):
-                usual = ("0", "0", "0", "90", "-90", "0")
-                given = [*arguments, *(None,) * 6][:6]
-                six = [zero if one is None else self.num(one) for one, zero in zip(given, usual, strict=True)]
-                return f"place({', '.join(six)})"
-            case ast.Call(name="SHIFT", arguments=(of, *ways)):
-                three = ["0" if one is None else self.num(one) for one in [*ways, None, None, None][:3]]
-                return f"Offs({self.place(of)}, {', '.join(three)})"
-            case ast.Call(name="INVERSE", arguments=(of,)):
-                return f"inverse({self.place(of)})"
-            case ast.Call(name="FRAME", arguments=(a, b, c, *more)):
-                four = [a, b, c, more[0] if more else a]
-                return f"framed({', '.join(map(self.place, four))})"
-            case ast.Call(name="RX" | "RY" | "RZ" as name, arguments=(angle,)):
-                return f"turned({', '.join(self.num(angle) if name[1] == axis else '0' for axis in 'XYZ')})"
-        raise Unsaid(_told(it))
-
-    def joints(self, it: ast.Expression | None) -> str:
-        match it:
-            case ast.Variable(sigil="#"):
-                return self.variable(it)
-            case ast.Call(name="#PPOINT", arguments=arguments) if len(arguments) <= 6:
-                six = ["0" if one is None else self.num(one) for one in [*arguments, *(None,) * 6][:6]]
-                return f"[[{', '.join(six)}], {external()}]"
-            case ast.Call(name="#PHERE"):
-                return "CJointT()"
-        raise Unsaid(_told(it))
-
-    def _is_joints(self, it: ast.Expression) -> bool:
-        return isinstance(it, ast.Variable | ast.Call) and getattr(it, "sigil", it.name[0]) == "#"
+    def _filled(self, form: tuple[str, list[str]], given: Sequence[ast.Expression | None], what: str) -> str:
+        """Return a form with its arguments; `what`: the construct, as it is named if it has more of them."""
+        types = " ".join(form[1]).split()
+        if len(given) > len(types):
+            raise Unsaid(what)
+        if "const" in types and ast.plain_number(given[0]) is None:
+            raise Unsaid(f"{what} of a number that is computed")
+        pairs = [(one, *kind.split("=")) for one, kind in zip_longest(given, types)]
+        told = [usual[0] if usual and one is None else self.value(one, kind) for one, kind, *usual in pairs]
+        return form[0].format(*told)
 
     # --- names ---
 
@@ -798,8 +736,17 @@ PLACEHOLDERS: Mapping[type, str] = {  # openers of blocks without a counterpart:
     ast.Value: "CASE 1:",
 }
 Datum = tuple[str, Kind, str]  # a program ("": all of them share it), kind and key of a variable
-LOOPS = (BlockKind.WHILE, BlockKind.DO, BlockKind.FOR)
-HERE = "CRobT(\\Tool:=held\\WObj:=world)"
+HANDS = ("OPEN", "CLOSE", "OPENI", "CLOSEI")
+INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] = {
+    "HERE": RapidTranslator._here,
+    "SPEED": RapidTranslator._speed,
+    "SIGNAL": lambda self, it: self.say(*[self._signal("SIGNAL", one) for one in it.arguments]),
+    "TYPE": RapidTranslator._type,
+    "DECOMPOSE": RapidTranslator._decompose,
+    "CALL": lambda self, it: self.say(f"{self._called(it.arguments[0])};"),
+    "REACT": RapidTranslator._react,
+    "REACTI": RapidTranslator._react,
+}
 
 
 def _minus(it: ast.Expression | None) -> ast.Expression:
@@ -817,10 +764,6 @@ def _free(name: str, taken: Collection[str]) -> str:
     return plain
 
 
-def _is_text(it: ast.Variable | ast.StringConstant) -> bool:
-    return isinstance(it, ast.StringConstant) or it.sigil == "$"
-
-
 def _told(it: ast.Expression | None) -> str:
     return "a value that is left out" if it is None else expression_text(it)
 
@@ -836,30 +779,3 @@ def _assigned(statement: ast.Statement, changing: set[tuple[str, int]]) -> Itera
                     yield one.key
         case ast.Instruction(word="SET" | "HERE" | "DECOMPOSE" | "PROMPT" | "READ", arguments=arguments):
             yield from (one.key for one in arguments if isinstance(one, ast.Variable))
-
-
-INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] = {
-    "SET": RapidTranslator._set,
-    "HERE": RapidTranslator._here,
-    "SPEED": RapidTranslator._speed,
-    **dict.fromkeys(("OPEN", "CLOSE", "OPENI", "CLOSEI"), RapidTranslator._operate),
-    "SIGNAL": RapidTranslator._signal,
-    "WAIT": RapidTranslator._wait,
-    "WAIT.EVENT": RapidTranslator._wait_event,
-    "TIMER": RapidTranslator._timer,
-    "TYPE": RapidTranslator._type,
-    "DECOMPOSE": RapidTranslator._decompose,
-    "CALL": RapidTranslator._call,
-    "REACT": RapidTranslator._react,
-    "REACTI": RapidTranslator._react,
-    "IGNORE": RapidTranslator._ignore,
-    "TOOL": RapidTranslator._tool,
-    "BASE": RapidTranslator._base,
-    "BREAK": lambda self, _it: self.say("WaitRob \\ZeroSpeed;"),
-    "DELAY": lambda self, it: self.say(f"WaitTime \\InPos, {self.num(it.arguments[0])};"),
-    "RETURN": lambda self, _it: self.say("RETURN;"),
-    "ACCEL": lambda self, it: self.say(f"AccSet {self.num(it.arguments[0])}, 100;"),
-    "PAUSE": lambda self, _it: self.say("Stop;"),
-    "HALT": lambda self, _it: self.say("EXIT;"),
-    "STOP": lambda self, _it: self.say("ExitCycle;"),
-}

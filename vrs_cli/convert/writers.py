@@ -413,7 +413,7 @@ class RapidWriter(StepWriter):
         self.note("RAPID: signal n is do<n>, input 1000+n is di<n>, the hand is doHand: these are to be configured")
         self.note("RAPID: the mass of each tool is written as 1 kg at its flange: give its own")
         speed = self._datum("speeddata", speeddata(SLOW, SLOW))
-        target = self._datum("jointtarget", self.jointtarget(self.run.start))
+        target = self._datum("jointtarget", jointtarget(self.arm, self.run.start))
         start = f"    MoveAbsJ {target}, {speed}, fine, {self._tool(self.run.frames)};"
         head = [f"MODULE {self.name}", *(f"  {line}" for line in self.heading())]
         for (kind, value), name in sorted(self.data.items(), key=lambda item: ORDER.index(item[0][0])):
@@ -423,7 +423,7 @@ class RapidWriter(StepWriter):
     def move(self, step: MoveStep) -> None:
         speed = self._datum("speeddata", speeddata(step.tip_speed, step.turn_speed))
         zone = self._datum("zonedata", zonedata(step.blend)) if step.blend else "fine"
-        word, kind, value = "MoveAbsJ", "jointtarget", self.jointtarget(step.joints)
+        word, kind, value = "MoveAbsJ", "jointtarget", jointtarget(self.arm, step.joints)
         if step.straight:
             word, kind, value = "MoveL", "robtarget", robtarget(self.arm, step.T_world_tool, step.joints)
         self.say(f"{word} {self._datum(kind, value)}, {speed}, {zone}, {self._tool(self.frames)};")
@@ -453,11 +453,6 @@ class RapidWriter(StepWriter):
         same = sum(known == kind for known, _ in self.data)
         return self.data.setdefault((kind, value), f"{SHORT[kind]}{same + 1}")
 
-    def jointtarget(self, joints: Joints) -> str:
-        shown = self.shown(joints)
-        axes = [*shown[:6], *["0"] * (6 - len(shown))]
-        return f"[[{', '.join(axes)}], {external(shown[6:])}]"
-
 
 SHORT = {
     "tooldata": "tool",
@@ -479,6 +474,11 @@ def external(axes: Sequence[str] = ()) -> str:
 
 def pose(T: Transform) -> str:
     return f"[[{numbers(mm(T), 5)}], [{numbers(unit_quaternion(T), 9)}]]"
+
+
+def jointtarget(arm: RobotArm, joints: Joints) -> str:
+    shown = [number(q, 6) for q in arm.model.units.shown(joints)]
+    return f"[[{', '.join([*shown[:6], *['0'] * (6 - len(shown))])}], {external(shown[6:])}]"
 
 
 def robtarget(arm: RobotArm, T: Transform, joints: Joints) -> str:
