@@ -81,15 +81,21 @@ def mm(T: Transform) -> tuple[float, float, float]:
 
 class StepWriter:
     """Writes the steps of a run, one method a kind of step. `axes`: the robots that the language moves, R a joint that
-    turns, P one that slides; none given: all. `outputs`, `inputs`: how many signals it has; None: as VAL-II.
+    turns, P one that slides; none given: all. `signal_count`: how many outputs and inputs it has; None: as VAL-II.
+
+    `words`: the lines of the language, by what they say. Those of signals have as {0} one of `states`, as {1} NOT for
+    an input that is off, and then the `address`.
     """
 
     title: ClassVar[str]
     remark: ClassVar[str]  # begins a comment
+    words: ClassVar[Mapping[str, str]] = {}
+    states: ClassVar[tuple[str, str]] = ("False", "True")
+    hints: ClassVar[tuple[str, ...]] = ()  # that a reader must know
     indent: ClassVar[str] = "  "
     axes: ClassVar[tuple[str, ...]] = ()
     longest_name: ClassVar[int] = 32
-    outputs: ClassVar[int | None] = None
+    signal_count: ClassVar[int | None] = None
     says_times: ClassVar[bool] = False
 
     def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
@@ -98,6 +104,8 @@ class StepWriter:
         self.lines, self.notes = list[str](), dict[str, None]()
         self.frames = run.frames
         self.before: MoveStep | None = None  # the move that was written last
+        self.told = dict[str, str]()  # the line of each setting
+        self.data = dict[tuple[str, str], str]()  # the name of each (type, value)
 
     @classmethod
     def check(cls, model: RobotModel) -> None:
@@ -117,6 +125,7 @@ class StepWriter:
             self.step(step, following if isinstance(following, MoveStep) else None)
         if stopped:
             self.say(f"{self.remark} here the program stopped: {stopped}")
+        self.notes |= dict.fromkeys(self.hints)
         head, foot = self.around()
         return Written(
             "\n".join([*head, *(f"{self.indent}{line}" for line in self.lines), *foot, ""]), tuple(self.notes)
@@ -138,7 +147,7 @@ class StepWriter:
                 self.say(f"{self.remark} signal {step.number} is {'on' if step.on else 'off'}{_waited(step)}")
                 self._tell_late(step, f"signal {step.number} is read")
                 self.input(step)
-            case SignalStep() if self.outputs is not None and step.number > self.outputs:
+            case SignalStep() if self.signal_count is not None and step.number > self.signal_count:
                 self.cannot(f"{self.title} has no output {step.number}")
             case SignalStep():
                 self._tell_late(step, f"signal {step.number}")
@@ -154,16 +163,14 @@ class StepWriter:
         motion = move.motion
         if motion.text:
             self.say(f"{self.remark} {motion.text}")
-        if self.says_times:
-            return
-        if motion.kind is MotionKind.STEERED:
-            self.cannot(f"{motion.text or 'a motion'} follows a stream of targets: written as one motion to its end")
-        if motion.start is Start.AT:
-            self.cannot(f"{motion.text or 'a motion'} begins at {move.time:.3f} s: written without the time")
-        if move.cut:
-            self.cannot(
-                f"{motion.text or 'a motion'} is cut short at {move.end:.3f} s: written up to there, with a stop"
-            )
+        told = {
+            "follows a stream of targets: written as one motion to its end": motion.kind is MotionKind.STEERED,
+            f"begins at {move.time:.3f} s: written without the time": motion.start is Start.AT,
+            f"is cut short at {move.end:.3f} s: written up to there, with a stop": move.cut,
+        }
+        for what, holds in told.items():
+            if holds and not self.says_times:
+                self.cannot(f"{motion.text or 'a motion'} {what}")
 
     def _tell_late(self, step: RunStep, what: str) -> None:
         if abs(step.late) > SAME_TIME and not self.says_times:
@@ -181,6 +188,15 @@ class StepWriter:
     def say(self, line: str) -> None:
         self.lines.append(line.replace("\n", " "))
 
+    def setting(self, name: str, line: str, request: Request | None = None) -> None:
+        """Write what stays, where it is another than before."""
+        if self.told.get(name) != line:
+            self.told[name] = line
+            self.do(line, request)
+
+    def do(self, line: str, request: Request | None = None) -> None:  # noqa: ARG002 (Python looks at it)
+        self.say(line)
+
     # --- what each language says in its own way ---
 
     def around(self) -> tuple[list[str], list[str]]:
@@ -190,20 +206,38 @@ class StepWriter:
     def move(self, step: MoveStep) -> None:
         raise NotImplementedError
 
-    def set_frames(self, before: Frames) -> None:
+    def frame(self, T: Transform) -> str:
         raise NotImplementedError
+
+    def address(self, place: int) -> tuple[object, ...]:
+        """Return how an output or input is called; `place` counts from 0."""
+        return (place + 1,)
+
+    def set_frames(self, before: Frames) -> None:
+        for word, old, new in (("tool", before.tool, self.frames.tool), ("base", before.base, self.frames.base)):
+            if word in self.words and old != new:
+                self.say(self.words[word].format(self.frame(new)))
 
     def wait(self, step: WaitStep) -> None:
-        raise NotImplementedError
+        self.say(self.words["wait"].format(number(step.seconds)))
 
     def input(self, step: InputStep) -> None:
-        raise NotImplementedError
+        place = step.number - FIRST_INPUT
+        if self.signal_count is not None and place >= self.signal_count:
+            self.cannot(f"{self.title} has no input {step.number}")
+            return
+        for line in self.words["in"].split("\n"):
+            self.say(line.format(self.states[step.on], "" if step.on else "NOT ", *self.address(place)))
 
     def signal(self, step: SignalStep, following: MoveStep | None) -> None:
-        raise NotImplementedError
+        self.switch(self.words["out"].format(self.states[step.on], "", *self.address(step.number - 1)), step, following)
 
     def hand(self, step: HandStep, following: MoveStep | None) -> None:
-        raise NotImplementedError
+        self.switch(self.words["hand"].format(self.states[step.opens]), step, following)
+
+    def switch(self, line: str, step: RunStep, following: MoveStep | None) -> None:  # noqa: ARG002 (KRL looks at them)
+        """Write a line that changes an output."""
+        self.say(line)
 
     def shown(self, joints: Joints) -> list[str]:
         """Return joints in degrees (mm where one slides)."""
@@ -235,13 +269,21 @@ class URScriptWriter(StepWriter):
 
     title, remark, axes = "URScript", "#", ("RRRRRR",)
     BANK = 8  # standard inputs and outputs, and as many configurable ones
-    outputs = 2 * BANK
+    signal_count = 2 * BANK
+    hints = (
+        "URScript: signals 1 to 8 are the standard outputs 0 to 7, 9 to 16 the configurable ones, inputs likewise",
+        "URScript: the hand is the tool output 0; a pose has no configuration, the joints before it decide",
+    )
+    words: ClassVar[Mapping[str, str]] = {
+        "tool": "set_tcp({})",
+        "base": "base = {}",
+        "wait": "sleep({})",
+        "in": "while get_{2}_digital_in({3}) != {0}:\n  sync()\nend",
+        "out": "set_{2}_digital_out({3}, {0})",
+        "hand": "hand({0})",
+    }
 
     def around(self) -> tuple[list[str], list[str]]:
-        self.note(
-            "URScript: signals 1 to 8 are the standard outputs 0 to 7, 9 to 16 the configurable ones, inputs likewise"
-        )
-        self.note("URScript: the hand is the tool output 0; a pose has no configuration, the joints before it decide")
         start = numbers(self.run.start, 9)
         rate = SLOW * min(self.arm.model.max_velocity)
         head = [
@@ -250,51 +292,24 @@ class URScriptWriter(StepWriter):
             "  def hand(opens):",
             "    set_tool_digital_out(0, opens)",
             "  end",
-            f"  set_tcp({self._pose(self.run.frames.tool)})",
-            f"  base = {self._pose(self.run.frames.base)}",
+            f"  set_tcp({self.frame(self.run.frames.tool)})",
+            f"  base = {self.frame(self.run.frames.base)}",
             f"  movej([{start}], a={number(rate)}, v={number(rate)})",
         ]
         return head, ["end"]
 
     def move(self, step: MoveStep) -> None:
         blend = f", r={number(step.blend, 5)}" if step.blend else ""
+        rates, target = (step.axis_acceleration, step.axis_speed), f"movej([{numbers(step.joints, 9)}]"
         if step.straight:
-            a, v = max(step.tip_acceleration, 0.01), max(step.tip_speed, 0.001)
-            target, word = f"pose_trans(base, {self._pose(step.T_world_tool)})", "movel"
-        else:
-            a, v = max(step.axis_acceleration, 0.01), max(step.axis_speed, 0.001)
-            target, word = f"[{numbers(step.joints, 9)}]", "movej"
-        self.say(f"{word}({target}, a={number(a)}, v={number(v)}{blend})")
+            rates = step.tip_acceleration, step.tip_speed
+            target = f"movel(pose_trans(base, {self.frame(step.T_world_tool)})"
+        self.say(f"{target}, a={number(max(rates[0], 0.01))}, v={number(max(rates[1], 0.001))}{blend})")
 
-    def set_frames(self, before: Frames) -> None:
-        if self.frames.tool != before.tool:
-            self.say(f"set_tcp({self._pose(self.frames.tool)})")
-        if self.frames.base != before.base:
-            self.say(f"base = {self._pose(self.frames.base)}")
+    def address(self, place: int) -> tuple[object, ...]:
+        return "standard" if place < self.BANK else "configurable", place % self.BANK
 
-    def wait(self, step: WaitStep) -> None:
-        self.say(f"sleep({number(step.seconds)})")
-
-    def input(self, step: InputStep) -> None:
-        place = step.number - FIRST_INPUT
-        if place >= 2 * self.BANK:
-            self.cannot(f"{self.title} has no input {step.number}")
-            return
-        self.say(f"while get_{self._bank(place, 'in')} != {step.on}:")
-        self.say("  sync()")
-        self.say("end")
-
-    def signal(self, step: SignalStep, following: MoveStep | None) -> None:  # noqa: ARG002 (KRL and Python look at it)
-        self.say(f"set_{self._bank(step.number - 1, 'out', f', {step.on}')}")
-
-    def hand(self, step: HandStep, following: MoveStep | None) -> None:  # noqa: ARG002
-        self.say(f"hand({step.opens})")
-
-    def _bank(self, place: int, way: str, value: str = "") -> str:
-        kind = "standard" if place < self.BANK else "configurable"
-        return f"{kind}_digital_{way}({place % self.BANK}{value})"
-
-    def _pose(self, T: Transform) -> str:
+    def frame(self, T: Transform) -> str:
         axis, angle = axis_angle(T)
         return f"p[{numbers((*tip(T), *scaled(axis, angle)), 9)}]"
 
@@ -308,72 +323,50 @@ class KRLWriter(StepWriter):
     title, remark, indent, axes, longest_name = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
     NAMES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1")
     HAND = 1000  # the output of the hand
-
-    def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
-        super().__init__(run, name, source)
-        self.set: dict[str, str] = {}  # what each variable or setting is
+    hints = (f"KRL: signal n is $OUT[n], input 1000+n is $IN[n], the hand is $OUT[{HAND}] (see the first lines)",)
+    states = ("FALSE", "TRUE")
+    words: ClassVar[Mapping[str, str]] = {
+        "tool": "$TOOL = {}",
+        "base": "$BASE = {}",
+        "wait": "WAIT SEC {}",
+        "in": "WAIT FOR {1}$IN[{2}]",
+        "out": "$OUT[{2}] = {0}",
+        "hand": "HAND = {0}",
+    }
 
     def around(self) -> tuple[list[str], list[str]]:
-        self.note(
-            f"KRL: signal n is $OUT[n], input 1000+n is $IN[n], the hand is $OUT[{self.HAND}] (see the first lines)"
-        )
         head = [
             f"DEF {self.name}()",
             *self.heading(),
             f"SIGNAL HAND $OUT[{self.HAND}]",
             "BAS(#INITMOV, 0)",
-            f"$TOOL = {self._frame(self.run.frames.tool)}",
-            f"$BASE = {self._frame(self.run.frames.base)}",
+            f"$TOOL = {self.frame(self.run.frames.tool)}",
+            f"$BASE = {self.frame(self.run.frames.base)}",
             f"BAS(#VEL_PTP, {round(100 * SLOW)})",
             f"PTP {self._axes(self.run.start)}",
         ]
         return head, ["END"]
 
     def move(self, step: MoveStep) -> None:
-        blend = ""
         if step.blend:
-            self._set("$APO.CDIS", number(1000.0 * step.blend, 2))
-            blend = " C_DIS"
+            self.setting("CDIS", f"$APO.CDIS = {number(1000.0 * step.blend, 2)}")
         if step.straight:
-            self._set("$VEL.CP", number(max(step.tip_speed, 0.001)))
-            self._set("$VEL.ORI1", number(max(degrees(step.turn_speed), 1.0), 2))
-            self.say(f"LIN {self._frame(step.T_world_tool, step.joints[6:])}{blend}")
+            self.setting("CP", f"$VEL.CP = {number(max(step.tip_speed, 0.001))}")
+            self.setting("ORI1", f"$VEL.ORI1 = {number(max(degrees(step.turn_speed), 1.0), 2)}")
         else:
-            percent = max(round(100.0 * step.joint_rate), 1)
-            if self.set.get("PTP") != str(percent):
-                self.set["PTP"] = str(percent)
-                self.say(f"BAS(#VEL_PTP, {min(percent, 100)})")
-            self.say(f"PTP {self._axes(step.joints)}{blend}")
+            self.setting("PTP", f"BAS(#VEL_PTP, {min(max(round(100.0 * step.joint_rate), 1), 100)})")
+        line = (
+            f"LIN {self.frame(step.T_world_tool, step.joints[6:])}"
+            if step.straight
+            else f"PTP {self._axes(step.joints)}"
+        )
+        self.say(f"{line}{' C_DIS' if step.blend else ''}")
 
-    def _set(self, variable: str, value: str) -> None:
-        if self.set.get(variable) != value:
-            self.set[variable] = value
-            self.say(f"{variable} = {value}")
-
-    def set_frames(self, before: Frames) -> None:
-        if self.frames.tool != before.tool:
-            self.say(f"$TOOL = {self._frame(self.frames.tool)}")
-        if self.frames.base != before.base:
-            self.say(f"$BASE = {self._frame(self.frames.base)}")
-
-    def wait(self, step: WaitStep) -> None:
-        self.say(f"WAIT SEC {number(step.seconds)}")
-
-    def input(self, step: InputStep) -> None:
-        self.say(f"WAIT FOR {'' if step.on else 'NOT '}$IN[{step.number - FIRST_INPUT + 1}]")
-
-    def signal(self, step: SignalStep, following: MoveStep | None) -> None:
-        self._switch(f"$OUT[{step.number}] = {str(step.on).upper()}", step, following)
-
-    def hand(self, step: HandStep, following: MoveStep | None) -> None:
-        self._switch(f"HAND = {str(step.opens).upper()}", step, following)
-
-    def _switch(self, assignment: str, step: RunStep, following: MoveStep | None) -> None:
+    def switch(self, line: str, step: RunStep, following: MoveStep | None) -> None:
         """An assignment to an output stops the advance run, and so a blend: between blended motions it is a TRIGGER."""
         if following is not None and (step.late > 0.0 or (self.before is not None and self.before.blend)):
-            self.say(f"TRIGGER WHEN DISTANCE=0 DELAY={round(1000.0 * max(step.late, 0.0))} DO {assignment}")
-        else:
-            self.say(assignment)
+            line = f"TRIGGER WHEN DISTANCE=0 DELAY={round(1000.0 * max(step.late, 0.0))} DO {line}"
+        self.say(line)
 
     def _tell_late(self, step: RunStep, what: str) -> None:
         if step.late < 0.0 or isinstance(step, InputStep):  # what comes later than a begin is the DELAY of a TRIGGER
@@ -382,7 +375,7 @@ class KRLWriter(StepWriter):
     def _axes(self, joints: Joints) -> str:
         return "{" + ", ".join(f"{name} {q}" for name, q in zip(self.NAMES, self.shown(joints), strict=False)) + "}"
 
-    def _frame(self, T: Transform, more: Joints = ()) -> str:
+    def frame(self, T: Transform, more: Joints = ()) -> str:
         pairs = list(zip("XYZ", mm(T), strict=True)) + list(zip("ABC", map(degrees, zyx(T)), strict=True))
         pairs += [("E1", degrees(q)) for q in more]
         return "{" + ", ".join(f"{name} {number(value, 6)}" for name, value in pairs) + "}"
@@ -405,13 +398,19 @@ class RapidWriter(StepWriter):
 
     title, remark, axes, indent = "RAPID", "!", ("RRRRRR", "RRRRRRR", "RRPR"), "    "
 
-    def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
-        super().__init__(run, name, source)
-        self.data: dict[tuple[str, str], str] = {}  # the name of each (type, value)
+    hints = (
+        "RAPID: signal n is do<n>, input 1000+n is di<n>, the hand is doHand: these are to be configured",
+        "RAPID: the mass of each tool is written as 1 kg at its flange: give its own",
+    )
+    states = ("0", "1")
+    words: ClassVar[Mapping[str, str]] = {  # each motion names its tool and its frame
+        "wait": "WaitTime {};",
+        "in": "WaitDI di{2}, {0};",
+        "out": "SetDO do{2}, {0};",
+        "hand": "SetDO doHand, {0};",
+    }
 
     def around(self) -> tuple[list[str], list[str]]:
-        self.note("RAPID: signal n is do<n>, input 1000+n is di<n>, the hand is doHand: these are to be configured")
-        self.note("RAPID: the mass of each tool is written as 1 kg at its flange: give its own")
         speed = self._datum("speeddata", speeddata(SLOW, SLOW))
         target = self._datum("jointtarget", jointtarget(self.arm, self.run.start))
         start = f"    MoveAbsJ {target}, {speed}, fine, {self._tool(self.run.frames)};"
@@ -432,21 +431,6 @@ class RapidWriter(StepWriter):
         return (
             f"{self._datum('tooldata', tooldata(frames.tool))}\\WObj:={self._datum('wobjdata', wobjdata(frames.base))}"
         )
-
-    def set_frames(self, before: Frames) -> None:
-        """Do nothing: each motion names its tool and its frame."""
-
-    def wait(self, step: WaitStep) -> None:
-        self.say(f"WaitTime {number(step.seconds)};")
-
-    def input(self, step: InputStep) -> None:
-        self.say(f"WaitDI di{step.number - FIRST_INPUT + 1}, {int(step.on)};")
-
-    def signal(self, step: SignalStep, following: MoveStep | None) -> None:  # noqa: ARG002 (KRL and Python look at it)
-        self.say(f"SetDO do{step.number}, {int(step.on)};")
-
-    def hand(self, step: HandStep, following: MoveStep | None) -> None:  # noqa: ARG002
-        self.say(f"SetDO doHand, {int(step.opens)};")
 
     def _datum(self, kind: str, value: str) -> str:
         """Return the name of a value of this type, which the head of the module declares."""
@@ -537,7 +521,7 @@ class PythonWriter(StepWriter):
         self.later = 0.0  # than in the run [s]
         self.inputs = list(run.inputs)
         self.taken = 0.0  # by the hand, of the wait that comes [s]
-        self.told = {
+        self.told |= {
             "ACCEL": "ACCEL 100",
             "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",
             "HAND.TIME": f"PARAMETER HAND.TIME = {PARAMETERS['HAND.TIME'].default}",
@@ -562,10 +546,10 @@ class PythonWriter(StepWriter):
     def move(self, step: MoveStep) -> None:
         motion, engine = step.motion, self.engine
         profile, rising = motion.profile.name, 100.0 * motion.acceleration
-        self._setting("PROFILE", f"PARAMETER PROFILE = {profile}", SetParameter("PROFILE", profile))
-        self._setting("ACCEL", f"ACCEL {number(rising)}", SetAcceleration(rising))
+        self.setting("PROFILE", f"PARAMETER PROFILE = {profile}", SetParameter("PROFILE", profile))
+        self.setting("ACCEL", f"ACCEL {number(rising)}", SetAcceleration(rising))
         if motion.duration:
-            self._do(f"DURATION {seconds(motion.duration)}", SetDuration(motion.duration))
+            self.do(f"DURATION {seconds(motion.duration)}", SetDuration(motion.duration))
         target, percent = self.shown(motion.goal or step.joints), number(min(100.0 * motion.speed, 100.0), 6)
         goal: Target = JointTarget(self.units.read(map(float, target)))
         how, fraction = [f"speed={percent}"], float(percent) / 100.0
@@ -576,7 +560,7 @@ class PythonWriter(StepWriter):
             mmps = number(1000.0 * motion.tip_speed, 6)
             turning = None if motion.rotation is None else number(100.0 * motion.rotation, 6)
             speed = SetSpeed(float(mmps), None if turning is None else float(turning), SpeedUnit.MMPS)
-            self._do(f"DO SPEED {mmps}{'' if turning is None else f', {turning}'} MMPS", speed)
+            self.do(f"DO SPEED {mmps}{'' if turning is None else f', {turning}'} MMPS", speed)
             how = []
         stamp = self._stamp(step)
         begins = max(engine.now, engine.end) if stamp is None else stamp
@@ -601,20 +585,14 @@ class PythonWriter(StepWriter):
             t, signal, on = self.inputs.pop(0)
             self.signals.append(f"({seconds(t + self.later)}, {signal}, {on})")
 
-    def _setting(self, name: str, line: str, request: Request | None = None) -> None:
-        """Set what stays, where it is another value than before."""
-        if self.told[name] != line:
-            self.told[name] = line
-            self._do(line, request)
-
-    def _do(self, line: str, request: Request | None = None) -> None:
+    def do(self, line: str, request: Request | None = None) -> None:
         self.say(f"robot.do({line!r})")
         if request is not None:
             self.engine.perform(request)
 
     def set_frames(self, before: Frames) -> None:
         for line in frames_lines(before, self.frames):
-            self._do(line)
+            self.do(line)
         for request in (SetTool(self.frames.tool), SetBase(self.frames.base)):
             self.engine.perform(request)
 
@@ -623,34 +601,34 @@ class PythonWriter(StepWriter):
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:
-            self._do(f"DELAY {seconds(left)}", Delay(left))
+            self.do(f"DELAY {seconds(left)}", Delay(left))
 
     def input(self, step: InputStep) -> None:
         if step.late:
             return
         self._tell_inputs(step.time)
         self._time(step, None)
-        self._do(f"WAIT SIG({'' if step.on else '-'}{step.number})")
+        self.do(f"WAIT SIG({'' if step.on else '-'}{step.number})")
         self.engine.clock.advance(max(self.engine.now, self.engine.end) + step.waited)
 
     def signal(self, step: SignalStep, following: MoveStep | None) -> None:
         time = self._time(step, following)
         at = "" if time is None else f" AT {seconds(time)}"
-        self._do(f"SIGNAL {'' if step.on else '-'}{step.number}{at}")
+        self.do(f"SIGNAL {'' if step.on else '-'}{step.number}{at}")
 
     def hand(self, step: HandStep, following: MoveStep | None) -> None:
         """OPENI waits for the fingers, OPEN is done with the next motion, and AT a time nobody waits."""
         word, width, time = "OPEN" if step.opens else "CLOSE", self.arm.model.hand_width, self._time(step, following)
         how_far = f" {number(1000.0 * width * step.opening, 6)}" if width else ""
         if step.duration:
-            self._setting("HAND.TIME", f"PARAMETER HAND.TIME = {seconds(step.duration)}")
+            self.setting("HAND.TIME", f"PARAMETER HAND.TIME = {seconds(step.duration)}")
         if time is None and following is None and step.duration:
-            self._do(f"{word}I{how_far}", Delay(step.duration))
+            self.do(f"{word}I{how_far}", Delay(step.duration))
             self.taken = step.duration
         elif time is None and following is not None and not step.duration:
-            self._do(f"{word}{how_far}")
+            self.do(f"{word}{how_far}")
         else:
-            self._do(f"{word}I{how_far} AT {seconds(self._begins(following) + step.late)}")
+            self.do(f"{word}I{how_far} AT {seconds(self._begins(following) + step.late)}")
 
     def _time(self, step: RunStep, following: MoveStep | None) -> float | None:
         """Return the time of an event, as far from its motion as in the run; None for now, when the robot stands."""
