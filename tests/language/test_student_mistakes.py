@@ -327,12 +327,47 @@ PUMA = load_robot("puma560")
         ("count = 0\ncuont = count + 1", "cuont is used nowhere", "did you mean count?"),
         ("part_pos = 0\npartpos = part_pos", "partpos is used nowhere", "did you mean part_pos?"),
         ("SET pick = HERE\nSET pikc = HERE\nMOVE pick", "pikc is used nowhere", "did you mean pick?"),
+        (
+            "SIG(1) = TRUE",
+            "SIG only reads a value",
+            "SIG(1) is the state of a signal; SIGNAL 1 turns a signal on, SIGNAL -1 turns it off",
+        ),
+        ("DX(p) = 5", "DX only reads a value", "SET p = SHIFT(p BY dx, dy, dz) moves a place"),
+        ("VAL($s) = 5", "VAL only reads a value", "it stands where a value does: x = VAL($s)"),
+        (
+            "MOVE [0, -90, 90, 0, 0, 0]",
+            "[0, -90, 90, 0, 0, 0] is no value",
+            "joints in degrees: MOVE #PPOINT(0, -90, 90, 0, 0, 0); a place in mm: MOVE TRANS(...)",
+        ),
+        ("POINT part = 0, 500, -200, 90, 90, 0", "POINT: too many values", "POINT part = TRANS(x, y, z, o, a, t)"),
+        ("SET part TRANS(0, 500)", "TRANS", "= is missing before TRANS; the form is SET location = value"),
+        ('EXECUTE "main"', "a program name is wanted here", "it stands without quotes: main"),
+        ("DIM a[10]", "DIM", "arrays are not declared: a[1] = 0 makes an element"),
         ("SPEED 0.5 ALWAYS", "SPEED takes percent", "half speed is SPEED 50"),
     ],
 )
 def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) -> None:
     found = inspect(f".PROGRAM p\n{line}\n.END\n", PUMA)
     assert (told, hint) in [(one.detail, one.hint) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("HERE = start\nMOVE start", "HERE takes no ="),
+        ("HERE a\nIF HERE == a THEN\nEND", "places are not compared with =="),
+        ("HERE #a\nHERE b\nWAIT b <> #a", "places are not compared with <>"),
+        ("IF SIG(1) THEN\nENDIF", "ENDIF: not a word of VAL-II"),
+        ("IF SIG(1) THEN\nFOR i = 1 TO 3\nENDFOR\nEND", "ENDFOR"),
+        ("FOR i = 1 TO 3\nTYPE i\nNEXT i", "NEXT takes a whole number of loops"),
+        ("IF SIG(1) THEN\nFOR i = 1 TO 3\nTYPE i\nNEXT i\nEND", "NEXT takes a whole number of loops"),
+        ("int x = 5\nTYPE x", "int"),
+        ("x := 5\nTYPE x", ":= is no sign of VAL-II"),
+        ('INPUT "how many", n\nTYPE n', "INPUT"),
+    ],
+)
+def test_one_mistake_is_told_once(lines: str, told: str) -> None:
+    assert [one.detail for one in inspect(f".PROGRAM p\n{lines}\n.END\n", PUMA)] == [told]
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,11 @@ def test_where_refuses(line: str) -> None:
         at(RecordingTerminal(), line)
 
 
+def test_where_of_a_place_leads_to_listl() -> None:
+    with pytest.raises(UsageError, match="LISTL Start shows a place"):
+        at(RecordingTerminal(), "SET start = HERE", "WHERE Start")
+
+
 def test_changes_until_an_empty_line() -> None:
     person = Person(",,-50", "510", "")
     session = at(person, PART)

@@ -10,6 +10,7 @@ from vrs_cli.interfaces.station.operands import Handler, moment, operand, times
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.variables import closest
 from vrs_cli.language.text.ast import BareWord, Instruction, StringConstant
+from vrs_cli.language.words.values import NAME_LENGTH
 from vrs_cli.values.replies import Message, PartRow, PartTable, Reply
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ def where_part(station: Station, it: Instruction, asked: BareWord | StringConsta
     """WHERE of a part: now, at a time, or over a stretch of time. Raises UndefinedName, UsageError."""
     course, said = station.driver.course, asked.text if isinstance(asked, BareWord) else asked.value
     names = {name.lower(): name for name in (() if course is None else course.parts())}
+    if said.lower() not in names and said.lower()[:NAME_LENGTH] in station.environment.kinds:
+        raise UsageError(f"{said} is a variable, no part", f"LISTL {said} shows a place, WHERE tells where the arm is")
     if course is None or not names:
         raise UsageError("there are no parts", f"{BRINGS_PARTS}; LISTL shows places")
     name = names.get(said.lower())

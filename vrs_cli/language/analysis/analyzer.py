@@ -556,10 +556,12 @@ class _Steps(Expressions):
 
     def finish(self, program: Program, around: Surroundings) -> None:
         """Report what only the whole program shows: names that nothing gives a value."""
+        lines = [one.text for one in program.statements if isinstance(one, ast.BadLine)]
+        unread = {name.lower()[:NAME_LENGTH] for text in lines for name in re.findall(r"[#$]?[A-Za-z][\w.]*", text)}
         nowhere = [
-            one  # another program may give it a value, unless AUTO or LOCAL declares it
+            one  # another program may give it a value, unless AUTO or LOCAL declares it; so may a line that is mistaken
             for one in self.without_value()
-            if one.key in self.own or not around.given_elsewhere(one.key, program)
+            if one.key not in unread and (one.key in self.own or not around.given_elsewhere(one.key, program))
         ]
         own = Candidates({*self.given, *self.parameters})
         for number, variable in enumerate(nowhere):
@@ -583,6 +585,11 @@ class _Steps(Expressions):
 
     def _assignment(self, statement: ast.Assignment) -> None:
         target, value = statement.target, statement.value
+        if target.key == "here" and target.indexes is None and self._is_new(value):
+            hint = f"HERE {expression_text(value)} keeps the place where the arm stands"
+            self.fault(IllegalAssignment, statement.span, "HERE takes no =", hint)
+            self._define(value, PLACE)
+            return
         self.reference(target)
         if target.indexes is None and not target.sigil:
             self.assigned.setdefault(target.key, target)
@@ -608,6 +615,11 @@ class _Steps(Expressions):
         if is_truth(value):
             self.truths.add(target.key)
         self.define(target, wanted)
+
+    def _is_new(self, value: Expression) -> bool:
+        """Return whether an expression is a variable that no step before gives a value or reads."""
+        met = (self.given, self.parameters, self._known, self.first_read)
+        return isinstance(value, ast.Variable) and not any(value.key in keys for keys in met)
 
     def _reals(self, *expressions: Expression | None) -> None:
         for expression in expressions:
@@ -783,6 +795,8 @@ class _Steps(Expressions):
             self._check_call(expression)
         elif not isinstance(expression, ast.BareWord):
             hint = "GOTO 100 goes to a label" if isinstance(expression, ast.Number) else ""
+            if isinstance(expression, ast.StringConstant):
+                hint = f"it stands without quotes: {expression.value}"
             self.fault(InvalidName, expression.span, "a program name is wanted here", hint)
 
     def _pass(self, arguments: Iterable[Expression | None]) -> None:

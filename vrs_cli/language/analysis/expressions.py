@@ -21,6 +21,7 @@ from vrs_cli.errors import (
     IllegalExpression,
     IllegalSignal,
     NotAvailable,
+    TypeMismatch,
     UnknownKeyword,
     WithoutEffect,
 )
@@ -214,6 +215,12 @@ class Expressions(NameFindings):
             chained = isinstance(left, ast.Binary) and not left.grouped and self._chained(left, expression)
             if not chained:
                 self._compared(expression)
+            sides = self.kind_of(left), self.kind_of(expression.right)
+            if not PLACE.isdisjoint(sides) and PLACE.issuperset(sides):
+                texts = expression_text(left), expression_text(expression.right)
+                hint = f"DISTANCE({', '.join(texts)}) < 1 is TRUE where they are near"
+                self.fault(TypeMismatch, expression.span, f"places are not compared with {operator}", hint)
+                return self._operands(expression, PLACE, Kind.REAL)
             return self._operands(expression, self._of_both(expression), Kind.REAL)
         if operator == "+":
             wanted = self._of_both(expression)

@@ -16,6 +16,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
+from vrs_cli.language.words.foreign import own_word
 from vrs_cli.language.words.instructions import LOOP_JUMPS
 from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Severity, Span, warning
 from vrs_cli.values.dialect import Dialect
@@ -65,6 +66,9 @@ class Structure(DiagnosticCollector):
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
             self._leaves(statement)
+        if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":  # which is refused itself
+            self._unread(index, ast.BadLine("END", span=statement.span))
+            return
         action = _ACTIONS.get(type(statement))
         if action is not None:
             action(self, index, statement)
@@ -100,6 +104,8 @@ class Structure(DiagnosticCollector):
         """Check that EXIT or NEXT stands inside as many loops as it names."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
+            if self._open and self._open[-1].kind is BlockKind.FOR:
+                self._open[-1].vague = True  # NEXT i is meant for its END
             hint = (
                 f"{statement.word} alone is for the innermost, {statement.word} 2 for two; END ends the steps of a loop"
             )
@@ -118,6 +124,8 @@ class Structure(DiagnosticCollector):
         """A line that cannot be read begins, divides or ends a block all the same: its own mistake is enough."""
         words = _words(line.text)
         first, last = words[0], words[-1]
+        if own_word(first) == "END":  # ENDFOR
+            first = "END"
         if first in _UNREAD_MIDDLES:
             kind = _UNREAD_MIDDLES[first]
             block = None if kind is None else self._divided(kind)

@@ -228,7 +228,10 @@ class _Given(Struct):
             raise self._refusal(sign)
         self.values = _items(given.children, self.row, None if wanted.repeated else 1)
         if not wanted.repeated:
-            self._refuse_beyond(self.values, 1, "values")
+            hint, first = "", next(iter(self.arguments), None)
+            if wanted.shape is Shape.PLACE and len(self.values) > 2 and isinstance(first, ast.Variable):
+                hint = f"{self.row.name} {first.sigil}{first.name} = TRANS(x, y, z, o, a, t)"  # POINT p = 0, 500, 0
+            self._refuse_beyond(self.values, 1, "values", hint)
 
     def put_group(self, _open: Token, *given: _Piece | Token) -> None:
         """Put what stands in parentheses: as many places as the table has, so that those after them keep theirs."""
@@ -282,12 +285,11 @@ class _Given(Struct):
             items = [None, *items]
         return items
 
-    def _refuse_beyond(self, items: Items, most: int, what: str) -> None:
+    def _refuse_beyond(self, items: Items, most: int, what: str, hint: str = "") -> None:
         beyond = next((item for item in items[most:] if item is not None), None)
         if beyond is not None:
-            raise refusal(
-                CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", f"the form is {self.row.form}"
-            )
+            hint = hint or f"the form is {self.row.form}"
+            raise refusal(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", hint)
 
     def _refusal(self, token: Token) -> LineRefused:
         row, hint = self.row, f"the form is {self.row.form}"

@@ -36,6 +36,7 @@ from vrs_cli.language.words.foreign import (
     QUOTIENT,
     UNITS,
     WHOLE,
+    only_reads,
     own_word,
     way,
 )
@@ -248,8 +249,11 @@ class Lexer:
         given = re.compile(_LIST).match(self._text, word.end())
         if row is None or given is None or word[0].lower()[:NAME_LENGTH] in self._defined:
             return
-        moves = any(argument.shape is Shape.PLACE for argument in row.arguments)
-        hint = f"write {row.name} TRANS({given[1][1:-1]})" if moves else f"the form is {row.form}"
+        hint, numbers = f"the form is {row.form}", given[1][1:-1]
+        if any(argument.shape is Shape.PLACE for argument in row.arguments):
+            hint = f"write {row.name} TRANS({numbers})"
+            if numbers.count(",") == 5:
+                hint = f"joints in degrees: {row.name} #PPOINT({numbers}); a place in mm: {row.name} TRANS(...)"
         raise self._refusal(CannotInterpret, *given.span(1), f"{given[1]} is no value", hint)
 
     def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
@@ -275,6 +279,9 @@ class Lexer:
         found = rows_for(word[0], *((COMMANDS, PROGRAM_WORDS) if at_prompt else (PROGRAM_WORDS,)))
         if len(found) == 1 and found[0].name == word[0].upper():
             return found[0]
+        function = FUNCTIONS.get(word[0].upper())
+        if function is not None and function.arguments and self._follows(rf"[ \t]*{_ELEMENT}", word.end()):
+            raise self._refusal(CannotInterpret, *word.span(), *only_reads(function))
         detail, hint = word[0], way(word[0], at_prompt=at_prompt)  # RUN and CLEAR are not short for RUNSIG, CLEAR.EVENT
         if self._follows(r"[ \t]*:(?!=)", word.end()) and (own_word(word[0]) or not (found or hint)):
             hint = LABELS  # start: as in C

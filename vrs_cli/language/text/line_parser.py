@@ -25,7 +25,7 @@ from vrs_cli.language.text.builder import Builder, signed_number
 from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import resolve_line
-from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, form_of, way
+from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, form_of, only_reads, way
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
@@ -272,6 +272,9 @@ class Complaint:
             return self._say(IllegalExpression, ":= is no sign of VAL-II", "= assigns, == compares", self._last)
         if any(one.text == ":" for one in self._before):
             return self._say(IllegalExpression, "= has no place here", "a line holds one statement, : joins places")
+        function = FUNCTIONS.get(self._head.text.upper()) if self._start == "prompt" else None
+        if function is not None and function.arguments and self._last is not None and self._last.type == "RPAR":
+            return self._say(CannotInterpret, *only_reads(function), self._head)
         condition = self._head.type in _CONDITIONS or self._head.value == "WAIT"
         hint = "= assigns, == compares" if condition or self._head.type == "NAME" else ""
         return self._say(IllegalExpression, "= has no place here", hint)
@@ -329,7 +332,8 @@ class Complaint:
             modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
             words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
             hint = did_you_mean(self._text, words)
-        missing = f"an operator or a comma is missing before {self._text}"
+        assigns = row is not None and row.value is not None and not any(one.type == "EQUAL" for one in self._before)
+        missing = f"{'=' if assigns else 'an operator or a comma'} is missing before {self._text}"
         form = f"; {form_of(row)}" if row is not None and row.arguments else ""
         return self._say(IllegalExpression, self._said, hint or missing + form)
 

@@ -40,6 +40,10 @@ MEANT_ELSEWHERE = {  # our words that mean more elsewhere
     "WAIT": "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass",
     "RANDOM": "1 + INT(6 * RANDOM) is a whole number from 1 to 6",
 }
+_ONLY_READ = {  # functions that students assign to
+    "SIG": f"SIG(1) is the state of a signal; {MEANT_ELSEWHERE['SIGNAL']}",
+    **dict.fromkeys(("DX", "DY", "DZ"), "SET p = SHIFT(p BY dx, dy, dz) moves a place"),
+}
 LABELS = "a label is a number before a statement: 10 TYPE"
 SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # MOVE Z 100
 
@@ -143,9 +147,10 @@ _ADVICE: Mapping[str, str] = {
     "LOOP": "END ends WHILE x < 3 DO, UNTIL x == 3 ends DO",
     "DEFAULT": "ANY begins what is done for all other values of a CASE",
     **dict.fromkeys(
-        ("LET", "VAR", "DIM", "INT", "FLOAT", "NUM", "DECL", "CONST", "BOOL", "STRING", "CHAR"),
+        ("LET", "VAR", "INT", "FLOAT", "NUM", "DECL", "CONST", "BOOL", "STRING", "CHAR"),
         "x = 5 makes a variable",
     ),
+    **dict.fromkeys(("DIM", "ARRAY"), "arrays are not declared: a[1] = 0 makes an element"),
 }
 _IN_PROGRAM: Mapping[str, str] = dict.fromkeys(("RESTART", "RERUN", "AGAIN"), "GOTO 10 goes back to a label: 10 TYPE")
 
@@ -166,6 +171,12 @@ def own_function(foreign: str) -> str:
     none.
     """
     return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
+
+
+def only_reads(function: WordRow) -> tuple[str, str]:
+    """What is wrong with SIG(1) = TRUE and DX(p) = 5, and what would be right."""
+    hint = _ONLY_READ.get(function.name, f"it stands where a value does: x = {function.form}")
+    return f"{function.name} only reads a value", hint
 
 
 def form_of(row: WordRow) -> str:
