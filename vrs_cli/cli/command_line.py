@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -84,6 +85,14 @@ HELP_OPTIONS = (
 )
 
 
+_WRITING = {  # by the ending of a file
+    ".csv": "--csv",
+    ".vrst": "--save",
+    ".html": "--report",
+    **dict.fromkeys((".svg", ".png", ".pdf"), "--plot"),
+}
+
+
 class Parser(argparse.ArgumentParser):
     """An argument parser with `options`. It raises CommandLineError, and suggests the option that was perhaps meant."""
 
@@ -127,10 +136,10 @@ class Parser(argparse.ArgumentParser):
         words = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", arguments))
         unknown = [word for word in words if word.startswith("--") and word not in self.options()]
         if unknown:
-            raise self._unknown(unknown[0])
+            raise self._unknown(unknown[0], arguments)
         values, extra = self.parse_known_args(arguments)
         if extra:
-            raise self._unknown(extra[0])
+            raise self._unknown(extra[0], arguments)
         return values
 
     def arguments(self) -> tuple[argparse.Action, ...]:
@@ -144,7 +153,11 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise CommandLineError(message.removeprefix("argument "), f"see {self.prog} --help")
 
-    def _unknown(self, word: str) -> CommandLineError:
+    def _unknown(self, word: str, arguments: Sequence[str]) -> CommandLineError:
+        beside = dict(zip(arguments, [*arguments[1:], ""], strict=False)).get(word, "")
+        meant = _WRITING.get(os.path.splitext(beside)[1].lower(), "") if word in ("-o", "--output", "--out") else ""
+        if meant in self.options():
+            return CommandLineError(f"unknown option {word}", f"did you mean {meant} {beside}?")
         if not word.startswith("-"):
             return CommandLineError(f"one argument too many: {word}", f"see {self.prog} --help")
         return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), self.prog))

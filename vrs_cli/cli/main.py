@@ -78,6 +78,14 @@ MOVED: Mapping[str, str] = {  # names that were, and what is there now
     "get": "vrs connect URL --get NAME",
 }
 
+MEANT: Mapping[str, str] = {  # what other tools, and the prompt, call it
+    **dict.fromkeys(("execute", "exec", "start", "simulate", "play", "go"), "run"),
+    **dict.fromkeys(("lint", "test", "validate", "compile"), "check"),
+    **dict.fromkeys(("load", "open", "edit"), "shell"),
+    **dict.fromkeys(("format", "prettify"), "fmt"),
+    **dict.fromkeys(("show", "browser", "gui"), "view"),
+}
+
 FILE_COMMANDS: Mapping[str, str] = {".v2": "shell", ".pg": "shell", ".vrst": "replay"}  # what a bare file opens
 
 HELP = """\
@@ -145,6 +153,9 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
         raise CommandLineError(what, f"there is {', '.join(family)}")
     if name in MOVED:
         raise CommandLineError(f"vrs {name} is now {MOVED[name]}")
+    if name.lower() in MEANT:
+        line = " ".join(("vrs", MEANT[name.lower()], *arguments[1:2]))
+        raise CommandLineError(f"unknown subcommand {name}", f"did you mean {line}?")
     raise CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "vrs"))
 
 

@@ -58,6 +58,9 @@ def _files(options: Namespace) -> list[str]:
     """The files that are named. The last of several words is the name of a program, unless it is a program file, a
     folder or a pattern. Raises CommandLineError.
     """
+    for name in options.files:
+        if (kind := _NO_PROGRAMS.get(os.path.splitext(name)[1].lower())) is not None:
+            raise CommandLineError(f"{name} is {kind[0]}, no VAL-II program", kind[1].format(name=name))
     files: list[str] = options.files[:-1]
     last: str = options.files[-1]
     options.program = None
@@ -68,6 +71,13 @@ def _files(options: Namespace) -> list[str]:
     if (wrong := next(unknown, None)) is not None:
         raise CommandLineError(f"{wrong} is no program file", "one program is executed: its name comes last")
     return files
+
+
+_NO_PROGRAMS = {  # by the ending of a file: what it is, and what takes it
+    ".py": ("a Python program", "python {name} runs it"),
+    ".csv": ("a table", "vrs lab steer {name} follows joints over time"),
+    ".vrst": ("a trajectory", "vrs replay {name} plays it"),
+}
 
 
 def _cycles(text: str) -> int:
