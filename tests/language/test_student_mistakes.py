@@ -306,8 +306,10 @@ PUMA = load_robot("puma560")
         (
             "x = undo + 1",
             "undo is given a value nowhere",
-            "UNDO is a word; undo = ... gives a variable of that name a value",
+            "undo = ... gives it a value; the word UNDO begins a line of its own",
         ),
+        ("WAIT n", "n is given a value nowhere", "n = ... gives it a value"),
+        ("$s = $t", "$t is given a value nowhere", "$t = ... gives it a value"),
         ("WAIT 3", "it waits for the signal: WAIT SIG(1003)", "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass"),
         ("IF SIG(1) == 1 THEN\nEND", "SIG(1) is TRUE (-1) or FALSE (0), never 1", "write SIG(1)"),
         ("WHILE SIG(1001) <> 1 DO\nEND", "SIG(1001) is TRUE (-1) or FALSE (0), never 1", "write NOT SIG(1001)"),
@@ -448,7 +450,10 @@ def test_at_the_prompt(line: str, told: str, hint: str) -> None:
         ("SIGNAL 1, 0", "0 is no number of a signal (SIGNAL 1 turns a signal on, SIGNAL -1 turns it off"),
         ("TYPE Hello", 'Hello (Hello = ... gives it a value; a text stands in double quotes: "Hello")'),
         ("x = y", "y (y = ... gives it a value)"),
-        ("UNDO UNDO", "undo (UNDO is a word; undo = ... gives a variable of that name a value)"),
+        (
+            "UNDO UNDO",
+            "undo (undo = ... gives it a value; the word UNDO begins a line of its own)",
+        ),
     ],
 )
 def test_a_line_that_fails_at_the_prompt(line: str, told: str) -> None:

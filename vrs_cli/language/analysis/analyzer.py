@@ -68,6 +68,7 @@ from vrs_cli.language.text.meaning import (
     giving,
     meant_by,
     text_meant,
+    value_given,
     variables_given_by,
 )
 from vrs_cli.language.text.parser import parse_step
@@ -571,9 +572,8 @@ class _Steps(Expressions):
             decided = self._decided(variable)
             hint = hint or other_sigil(variable, {**dict.fromkeys(self.given), **around.known})
             hint = hint or giving(name, decided.kind if decided else Kind.REAL)
-            if not hint and variable.key in self.typed:
-                hint = text_meant(name)
-            self.warn(UndefinedValue, variable.span, detail, hint)
+            usual = text_meant(name) if variable.key in self.typed and not variable.sigil else value_given(name)
+            self.warn(UndefinedValue, variable.span, detail, hint or usual)
         for variable, relation in self.compared:
             if variable.key in self.truths and not around.given_elsewhere(variable.key, program):
                 givers = [one for one in program.statements if variable.key in variables_given_by(one)]

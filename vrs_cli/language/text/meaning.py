@@ -211,7 +211,7 @@ def giving(name: str, kind: Kind | None) -> str:
         return ""
     word = name.upper()
     if word in INSTRUCTIONS or word in COMMANDS:
-        return f"{word} is a word; {name} = ... gives a variable of that name a value"
+        return f"{value_given(name)}; the word {word} begins a line of its own"
     return meant_by(name)
 
 
