@@ -24,6 +24,7 @@ from vrs_cli.errors import (
     UsageError,
 )
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.values.replies import Message
 
@@ -94,6 +95,36 @@ def test_who_does_not_wait_goes_on_without() -> None:
     first = ("READ (lun, handle, 1) $line", *STATUS, "TYPE /I0, GETC(lun, 1)")
     assert typed(session, "count = 0", *OPEN, *first, *poll) == (str(NoDataReceived.code), str(NoDataReceived.code))
     assert value(session, "count") == 19.0  # the first tick after 0.5 s tells the connection, the next one the line
+
+
+def test_a_task_that_polls_without_a_pause_leaves_time_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    turns = count_turns(monkeypatch)
+    session = session_with(COMES, '{"data": "go\\n"}')
+    load(session, "WHILE run DO", "WAIT.EVENT , 0.1", "sent = sent+1", "END", name="feedback")
+    load(
+        session,
+        "WHILE run DO",
+        *("WAIT 2", "IF TASK(1, 3) <> 4 THEN", "EXECUTE 3 feedback()", "END"),
+        "END",
+        name="restart",
+    )
+    poll = ("DO", "READ (lun, handle, 1) $line", "UNTIL IOSTAT(lun) == 1", "t = TIME()", "run = FALSE")
+    assert typed(session, "run = TRUE", "sent = 0", "EXECUTE 2 restart()", *OPEN, *poll, "TYPE $line") == ("go",)
+    assert value(session, "t") == pytest.approx(0.5, abs=0.03)
+    assert value(session, "sent") == 5.0
+    assert sum(turns) < 19 * 110
+
+
+def count_turns(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list that gets a 1 for each thing that a driver lets happen."""
+    turns, happen = list[int](), Driver._happen
+
+    def counted(driver: Driver, budget: int) -> None:
+        turns.append(1)
+        happen(driver, budget)
+
+    monkeypatch.setattr(Driver, "_happen", counted)
+    return turns
 
 
 def test_a_script_answers_what_the_program_writes() -> None:

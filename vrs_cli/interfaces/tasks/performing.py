@@ -14,7 +14,7 @@ from msgspec import structs
 
 from vrs_cli.devices.device import Waits
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
+from vrs_cli.errors import EndOfInput, IllegalValue, NoDataReceived, TaskNotActive, VrsError
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
@@ -64,6 +64,7 @@ from vrs_cli.values.commands import (
 )
 from vrs_cli.values.results import RunOutcome
 
+VAIN_READ = 100  # steps of the instant that a READ counts for where nothing has come: it takes the CPU as long
 LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
 EVERYBODYS = (SetChannels, SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
 STAMPED = (Move, SetChannels, OperateHand)  # requests that may have a time
@@ -145,6 +146,8 @@ class Performer:
         answer = self._devices.perform(track.number, event)
         if not isinstance(answer, Waits):
             track.answer = answer
+            if isinstance(event, ReadRecord) and self._devices.status(track.number, event.unit) == NoDataReceived.code:
+                track.before -= VAIN_READ
             return
         last = on_grid(track.asked + min(self._devices.outside.patience, LATEST))
         if self._engine.now < last:

@@ -284,7 +284,12 @@ class _ProgramCompiler(ExpressionCompiler):
         # a function of no arguments, with the program's variables as defaults: cells of a closure are slower for all
         names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
         condition = py.Lambda(tree.parameters(sorted(names), defaults=True), truth)
-        return [tree.yield_(tree.call("Wait", tree.call("guarded", condition)))]
+        # a condition that holds costs no turn of the driver: a loop with such a WAIT must not fall behind a wall clock
+        wait = tree.yield_(tree.call("Wait", tree.name("w")))
+        return [
+            tree.assign("w", tree.call("guarded", condition)),
+            py.If(tree.not_(py.Call(tree.name("w"), [], [])), [wait], []),
+        ]
 
     def _call_program(self, statement: ast.Instruction) -> list[py.stmt]:
         program = statement.arguments[0]
