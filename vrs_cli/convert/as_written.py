@@ -23,13 +23,12 @@ from vrs_cli.language.analysis.names import LOOPS, Analysis, Block, BlockKind, k
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.values import Kind
+from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 
 SAME = 1e-6  # [m] of two places
 SIZE = 10  # of an array of which no element is known
 TYPES = {Kind.REAL: "num", Kind.STRING: "string", Kind.LOCATION: "robtarget", Kind.PRECISION: "jointtarget"}
 STARTS = {Kind.REAL: "", Kind.STRING: "s_", Kind.LOCATION: "", Kind.PRECISION: "j_"}
-SIGILS = {"": None, "$": Kind.STRING, "#": Kind.PRECISION}
 RAPID_WORDS = """abs accset alias and atan2 backward bool calcjointt calcrobt case cjointt clkread clkreset clkstart
 clkstop clock confdata confj confl connect const cos crobt default defframe dest dinput distance div do dohand doutput
 else elseif endfor endfunc endif endmodule endproc endrecord endtest endtrap endwhile error exit exitcycle false fine
@@ -45,6 +44,7 @@ LOCAL CALIBRATE"""  # they change no place and no output
 PLAIN = frozenset(IDLE_WORDS.split())
 BREAKS = frozenset(("BREAK", "OPENI", "CLOSEI", "RELAXI", "TOOL", "BASE", "HALT", "STOP", "PAUSE", "DELAY"))
 MOVES = frozenset(("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY", "NEST", "ALIGN"))
+DECIDING = {"End", "Else", "Goto", "Until", "While", "For", "If", *BREAKS, *MOVES}
 ENDS = {BlockKind.IF: "ENDIF", BlockKind.CASE: "ENDTEST"}
 RELATIONS = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 HERES = {Kind.LOCATION: "CRobT(\\Tool:=held\\WObj:=world)", Kind.PRECISION: "CJointT()"}
@@ -116,6 +116,8 @@ to DEPARTS  RelTool(dest, 0, 0, {{}})  minus
 joints READY  j_ready
 joints MOVE  {{}}  jointtarget
 joints DRIVE  goal  const num num=0
+do DRIVE2  goal := CalcJointT(dest, held\\WObj:=world); goal.robax.rax_{{0}} := goal.robax.rax_{{0}} + {{1}};  const num
+do DRIVE3  goal := CalcJointT(dest, held\\WObj:=world); goal.robax.rax_{{0}} := goal.robax.rax_{{0}} + {{1}}; next_speed := {{2}};  const num num
 do BREAK()  WaitRob \\ZeroSpeed;
 do DELAY  WaitTime \\InPos, {{}};  num
 do ACCEL  AccSet {{1}}, 100;  none=- num
@@ -208,6 +210,18 @@ TAKEN = frozenset((*RAPID_WORDS.split(), *re.findall(r"FUNC \w+ (\w+)", ROUTINES
 
 class Unsaid(Exception):
     """A construct without a counterpart."""
+
+
+class Opening(Struct, frozen=True):
+    """A line before indented lines. `wanted`: the type of its operand; `idle`: an operand for a block whose own
+    has no counterpart, which is not carried out; `back`, `by`: how far the line, and those after it, are moved.
+    """
+
+    line: str
+    wanted: str = "bool"
+    idle: str = "FALSE"
+    back: int = 0
+    by: int = 1
 
 
 class Translated(Struct, frozen=True):
@@ -355,8 +369,8 @@ class RapidTranslator:
         except Unsaid as what:
             self.unsaid.append((statement.span.line, str(what)))
             self.say(f"! NOT SAID: {what} (line {statement.span.line})")
-            if (line := PLACEHOLDERS.get(type(statement))) is not None:
-                self._open(line, back=isinstance(statement, ast.Value), by=1 + isinstance(statement, ast.Case))
+            if (block := BLOCKS.get(type(statement))) is not None:
+                self._open(block, block.idle)
                 self.left_out.add(place)
 
     def say(self, *lines: str) -> None:
@@ -373,12 +387,14 @@ class RapidTranslator:
                 self._jump(place, label, "")
             case ast.IfGoto(condition=condition, label=label):
                 self._jump(place, label, f"IF {self.value(condition, 'bool')} ")
-            case ast.If(condition=condition):
-                self._open(f"IF {self.value(condition, 'bool')} THEN")
-            case ast.Else():
-                self._open("ELSE", back=True)
-            case ast.While(condition=condition):
-                self._open(f"WHILE {self.value(condition, 'bool')} DO")
+            case ast.Instruction(word="HERE", arguments=(ast.Variable() as target,)):
+                self.say(f"{self.variable(target)} := {HERES[self._kind(target)]};")
+            case ast.If(condition=given) | ast.While(condition=given) | ast.Case(subject=given):
+                self._open(BLOCKS[type(statement)], self.value(given, BLOCKS[type(statement)].wanted))
+            case ast.Else() | ast.Any():
+                self._open(BLOCKS[type(statement)])
+            case ast.Value(tests=tests):
+                self._open(BLOCKS[ast.Value], ", ".join([self.value(test, "num") for test in tests]))
             case ast.Do():
                 self.say(f"again{place}:")
             case ast.Until(condition=condition):
@@ -388,12 +404,6 @@ class RapidTranslator:
                 self._label("out", block)
             case ast.For():
                 self._for(statement)
-            case ast.Case(subject=subject):
-                self._open(f"TEST {self.value(subject, 'num')}", by=2)
-            case ast.Value(tests=tests):
-                self._open(f"CASE {', '.join([self.value(test, 'num') for test in tests])}:", back=True)
-            case ast.Any():
-                self._open("DEFAULT:", back=True)
             case ast.End():
                 self._end(self.closed[place])
             case ast.Instruction():
@@ -401,11 +411,10 @@ class RapidTranslator:
             case _:
                 raise Unsaid(type(statement).__name__)
 
-    def _open(self, line: str, *, back: bool = False, by: int = 1) -> None:
-        """Write a line before lines that are indented; `back`: it stands where the opener of the block does."""
-        self.level -= back
-        self.say(line)
-        self.level += by
+    def _open(self, block: Opening, operand: str = "") -> None:
+        self.level -= block.back
+        self.say(block.line.format(operand))
+        self.level += block.by
 
     def _end(self, block: Block) -> None:
         opener = self.analysis.program.steps[block.opener].statement
@@ -434,11 +443,11 @@ class RapidTranslator:
             raise Unsaid("FOR with a STEP whose sign is not known")
         name, first, last = self.variable(it.variable), self.value(it.first, "num"), self.value(it.last, "num")
         if self._is_own(it):
-            self._open(f"FOR {name} FROM {first} TO {last} STEP {number(step, 9)} DO")
+            self._open(Opening("FOR {} DO"), f"{name} FROM {first} TO {last} STEP {number(step, 9)}")
             return
         self.say(f"{name} := {first};")
         last = last if isinstance(it.last, ast.Number) else self._kept(last)
-        self._open(f"WHILE {name} {'<=' if step > 0.0 else '>='} {last} DO")
+        self._open(BLOCKS[ast.While], f"{name} {'<=' if step > 0.0 else '>='} {last}")
 
     def _kept(self, value: str) -> str:
         """Write a variable for a value, and return its name."""
@@ -448,21 +457,24 @@ class RapidTranslator:
 
     def _is_own(self, it: ast.For) -> bool:
         """Whether the variable of a loop is used in loops over it alone, in this program alone, and not assigned."""
-        key, inside, all_uses = it.variable.key, 0, 0
+        key, steps, around, within = it.variable.key, self.analysis.program.steps, set[int](), set[int]()
         if it.variable.indexes or key in self.parameters or key in self.own:
             return False
-        for analysis in self.programs:
-            steps = analysis.program.steps
-            uses = [sum(isinstance(n, ast.Variable) and n.key == key for n in ast.nodes(step)) for step in steps]
-            all_uses += sum(uses)
-            for block in analysis.blocks if analysis is self.analysis else ():
-                opener = steps[block.opener].statement
-                if isinstance(opener, ast.For) and opener.variable.key == key:
-                    within = [step.statement for step in steps[block.opener + 1 : block.closer] if step.statement]
-                    if any(key in _assigned(one, self.changing) for one in within):
-                        return False
-                    inside += sum(uses[block.opener : block.closer])
-        return inside == all_uses
+        for block in self.analysis.blocks:
+            opener = steps[block.opener].statement
+            if isinstance(opener, ast.For) and opener.variable.key == key:
+                around |= {*range(block.opener, block.closer)}
+                within |= {*range(block.opener + 1, block.closer)}
+        inside = (statement for place in within if (statement := steps[place].statement) is not None)
+        if any(key in _assigned(statement, self.changing) for statement in inside):
+            return False
+        others = [
+            step
+            for analysis in self.programs
+            for place, step in enumerate(analysis.program.steps)
+            if analysis is not self.analysis or place not in around
+        ]
+        return all(not isinstance(n, ast.Variable) or n.key != key for step in others for n in ast.nodes(step))
 
     def _jump(self, place: int, label: int, condition: str) -> None:
         target = self.analysis.labels[label]
@@ -485,7 +497,7 @@ class RapidTranslator:
         if it.word in MOVES:
             self._motion(place, it)
         elif form is not None:
-            self.say(*self._filled(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
+            self._perform(form, it)
         elif it.word in INSTRUCTIONS:
             INSTRUCTIONS[it.word](self, it)
         elif it.word in ("EXIT", "NEXT"):
@@ -495,6 +507,9 @@ class RapidTranslator:
         else:
             raise Unsaid(f"{it.word} of a width" if it.word in HANDS and any(it.arguments) else it.word)
 
+    def _perform(self, form: tuple[str, list[str]], it: ast.Instruction) -> None:
+        self.say(*self._filled(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
+
     def _motion(self, place: int, it: ast.Instruction) -> None:
         """Write the destination, and the motion there: with a corner unless the arm is to stand behind it."""
         first, tool = next(iter(it.arguments), None), "held\\WObj:=world"
@@ -503,37 +518,21 @@ class RapidTranslator:
         if form is None:
             raise Unsaid(f"{it.word} to a precision point" if joints else it.word)
         how = f"rate(), {'fine' if self._stands(place) else 'z50'}, {tool};"
+        if it.word == "DRIVE" and not 1 <= (ast.plain_number(first) or 0) <= 6:
+            raise Unsaid("DRIVE of a joint that is computed")
         if it.word == "DRIVE":
-            self._drive(it)
+            self._perform(FORMS["do", f"DRIVE{len(it.arguments)}"], it)
         target = self._filled(form, it.arguments, it.word)
         if joints:
             self.say(f"MoveAbsJ {target}, {how}", f"dest := CalcRobT({target}, {tool});")
         else:
             self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
-    def _drive(self, it: ast.Instruction) -> None:
-        joint, change, *speed = [*it.arguments, None, None]
-        if not isinstance(joint, ast.Number) or not 1 <= joint.value <= 6:
-            raise Unsaid("DRIVE of a joint that is computed")
-        axis = f"goal.robax.rax_{int(joint.value)}"
-        self.say("goal := CalcJointT(dest, held\\WObj:=world);", f"{axis} := {axis} + {self.value(change, 'num')};")
-        if speed and speed[0] is not None:
-            self.say(f"next_speed := {self.value(speed[0], 'num')};")
-
     def _stands(self, place: int) -> bool:
         """Whether what follows a motion waits until the arm stands; where a block decides that, it does not."""
-        for step in self.analysis.program.steps[place + 1 :]:
-            if isinstance(step.statement, ast.Instruction) and step.statement.word in (BREAKS | MOVES):
-                return step.statement.word in BREAKS
-            if isinstance(step.statement, ast.End | ast.Else | ast.Goto | ast.Until | ast.While | ast.For | ast.If):
-                return False
-        return True
-
-    def _here(self, it: ast.Instruction) -> None:
-        (target,) = it.arguments
-        if not isinstance(target, ast.Variable):
-            raise Unsaid("HERE of more than a variable")
-        self.say(f"{self.variable(target)} := {HERES[self._kind(target)]};")
+        following = [step.statement for step in self.analysis.program.steps[place + 1 :]]
+        words = [one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following]
+        return next((word for word in words if word in DECIDING), "BREAK") in BREAKS
 
     def _speed(self, it: ast.Instruction) -> None:
         (value, *turning), unit = it.arguments, it.modifiers.unit
@@ -586,7 +585,7 @@ class RapidTranslator:
 
     def _argument(self, callee: ast.Program, place: int, value: ast.Expression | None) -> str:
         parameter = callee.parameters[place]
-        kind = SIGILS[parameter.sigil] or self.kinds[callee.key].get(parameter.key, Kind.REAL)
+        kind = SIGIL_KINDS.get(parameter.sigil) or self.kinds[callee.key].get(parameter.key, Kind.REAL)
         if isinstance(value, ast.Variable) and value.many:
             raise Unsaid("CALL with a whole array")
         told = self.value(value, TYPES[kind])
@@ -630,7 +629,7 @@ class RapidTranslator:
         """Return the kind of a variable as its program decides it; of a shared one also as others, or the file, do."""
         key, program = variable.key, analysis.program
         own = {*(one.key for one in program.parameters), *(one.key for one in analysis.own)}
-        found = SIGILS[variable.sigil] or self.kinds[program.key].get(key)
+        found = SIGIL_KINDS.get(variable.sigil) or self.kinds[program.key].get(key)
         if found is None and key not in own:
             found = next((kinds[key] for kinds in self.kinds.values() if key in kinds), None)
             found = found or (Kind.LOCATION if isinstance(self.given.get(key), Transform) else None)
@@ -728,17 +727,18 @@ class RapidTranslator:
                                 self.kinds[call.key].setdefault(parameter.key, kind)
 
 
-PLACEHOLDERS: Mapping[type, str] = {  # openers of blocks without a counterpart: the block is not carried out
-    ast.If: "IF FALSE THEN",
-    ast.While: "WHILE FALSE DO",
-    ast.For: "WHILE FALSE DO",
-    ast.Case: "TEST 0",
-    ast.Value: "CASE 1:",
+BLOCKS: Mapping[type, Opening] = {
+    ast.If: Opening("IF {} THEN"),
+    ast.Else: Opening("ELSE", back=1),
+    ast.While: Opening("WHILE {} DO"),
+    ast.For: Opening("WHILE {} DO"),  # where it cannot be said
+    ast.Case: Opening("TEST {}", "num", "0", by=2),
+    ast.Value: Opening("CASE {}:", "num", "1", back=1),
+    ast.Any: Opening("DEFAULT:", back=1),
 }
 Datum = tuple[str, Kind, str]  # a program ("": all of them share it), kind and key of a variable
 HANDS = ("OPEN", "CLOSE", "OPENI", "CLOSEI")
 INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] = {
-    "HERE": RapidTranslator._here,
     "SPEED": RapidTranslator._speed,
     "SIGNAL": lambda self, it: self.say(*[self._signal("SIGNAL", one) for one in it.arguments]),
     "TYPE": RapidTranslator._type,
