@@ -6,11 +6,14 @@ Of the routines of the language it has those that are used. Motions go to their 
 from __future__ import annotations
 
 import copy
+import itertools
 import math
+import operator
 import re
 from collections import ChainMap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -170,7 +173,10 @@ class RapidMachine:
         still = Record([Record([0, 0, 0]), Record([1, 0, 0, 0]), Record([0, 0, 0, 0]), Record([9e9] * 6)])
         zero = {"num": 0, "string": "", "bool": False, "robtarget": still, "pose": Record(still[:2])}.get(m[1])
         if m[3]:
-            into[m[2]] = Array(tuple(int(size) for size in m[3].split(",")), zero)
+            sizes = tuple(int(size) for size in m[3].split(","))
+            into[m[2]] = Array(sizes, zero)
+            for index in itertools.product(*map(range, sizes)) if m[4] else ():
+                into[m[2]][tuple(k + 1 for k in index)] = reduce(operator.getitem, index, self.value(m[4], {}))
         else:
             into[m[2]] = self.value(m[4], {}) if m[4] else copy.deepcopy(zero)
 

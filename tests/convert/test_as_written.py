@@ -215,6 +215,22 @@ MOVE SHIFT(p BY v[1], m)
     check(text, tmp_path)
 
 
+def test_arrays_of_the_file_keep_their_values(tmp_path: Path) -> None:
+    lines = ("MOVE p[1]", "MOVES p[3]", "MOVE #j[0]", "SET p[5] = p[1]", "MOVE SHIFT(p[n] BY 5)", "MOVE p[5]")
+    text = program("n = r[2,1]+r[0,0]-1", *lines)
+    text += """.LOCATIONS
+p[1] 300 450 -200 90 90 0
+p[3] 200 500 -200 90 90 10
+#j[0] 10 -100 80 0 20 0
+.END
+.REALS
+r[2,1] 3
+r[0,0] 1
+.END
+"""
+    check(text, tmp_path)
+
+
 def test_names_do_not_meet(tmp_path: Path) -> None:
     """Words of RAPID, names of routines and data of the module, and names that differ in one language only."""
     text = program(

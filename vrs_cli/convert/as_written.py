@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import zip_longest
 from math import pi
+from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -47,6 +48,12 @@ MOVES = frozenset(("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRI
 DECIDING = {"End", "Else", "Goto", "Until", "While", "For", "If", *BREAKS, *MOVES}
 ENDS = {BlockKind.IF: "ENDIF", BlockKind.CASE: "ENDTEST"}
 RELATIONS = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
+EMPTY = {
+    Kind.REAL: "0",
+    Kind.STRING: '""',
+    Kind.LOCATION: f"[[0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], {external()}]",
+    Kind.PRECISION: f"[[0, 0, 0, 0, 0, 0], {external()}]",
+}
 HERES = {Kind.LOCATION: "CRobT(\\Tool:=held\\WObj:=world)", Kind.PRECISION: "CJointT()"}
 SIGNALS = {  # an output, an input, and a signal above 2000
     "SIG": ("DOutput(do{0}) = {1:d}", "DInput(di{0}) = {1:d}", "soft{0} = {2}"),
@@ -240,7 +247,7 @@ class RapidTranslator:
         self, memory: Memory, programs: Sequence[Analysis], run: ExecutedRun, given: Memory, name: str
     ) -> None:
         self.memory, self.programs, self.run = memory, programs, run
-        self.given = {key: value for kind in Kind for key, value in given.cells(kind).items()}
+        self.given, self.found = {key: value for kind in Kind for key, value in given.cells(kind).items()}, given
         self.name, self.arm = identifier(name, 32), run.arm
         self.named = dict[str, str]()  # the name of each program, by its key
         for one in programs:
@@ -257,7 +264,7 @@ class RapidTranslator:
 
     def translate(self) -> Translated:
         procedures = "\n".join([line for analysis in self.programs for line in self._program(analysis)])
-        model, still = self.arm.model, f"[[0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], {external()}]"
+        model = self.arm.model
         ready = jointtarget(self.arm, model.poses["ready"])
         used = {
             what: sorted({int(found) for found in re.findall(rf"\b{what}(\d+)", procedures)})
@@ -271,7 +278,7 @@ class RapidTranslator:
             f"  CONST jointtarget j_ready := {ready};",
             "  VAR num all_speed := 100;",
             "  VAR num next_speed := 100;",
-            f"  VAR robtarget dest := {still};",
+            f"  VAR robtarget dest := {EMPTY[Kind.LOCATION]};",
             f"  VAR jointtarget goal := {ready};",
             *(f"  VAR num temporary{k};" for k in used["temporary"]),
             *(f"  VAR bool soft{signal} := FALSE;" for signal in used["soft"]),
@@ -295,23 +302,33 @@ class RapidTranslator:
     def _data(self) -> Iterator[str]:
         """Yield the declarations of all variables that programs share."""
         for (scope, kind, key), name in self.shared.items():
-            datum, value = (scope, kind, key), self.given.get(key)
-            if scope or value is None or datum in self.arrays:
-                yield f"  VAR {TYPES[kind]} {name}{self._sizes(datum)};"
-            else:
-                yield f"  PERS {TYPES[kind]} {name} := {self._value(value)};"
+            sizes = self._sizes((scope, kind, key))
+            elements = {} if scope else dict(self.found.cells(kind, key)) if sizes else {(): self.given.get(key)}
+            word, value = (
+                ("PERS", f" := {self._literal(kind, elements, sizes)}")
+                if {*elements.values()} - {None}
+                else ("VAR", "")
+            )
+            yield f"  {word} {TYPES[kind]} {name}{_braces(sizes)}{value};"
 
-    def _sizes(self, datum: Datum) -> str:
-        """Return the sizes of an array, "" for what is none: as many elements as the run, or the text, has used."""
+    def _sizes(self, datum: Datum) -> list[int]:
+        """Return the sizes of an array, as the run, or the text, has used it; none for what is no array."""
         scope, kind, key = datum
-        if datum not in self.arrays:
-            return ""
-        used = [index for index in self.memory.cells(kind, key) if index is not None and not scope]
+        least = self.arrays.get(datum, [])
+        used = [index for index in self.memory.cells(kind, key) if index is not None and not scope] if least else []
         found = [index if isinstance(index, tuple) else (index,) for index in used]
-        most = [
-            max([least, *(int(one[k]) for one in found if len(one) > k)]) for k, least in enumerate(self.arrays[datum])
-        ]
-        return "{" + ", ".join(str((SIZE - 1 if one < 0 else one) + 1) for one in most) + "}"
+        most = [max([one, *(int(index[k]) for index in found if len(index) > k)]) for k, one in enumerate(least)]
+        return [(SIZE - 1 if one < 0 else one) + 1 for one in most]
+
+    def _literal(
+        self, kind: Kind, elements: Mapping[Any, object], sizes: Sequence[int], at: tuple[int, ...] = ()
+    ) -> str:
+        """Return the value of a variable, or of an array whose elements from `at` on have these sizes."""
+        if sizes:
+            inner = [self._literal(kind, elements, sizes[1:], (*at, k)) for k in range(sizes[0])]
+            return f"[{', '.join(inner)}]"
+        value = elements.get(at[0] if len(at) == 1 else at)
+        return EMPTY[kind] if value is None else self._value(value)
 
     def _value(self, value: object) -> str:
         match value:
@@ -358,7 +375,7 @@ class RapidTranslator:
                 self._step(place, step.statement)
         return [
             f"  PROC {self.named[key]}({', '.join(told)})",
-            *(f"    VAR {TYPES[one[1]]} {self.of_routine[one]}{self._sizes(one)};" for one in declared),
+            *(f"    VAR {TYPES[one[1]]} {self.of_routine[one]}{_braces(self._sizes(one))};" for one in declared),
             *self.lines,
             "  ENDPROC",
         ]
@@ -642,9 +659,7 @@ class RapidTranslator:
             raise Unsaid("an array that is a parameter")
         datum = self._datum(it)
         name = self.shared.get(datum) or self.of_routine[datum]
-        if not it.indexes:
-            return name
-        return name + "{" + ", ".join(map(self._index, it.indexes)) + "}"
+        return name + _braces([self._index(one) for one in it.indexes or ()])
 
     def _datum(self, it: ast.Variable) -> Datum:
         """Return what a variable is, with a name of its own: of the routine, or of the module."""
@@ -762,6 +777,11 @@ def _free(name: str, taken: Collection[str]) -> str:
     while plain in TAKEN or plain in taken or NUMBERED.fullmatch(plain):
         plain += "_"
     return plain
+
+
+def _braces(items: Sequence[object]) -> str:
+    """Return sizes, or indexes, in braces; "" if there are none."""
+    return "{" + ", ".join(map(str, items)) + "}" if items else ""
 
 
 def _told(it: ast.Expression | None) -> str:

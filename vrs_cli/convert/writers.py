@@ -32,7 +32,7 @@ from vrs_cli.errors import UsageError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Arm, Elbow, Joints, Wrist
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import IDENTITY, Transform, axis_angle, scaled, to_oat, unit_quaternion
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle, scaled, to_oat, unit_quaternion
 from vrs_cli.kinematics.transform import position as tip
 from vrs_cli.language.run.operations import trans
 from vrs_cli.values.commands import (
@@ -73,10 +73,9 @@ def numbers(values: Sequence[float], decimals: int = 4) -> str:
     return ", ".join([number(value, decimals) for value in values])
 
 
-def mm(T: Transform) -> tuple[float, float, float]:
+def mm(T: Transform) -> Vector:
     """Return the place of a pose in millimetres."""
-    x, y, z = scaled(tip(T), 1000.0)
-    return x, y, z
+    return scaled(tip(T), 1000.0)
 
 
 class StepWriter:
@@ -144,7 +143,12 @@ class StepWriter:
             case WaitStep():
                 self.wait(step)
             case InputStep():
-                self.say(f"{self.remark} signal {step.number} is {'on' if step.on else 'off'}{_waited(step)}")
+                told = (
+                    f": the program waited {step.waited:.3f} s for it"
+                    if step.waited > SAME_TIME
+                    else " when it is read"
+                )
+                self.say(f"{self.remark} signal {step.number} is {'on' if step.on else 'off'}{told}")
                 self._tell_late(step, f"signal {step.number} is read")
                 self.input(step)
             case SignalStep() if self.signal_count is not None and step.number > self.signal_count:
@@ -255,10 +259,6 @@ def identifier(name: str, longest: int) -> str:
     """Return a name that every language takes: letters, digits and underscores, a letter first."""
     plain = UNNAMED.sub("_", name).strip("_")[: longest - 2] or "program"
     return plain if plain[0].isalpha() else f"p_{plain}"
-
-
-def _waited(step: InputStep) -> str:
-    return f": the program waited {step.waited:.3f} s for it" if step.waited > SAME_TIME else " when it is read"
 
 
 # --- URScript ---------------------------------------------------------------------------------------------------------
@@ -549,7 +549,7 @@ class PythonWriter(StepWriter):
         self.setting("PROFILE", f"PARAMETER PROFILE = {profile}", SetParameter("PROFILE", profile))
         self.setting("ACCEL", f"ACCEL {number(rising)}", SetAcceleration(rising))
         if motion.duration:
-            self.do(f"DURATION {seconds(motion.duration)}", SetDuration(motion.duration))
+            self.do(f"DURATION {number(motion.duration, 9)}", SetDuration(motion.duration))
         target, percent = self.shown(motion.goal or step.joints), number(min(100.0 * motion.speed, 100.0), 6)
         goal: Target = JointTarget(self.units.read(map(float, target)))
         how, fraction = [f"speed={percent}"], float(percent) / 100.0
@@ -583,7 +583,7 @@ class PythonWriter(StepWriter):
         """Tell the inputs that change up to a time of the run [s]."""
         while self.inputs and self.inputs[0][0] <= until:
             t, signal, on = self.inputs.pop(0)
-            self.signals.append(f"({seconds(t + self.later)}, {signal}, {on})")
+            self.signals.append(f"({number(t + self.later, 9)}, {signal}, {on})")
 
     def do(self, line: str, request: Request | None = None) -> None:
         self.say(f"robot.do({line!r})")
@@ -601,7 +601,7 @@ class PythonWriter(StepWriter):
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:
-            self.do(f"DELAY {seconds(left)}", Delay(left))
+            self.do(f"DELAY {number(left, 9)}", Delay(left))
 
     def input(self, step: InputStep) -> None:
         if step.late:
@@ -613,7 +613,7 @@ class PythonWriter(StepWriter):
 
     def signal(self, step: SignalStep, following: MoveStep | None) -> None:
         time = self._time(step, following)
-        at = "" if time is None else f" AT {seconds(time)}"
+        at = "" if time is None else f" AT {number(time, 9)}"
         self.do(f"SIGNAL {'' if step.on else '-'}{step.number}{at}")
 
     def hand(self, step: HandStep, following: MoveStep | None) -> None:
@@ -621,14 +621,14 @@ class PythonWriter(StepWriter):
         word, width, time = "OPEN" if step.opens else "CLOSE", self.arm.model.hand_width, self._time(step, following)
         how_far = f" {number(1000.0 * width * step.opening, 6)}" if width else ""
         if step.duration:
-            self.setting("HAND.TIME", f"PARAMETER HAND.TIME = {seconds(step.duration)}")
+            self.setting("HAND.TIME", f"PARAMETER HAND.TIME = {number(step.duration, 9)}")
         if time is None and following is None and step.duration:
             self.do(f"{word}I{how_far}", Delay(step.duration))
             self.taken = step.duration
         elif time is None and following is not None and not step.duration:
             self.do(f"{word}{how_far}")
         else:
-            self.do(f"{word}I{how_far} AT {seconds(self._begins(following) + step.late)}")
+            self.do(f"{word}I{how_far} AT {number(self._begins(following) + step.late, 9)}")
 
     def _time(self, step: RunStep, following: MoveStep | None) -> float | None:
         """Return the time of an event, as far from its motion as in the run; None for now, when the robot stands."""
@@ -643,11 +643,6 @@ class PythonWriter(StepWriter):
         """Return when the next motion begins [s]."""
         stamp = None if following is None else self._stamp(following)
         return max(self.engine.now, self.engine.end) if stamp is None else stamp
-
-
-def seconds(t: float) -> str:
-    """Return a time with as many digits as the time grid needs."""
-    return number(t, 9)
 
 
 def frames_lines(before: Frames, frames: Frames) -> Iterator[str]:
