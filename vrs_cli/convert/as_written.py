@@ -219,7 +219,7 @@ class Unsaid(Exception):
     """A construct without a counterpart."""
 
 
-class Opening(Struct, frozen=True):
+class BlockLine(Struct, frozen=True):
     """A line before indented lines. `wanted`: the type of its operand; `idle`: an operand for a block whose own
     has no counterpart, which is not carried out; `back`, `by`: how far the line, and those after it, are moved.
     """
@@ -428,7 +428,7 @@ class RapidTranslator:
             case _:
                 raise Unsaid(type(statement).__name__)
 
-    def _open(self, block: Opening, operand: str = "") -> None:
+    def _open(self, block: BlockLine, operand: str = "") -> None:
         self.level -= block.back
         self.say(block.line.format(operand))
         self.level += block.by
@@ -460,7 +460,7 @@ class RapidTranslator:
             raise Unsaid("FOR with a STEP whose sign is not known")
         name, first, last = self.variable(it.variable), self.value(it.first, "num"), self.value(it.last, "num")
         if self._is_own(it):
-            self._open(Opening("FOR {} DO"), f"{name} FROM {first} TO {last} STEP {number(step, 9)}")
+            self._open(BlockLine("FOR {} DO"), f"{name} FROM {first} TO {last} STEP {number(step, 9)}")
             return
         self.say(f"{name} := {first};")
         last = last if isinstance(it.last, ast.Number) else self._kept(last)
@@ -742,14 +742,14 @@ class RapidTranslator:
                                 self.kinds[call.key].setdefault(parameter.key, kind)
 
 
-BLOCKS: Mapping[type, Opening] = {
-    ast.If: Opening("IF {} THEN"),
-    ast.Else: Opening("ELSE", back=1),
-    ast.While: Opening("WHILE {} DO"),
-    ast.For: Opening("WHILE {} DO"),  # where it cannot be said
-    ast.Case: Opening("TEST {}", "num", "0", by=2),
-    ast.Value: Opening("CASE {}:", "num", "1", back=1),
-    ast.Any: Opening("DEFAULT:", back=1),
+BLOCKS: Mapping[type, BlockLine] = {
+    ast.If: BlockLine("IF {} THEN"),
+    ast.Else: BlockLine("ELSE", back=1),
+    ast.While: BlockLine("WHILE {} DO"),
+    ast.For: BlockLine("WHILE {} DO"),  # where it cannot be said
+    ast.Case: BlockLine("TEST {}", "num", "0", by=2),
+    ast.Value: BlockLine("CASE {}:", "num", "1", back=1),
+    ast.Any: BlockLine("DEFAULT:", back=1),
 }
 Datum = tuple[str, Kind, str]  # a program ("": all of them share it), kind and key of a variable
 HANDS = ("OPEN", "CLOSE", "OPENI", "CLOSEI")
