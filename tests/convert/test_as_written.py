@@ -215,6 +215,12 @@ MOVE SHIFT(p BY v[1], m)
     check(text, tmp_path)
 
 
+def test_a_parameter_follows_the_variable_it_was_given(tmp_path: Path) -> None:
+    text = program("n = 1", "CALL sub(n)", "CALL sub((n))")
+    text += ".PROGRAM sub(x)\nCALL more()\nMOVE SHIFT(a BY 10*x)\n.END\n.PROGRAM more()\nn = n+4\n.END\n"
+    check(text, tmp_path)
+
+
 def test_arrays_of_the_file_keep_their_values(tmp_path: Path) -> None:
     lines = ("MOVE p[1]", "MOVES p[3]", "MOVE #j[0]", "SET p[5] = p[1]", "MOVE SHIFT(p[n] BY 5)", "MOVE p[5]")
     text = program("n = r[2,1]+r[0,0]-1", *lines)

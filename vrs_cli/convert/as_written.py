@@ -727,19 +727,29 @@ class RapidTranslator:
     # --- names ---
 
     def _learn_from_calls(self) -> None:
-        """Find the parameters that programs change, and the kinds that only arguments decide, until nothing is new."""
+        """Find the parameters that change, and the kinds that only arguments decide, until nothing is new.
+
+        A parameter changes, too, where a program changes a shared variable that it has been given.
+        """
         programs, known = {one.program.key: one.program for one in self.programs}, -1
-        while known != (known := len(self.changing) + sum(map(len, self.kinds.values()))):
+        writes: dict[str, set[str]] = {key: set() for key in programs}  # the shared variables that a program changes
+        while known != (known := sum(map(len, (self.changing, *self.kinds.values(), *writes.values())))):
             for analysis in self.programs:
+                key, parameters = analysis.program.key, analysis.program.parameters
                 changed = {key for one in analysis.program.statements for key in _assigned(one, self.changing)}
-                places = enumerate(analysis.program.parameters)
-                self.changing |= {(analysis.program.key, place) for place, one in places if one.key in changed}
+                self.changing |= {(key, place) for place, one in enumerate(parameters) if one.key in changed}
+                own = {*(one.key for one in parameters), *(one.key for one in analysis.own)}
+                writes[key] |= changed - own
                 for call in (one for step in analysis.program.steps for one in ast.nodes(step)):
                     if isinstance(call, ast.ProgramCall) and call.key in programs:
-                        for parameter, value in zip(programs[call.key].parameters, call.arguments, strict=False):
+                        writes[key] |= writes[call.key]
+                        for place, value in enumerate(call.arguments[: len(programs[call.key].parameters)]):
+                            parameter = programs[call.key].parameters[place]
                             kind = None if value is None else kind_of(value, partial(self._known_kind, analysis))
                             if kind is not None and not parameter.sigil:
                                 self.kinds[call.key].setdefault(parameter.key, kind)
+                            if isinstance(value, ast.Variable) and value.key in writes[call.key] - own:
+                                self.changing.add((call.key, place))
 
 
 BLOCKS: Mapping[type, BlockLine] = {
