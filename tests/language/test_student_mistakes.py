@@ -344,6 +344,7 @@ PUMA = load_robot("puma560")
         ("POINT part = 0, 500, -200, 90, 90, 0", "POINT: too many values", "POINT part = TRANS(x, y, z, o, a, t)"),
         ("SET part TRANS(0, 500)", "TRANS", "= is missing before TRANS; the form is SET location = value"),
         ('EXECUTE "main"', "a program name is wanted here", "it stands without quotes: main"),
+        ("SET p = [0, 500, -200]", "[...] is no value", "a place is TRANS(x, y, z) in mm"),
         ("DIM a[10]", "DIM", "arrays are not declared: a[1] = 0 makes an element"),
         ("SPEED 0.5 ALWAYS", "SPEED takes percent", "half speed is SPEED 50"),
     ],
@@ -357,6 +358,7 @@ def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) 
     ("lines", "told"),
     [
         ("HERE = start\nMOVE start", "HERE takes no ="),
+        ("HERE = TRANS(0, 500)", "HERE takes no ="),
         ("HERE a\nIF HERE == a THEN\nEND", "places are not compared with =="),
         ("HERE #a\nHERE b\nWAIT b <> #a", "places are not compared with <>"),
         ("IF SIG(1) THEN\nENDIF", "ENDIF: not a word of VAL-II"),
@@ -365,6 +367,8 @@ def test_each_is_told_with_what_would_be_right(line: str, told: str, hint: str) 
         ("IF SIG(1) THEN\nFOR i = 1 TO 3\nTYPE i\nNEXT i\nEND", "NEXT takes a whole number of loops"),
         ("int x = 5\nTYPE x", "int"),
         ("x := 5\nTYPE x", ":= is no sign of VAL-II"),
+        ("FOR i IN 1..3\nTYPE i\nEND", "1..3"),
+        ("SET part TRANS(0, 500)\nMOVE part", "TRANS"),
         ('INPUT "how many", n\nTYPE n', "INPUT"),
     ],
 )

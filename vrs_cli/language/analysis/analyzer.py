@@ -73,7 +73,7 @@ from vrs_cli.language.text.meaning import (
 )
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import form_of
+from vrs_cli.language.words.foreign import form_of, own_word
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
@@ -212,7 +212,7 @@ def used_nowhere(program: Program, slips: Mapping[str, str], surroundings: Surro
         for variable in definitions(statement) if not isinstance(statement, ast.For) else ():
             if (meant := left.pop(variable.key, "")) and variable.key not in surroundings.known:
                 detail = f"{variable.sigil}{variable.name} is used nowhere"
-                yield warning(UndefinedName, variable.span, detail, f"did you mean {meant}?")
+                yield warning(WithoutEffect, variable.span, detail, f"did you mean {meant}?")
 
 
 def _slip(name: str, other: str) -> bool:
@@ -460,6 +460,18 @@ def hidden_statement(statement: Statement, comment: str | None, end: int) -> Ite
                 yield warning(HiddenStatement, span, f"{comment.strip()} is a comment", "a line holds one statement")
 
 
+_NAME = r"[#$]?[A-Za-z][\w.]*"
+_GIVES = re.compile(rf"(?i)(?:(?:for|set|point|here)[ \t]+({_NAME})|({_NAME})[ \t]*(?:\[[^\]]*\][ \t]*)?:?=(?!=))")
+
+
+def _meant_to_give(line: str) -> Iterable[str]:
+    """The names that a line which cannot be read seems to give a value: int x = 5, x := 5, INPUT "how many", x."""
+    words = re.findall(_NAME, re.sub(r'"[^"]*"?|;.*', " ", line))
+    if words and own_word(words[0]) == "PROMPT":
+        return words[1:]
+    return (name for found in _GIVES.findall(line) for name in found if name)
+
+
 def other_sigil(variable: ast.Variable, known: Container[str]) -> str:
     """Say that part has a value and #part has none, as a hint; "" where no name differs by its sigil alone."""
     bare = variable.key.lstrip("#$")
@@ -558,11 +570,11 @@ class _Steps(Expressions):
     def finish(self, program: Program, around: Surroundings) -> None:
         """Report what only the whole program shows: names that nothing gives a value."""
         lines = [one.text for one in program.statements if isinstance(one, ast.BadLine)]
-        unread = {name.lower()[:NAME_LENGTH] for text in lines for name in re.findall(r"[#$]?[A-Za-z][\w.]*", text)}
+        meant = {name.lower()[:NAME_LENGTH] for text in lines for name in _meant_to_give(text)}
         nowhere = [
             one  # another program may give it a value, unless AUTO or LOCAL declares it; so may a line that is mistaken
             for one in self.without_value()
-            if one.key not in unread and (one.key in self.own or not around.given_elsewhere(one.key, program))
+            if one.key not in meant and (one.key in self.own or not around.given_elsewhere(one.key, program))
         ]
         own = Candidates({*self.given, *self.parameters})
         for number, variable in enumerate(nowhere):
@@ -577,7 +589,9 @@ class _Steps(Expressions):
         for variable, relation in self.compared:
             if variable.key in self.truths and not around.given_elsewhere(variable.key, program):
                 givers = [one for one in program.statements if variable.key in variables_given_by(one)]
-                if all(isinstance(one, ast.Assignment) and is_truth(one.value) for one in givers):
+                at = {one.span.line for one in givers}  # a = b AND (a == 2) does not begin with TRUE or FALSE
+                truths = all(isinstance(one, ast.Assignment) and is_truth(one.value) for one in givers)
+                if truths and relation.span.line not in at:
                     self.truth_compared(variable, relation)
         self.diagnostics += confusions(program, self, around)
 
@@ -585,10 +599,8 @@ class _Steps(Expressions):
 
     def _assignment(self, statement: ast.Assignment) -> None:
         target, value = statement.target, statement.value
-        if target.key == "here" and target.indexes is None and self._is_new(value):
-            hint = f"HERE {expression_text(value)} keeps the place where the arm stands"
-            self.fault(IllegalAssignment, statement.span, "HERE takes no =", hint)
-            self._define(value, PLACE)
+        if target.key == "here" and target.indexes is None and (self._is_new(value) or self.kind_of(value) in PLACE):
+            self._here(statement)
             return
         self.reference(target)
         if target.indexes is None and not target.sigil:
@@ -615,6 +627,17 @@ class _Steps(Expressions):
         if is_truth(value):
             self.truths.add(target.key)
         self.define(target, wanted)
+
+    def _here(self, statement: ast.Assignment) -> None:
+        """Refuse HERE = start, which is meant as HERE start, and HERE = TRANS(0, 500)."""
+        value, new = statement.value, self._is_new(statement.value)
+        hint = f"HERE {expression_text(value) if new else 'p'} keeps the place where the arm stands"
+        hint += "" if new else "; SET p = ... gives another place a name"
+        self.fault(IllegalAssignment, statement.span, "HERE takes no =", hint)
+        if new:
+            self._define(value, PLACE)
+        else:
+            self.value(value, PLACE)
 
     def _is_new(self, value: Expression) -> bool:
         """Return whether an expression is a variable that no step before gives a value or reads."""

@@ -374,9 +374,11 @@ class Complaint:
         if head is None or last is None:
             return self._say(CannotInterpret, self._said)
         if self._type == "LSQB" and last.type == "EQUAL":
-            return self._say(
-                CannotInterpret, "[...] is no value", f"each element is assigned by itself: {head.text}[1] = ..."
-            )
+            hint = f"each element is assigned by itself: {head.text}[1] = ..."
+            if head.row is not None and head.row.value is not None:
+                place = head.row.value.shape is Shape.PLACE  # SET p = [100, 200, 300]
+                hint = "a place is TRANS(x, y, z) in mm" if place else f"the form is {head.row.form}"
+            return self._say(CannotInterpret, "[...] is no value", hint)
         if last.type == "THEN":
             return self._say(
                 CannotInterpret, f"{self._said} after THEN", "THEN ends the line; what is done stands on the next ones"
