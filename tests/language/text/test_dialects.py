@@ -73,6 +73,7 @@ PROGRAM = """{line}.PROGRAM main()
         ("; a cell\n\n; dialect: val\n", Dialect.VAL),
         ("; dialect: vplus\n", Dialect.VPLUS),
         ("; of no dialect\n", Dialect.VPLUS),
+        ("\f; dialect: val2\n", Dialect.VAL2),
     ],
 )
 def test_a_file_says_its_dialect_above_its_first_program(line: str, dialect: Dialect) -> None:

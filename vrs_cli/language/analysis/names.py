@@ -313,7 +313,7 @@ class NameFindings(DiagnosticCollector):
                 f"{statement.word} {name}[]",
             )
         else:
-            if variable.sigil and kind is not None and not (variable.sigil == "#" and kind is Kind.LOCATION):
+            if variable.sigil and kind not in (None, Kind.LOCATION):  # LOC is of the others
                 self.fault(TypeMismatch, variable.span, f"{name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}")
             self.check(variable)
             self.declared.add(key)

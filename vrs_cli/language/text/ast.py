@@ -125,10 +125,10 @@ class ProgramCall(Node, frozen=True):
 
 class Applied(Node, frozen=True):
     """The argument of CALLS: a string that names a program, with that program's arguments: `$name[i](a, 5)`,
-    `"name"(a, 5)`.
+    `"name"(a, 5)`, `$kind+"name"(a, 5)`.
     """
 
-    text: Variable | StringConstant
+    text: Expression
     arguments: tuple[Expression | None, ...]
 
 

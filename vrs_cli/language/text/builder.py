@@ -146,7 +146,11 @@ _SETTINGS = frozenset(word for row in PARAMETERS.values() for word in row.words)
 
 
 def _to_applied(expression: Expression) -> Expression:
-    """`$name(a)` looks like a function."""
+    """`$name(a)` looks like a function; arguments behind the last operand of a sum are those of the program."""
+    if isinstance(expression, ast.Binary) and not expression.grouped:
+        last = _to_applied(expression.right)
+        if isinstance(last, ast.Applied):
+            return ast.Applied(replace(expression, right=last.text), last.arguments, span=expression.span)
     if isinstance(expression, ast.Call) and expression.name[0] == "$" and expression.name not in FUNCTIONS:
         text = ast.Variable(expression.name[1:], "$", None, span=expression.span)
         return ast.Applied(text, expression.arguments, span=expression.span)

@@ -115,7 +115,7 @@ def files_named_above(text: str) -> Iterator[tuple[str, Span]]:
 def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span]]:
     if what not in text.lower():
         return
-    comment = re.compile(rf"(?i)[ \t]*;[ \t]*{what}[ \t]*[:=][ \t]*({pattern})")
+    comment = re.compile(rf"(?i)\s*;[ \t]*{what}[ \t]*[:=][ \t]*({pattern})")
     for line in lines_of(text):
         if line.directive:
             return
