@@ -224,9 +224,11 @@ class RapidMachine:
         elif m := re.fullmatch(r"FOR (\w+) FROM (.*) TO (.*) STEP (.*) DO", line):
             first, last, by = (self.value(text, own) for text in m.groups()[1:])
             assert m[1] not in self.shared, "a loop has a variable of its own"
-            for k in range(int((last - first) / by + 1e-9) + 1):
-                own[m[1]] = first + k * by
+            value = first
+            while min(first, last) <= value <= max(first, last):  # so that the first value is always carried out
+                own[m[1]] = value
                 self._block(node.parts[0][1], own)
+                value += by
             own.pop(m[1], None)
         elif m := re.fullmatch(r"TEST (.*)", line):
             subject = self.value(m[1], own)

@@ -215,6 +215,12 @@ MOVE SHIFT(p BY v[1], m)
     check(text, tmp_path)
 
 
+def test_a_loop_that_is_not_carried_out(tmp_path: Path) -> None:
+    """FOR of RAPID carries its first value out, whatever the last is."""
+    lines = ("FOR i = 1 TO n", "MOVE SHIFT(a BY i)", "END", "FOR j = 1 TO 0", "MOVE SHIFT(a BY j)", "END")
+    check(program("n = 0", *lines, "FOR k = 1 TO 2 STEP -1", "SIGNAL 2", "END", "MOVE b"), tmp_path)
+
+
 def test_a_parameter_follows_the_variable_it_was_given(tmp_path: Path) -> None:
     text = program("n = 1", "CALL sub(n)", "CALL sub((n))")
     text += ".PROGRAM sub(x)\nCALL more()\nMOVE SHIFT(a BY 10*x)\n.END\n.PROGRAM more()\nn = n+4\n.END\n"

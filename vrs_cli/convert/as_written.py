@@ -454,7 +454,9 @@ class RapidTranslator:
             self.say(f"{kind}{block.opener}:")
 
     def _for(self, it: ast.For) -> None:
-        """A loop: FOR of RAPID has a variable of its own, WHILE stands for a FOR whose variable is seen elsewhere."""
+        """Write a loop. FOR of RAPID has a variable of its own, and carries out its first value always (from memory of
+        the manual): WHILE stands for all others.
+        """
         step = 1.0 if it.step is None else ast.plain_number(it.step)
         if not step:
             raise Unsaid("FOR with a STEP whose sign is not known")
@@ -473,9 +475,19 @@ class RapidTranslator:
         return f"temporary{self.temporary}"
 
     def _is_own(self, it: ast.For) -> bool:
-        """Whether the variable of a loop is used in loops over it alone, in this program alone, and not assigned."""
+        """Whether the variable of a loop is used in loops over it alone, in this program alone, and not assigned; and
+        whether numbers tell that the loop is carried out.
+        """
         key, steps, around, within = it.variable.key, self.analysis.program.steps, set[int](), set[int]()
-        if it.variable.indexes or key in self.parameters or key in self.own:
+        bounds = (
+            ast.plain_number(it.first),
+            ast.plain_number(it.last),
+            1.0 if it.step is None else ast.plain_number(it.step),
+        )
+        if it.variable.indexes or key in self.parameters or key in self.own or None in bounds:
+            return False
+        first, last, by = (one or 0.0 for one in bounds)
+        if (last - first) * by < 0.0:
             return False
         for block in self.analysis.blocks:
             opener = steps[block.opener].statement
