@@ -218,7 +218,17 @@ MOVE SHIFT(p BY v[1], m)
 def test_a_loop_that_is_not_carried_out(tmp_path: Path) -> None:
     """FOR of RAPID carries its first value out, whatever the last is."""
     lines = ("FOR i = 1 TO n", "MOVE SHIFT(a BY i)", "END", "FOR j = 1 TO 0", "MOVE SHIFT(a BY j)", "END")
-    check(program("n = 0", *lines, "FOR k = 1 TO 2 STEP -1", "SIGNAL 2", "END", "MOVE b"), tmp_path)
+    check(
+        program(
+            "n = 0",
+            *lines,
+            "FOR k = 1 TO 2 STEP -1",
+            "SIGNAL 2",
+            "END",
+            *("FOR k = 1 TO 2", "SIGNAL 3", "END", "MOVE b"),
+        ),
+        tmp_path,
+    )
 
 
 def test_a_parameter_follows_the_variable_it_was_given(tmp_path: Path) -> None:

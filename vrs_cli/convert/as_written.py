@@ -476,22 +476,18 @@ class RapidTranslator:
 
     def _is_own(self, it: ast.For) -> bool:
         """Whether the variable of a loop is used in loops over it alone, in this program alone, and not assigned; and
-        whether numbers tell that the loop is carried out.
+        whether numbers tell that all of them are carried out.
         """
         key, steps, around, within = it.variable.key, self.analysis.program.steps, set[int](), set[int]()
-        bounds = (
-            ast.plain_number(it.first),
-            ast.plain_number(it.last),
-            1.0 if it.step is None else ast.plain_number(it.step),
-        )
-        if it.variable.indexes or key in self.parameters or key in self.own or None in bounds:
-            return False
-        first, last, by = (one or 0.0 for one in bounds)
-        if (last - first) * by < 0.0:
+        if it.variable.indexes or key in self.parameters or key in self.own:
             return False
         for block in self.analysis.blocks:
             opener = steps[block.opener].statement
             if isinstance(opener, ast.For) and opener.variable.key == key:
+                by = 1.0 if opener.step is None else ast.plain_number(opener.step)
+                first, last = ast.plain_number(opener.first), ast.plain_number(opener.last)
+                if first is None or last is None or by is None or (last - first) * by < 0.0:
+                    return False
                 around |= {*range(block.opener, block.closer)}
                 within |= {*range(block.opener + 1, block.closer)}
         inside = (statement for place in within if (statement := steps[place].statement) is not None)
