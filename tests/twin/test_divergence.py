@@ -72,6 +72,12 @@ def test_it_names_joint_size_and_onset() -> None:
     assert 0.01 < alarm.tool < 0.05
 
 
+def test_a_joint_that_dry_friction_holds_beside_its_set_point_is_healthy() -> None:
+    engine, watch = standing()
+    rows = [*reports(engine, 0.0, 6000), *reports(engine, 60.0, 300, 0.0045)]
+    assert not [alarm for one in rows if (alarm := watch.take(engine.timeline, one))]
+
+
 def test_the_body_says_that_it_has_stopped() -> None:
     course = Course(2)
     course.healthy(5.0)
