@@ -459,25 +459,25 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 67_512  # of Python, in all
+MAX_STATEMENTS = 67_641  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
-    "errors": 245,
+    "errors": 247,
     "extras": 36,
     "page": 133,
     "kinematics": 6351,
     "values": 1703,
     "trajectory": 3377,
-    "engine": 5107,
-    "language": 7348,
+    "engine": 5115,
+    "language": 7540,
     "wire": 1144,
     "files": 3374,
     "world": 1329,
     "devices": 968,
-    "convert": 1205,
-    "contacts": 1029,
+    "convert": 1089,
+    "contacts": 1031,
     "twin": 771,
-    "interfaces": 8420,
+    "interfaces": 8443,
     "net": 7188,
     "bodies": 1018,
     "render": 2221,
@@ -487,7 +487,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "highlight": 37,
     "lsp": 921,
     "teach": 4780,
-    "cli": 4060,
+    "cli": 4078,
     "__main__": 29,
     "__init__": 13,
 }

@@ -327,6 +327,11 @@ PUMA = load_robot("puma560")
             "EXIT leaves a loop",
         ),
         ("count = 0\ncuont = count + 1", "cuont is used nowhere", "did you mean count?"),
+        (
+            "SET part = HERE\npart.z = 100\nMOVE part",
+            "part.z is used nowhere",
+            "DZ(part) is the Z of a place, SHIFT(part BY dx, dy, dz) is one beside it",
+        ),
         ("part_pos = 0\npartpos = part_pos", "partpos is used nowhere", "did you mean part_pos?"),
         ("SET pick = HERE\nSET pikc = HERE\nMOVE pick", "pikc is used nowhere", "did you mean pick?"),
         (

@@ -195,24 +195,26 @@ def names_in(program: Program) -> frozenset[str]:
 
 
 def mistyped(names: NameFindings) -> dict[str, str]:
-    """Return the keys of the variables that a program gives a value and reads nowhere, each with the one that it reads
-    and gives a value, and whose name is a slip of the fingers away (count of cuont).
+    """Return the keys of the variables that a program gives a value and reads nowhere, each with a hint at what was
+    meant: the one that it reads and gives a value, and whose name is a slip of the fingers away (count of cuont), or a
+    part of a place (part.z beside part).
     """
     seen = names.first_read.keys() | names.declared | names.parameters | names.passed
     idle = [key for key in names.given - seen if len(key) > 2]
     near = Candidates(names.first_read.keys() & names.given) if idle else Candidates(())
     slips = {key: next((one for one in near.slips(key) if _slip(key, one)), "") for key in idle}
-    return {key: meant for key, meant in slips.items() if meant}
+    hints = {key: f"did you mean {meant}?" for key, meant in slips.items() if meant}
+    places = names.first_read.keys() | names.given
+    return hints | {key: meant_by(key) for key in idle if key[-2:] in (".x", ".y", ".z") and key[:-2] in places}
 
 
-def used_nowhere(program: Program, slips: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
+def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
     """Warn of the first giving of each mistyped name, unless another program names it or it has a value."""
-    left = {key: meant for key, meant in slips.items() if not surroundings.named_elsewhere(key, program)}
+    left = {key: hint for key, hint in hints.items() if not surroundings.named_elsewhere(key, program)}
     for statement in program.statements if left else ():
         for variable in definitions(statement) if not isinstance(statement, ast.For) else ():
-            if (meant := left.pop(variable.key, "")) and variable.key not in surroundings.known:
-                detail = f"{variable.sigil}{variable.name} is used nowhere"
-                yield warning(WithoutEffect, variable.span, detail, f"did you mean {meant}?")
+            if (hint := left.pop(variable.key, "")) and variable.key not in surroundings.known:
+                yield warning(WithoutEffect, variable.span, f"{variable.sigil}{variable.name} is used nowhere", hint)
 
 
 def _slip(name: str, other: str) -> bool:
