@@ -121,7 +121,7 @@ class RosArm:
 
     @property
     def _outdated(self) -> bool:
-        """Whether the server began anew since: what is known of clocks and of the arm is of another robot's clock."""
+        """Return whether the server began anew since. If so, the known clock offsets and arm states are out of date."""
         return self.body.life != self._life
 
     def tell(self, kind: str, text: str) -> None:

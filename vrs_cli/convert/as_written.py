@@ -475,8 +475,8 @@ class RapidTranslator:
         return f"temporary{self.temporary}"
 
     def _is_own(self, it: ast.For) -> bool:
-        """Whether the variable of a loop is used in loops over it alone, in this program alone, and not assigned; and
-        whether numbers tell that all of them are carried out.
+        """Return whether only FOR loops of this program use and set the variable of a loop, and the numbers of all of
+        these loops show that they are carried out.
         """
         key, steps, around, within = it.variable.key, self.analysis.program.steps, set[int](), set[int]()
         if it.variable.indexes or key in self.parameters or key in self.own:
@@ -554,7 +554,7 @@ class RapidTranslator:
             self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
     def _stands(self, place: int) -> bool:
-        """Whether what follows a motion waits until the arm stands; where a block decides that, it does not."""
+        """Return whether the next step after a motion waits until the arm stands; False where a block decides it."""
         following = [step.statement for step in self.analysis.program.steps[place + 1 :]]
         words = [one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following]
         return next((word for word in words if word in DECIDING), "BREAK") in BREAKS

@@ -160,8 +160,8 @@ class StepBuilder:
         yield from self._wait(self.timeline.last)
 
     def _belongs_before(self, event: Event, first: Segment, move: MoveStep | None) -> bool:
-        """Whether an event is written before a motion: also an output in its first half; while the robot only stands,
-        what was commanded first comes first.
+        """Return whether an event is written before a motion. An output in the first half of a motion is; while the
+        robot only stands, the order of the commands decides.
         """
         if abs(event.time - first.start) <= SAME_TIME:
             return move is not None or event.number <= first.motion.number

@@ -597,7 +597,7 @@ class PythonWriter(StepWriter):
             self.engine.perform(request)
 
     def wait(self, step: WaitStep) -> None:
-        """What the hand took is over, and a motion that was cut short has left the clock where it would have ended."""
+        """Write what is left of a wait, without the hand's time, and the time that the clock is past a cut motion."""
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:

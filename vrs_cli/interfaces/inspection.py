@@ -58,9 +58,10 @@ Parts = tuple[Placed, ...]
 
 
 class Beside(Struct, frozen=True):
-    """What other files have that are one name space with a file: `programs` by key, and sections of variables. `first`:
-    the keys of the programs in files before it. `elsewhere`: the keys of programs in files near by, which may be called
-    although they are in another name space.
+    """The contents of the other files in the name space of a file: `programs` by key, and sections of variables.
+
+    `first`: the keys of the programs in files before it. `elsewhere`: the keys of programs in files near by,
+    which may be called although they are in another name space.
     """
 
     programs: Mapping[str, Program] = NO_PROGRAMS
@@ -73,7 +74,7 @@ ALONE = Beside()
 
 
 def beside_each(files: Sequence[Parts]) -> Iterator[Beside]:
-    """What each of several files of one name space has beside it."""
+    """Return, for each file of one name space, the contents of the others."""
     programs = [{program.key: program for _, program in programs_of(parts)} for parts in files]
     sections = [tuple(one.part.node for one in parts if isinstance(one.part.node, Section)) for parts in files]
     first = frozenset[str]()
