@@ -22,8 +22,7 @@ from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from msgspec import Struct
 
-from vrs_cli.trajectory.events import EventRow
-from vrs_cli.trajectory.row import BlockTable, Row, later, table_of
+from vrs_cli.trajectory.row import BlockTable, EventRow, Row, later, table_of
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.events import Event
 

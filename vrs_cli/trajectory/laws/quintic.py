@@ -34,7 +34,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
-from vrs_cli.trajectory.laws.lspb_times import MARGIN
+from vrs_cli.trajectory.laws.lspb import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, halved, most, shifted, value
