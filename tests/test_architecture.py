@@ -94,7 +94,7 @@ LIVES_IN = {
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
         *("kinematics", "trajectory", "engine", "files", "contacts", "twin", "bodies", "lab", "api"),
-        *("interfaces/monitor/timeline.py", "interfaces/roles", "render/plots.py"),
+        *("interfaces/monitor/plotting.py", "interfaces/roles", "render/plots.py"),
     },
 }
 
@@ -140,15 +140,13 @@ DEFERRED = (
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
-    Deferred(
-        ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
-    ),
+    Deferred(("files/atomic.py", "files/disk.py"), ("tempfile", "shutil"), "most runs write nothing"),
     Deferred(("cli/check.py", "cli/batch.py"), ("json",), "only --json needs it"),
     Deferred(("language/text/lalr.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         (
             *("kinematics", "trajectory", "engine", "files"),
-            *("interfaces/monitor/timeline.py", "interfaces/roles", "render/plots.py"),
+            *("interfaces/monitor/plotting.py", "interfaces/roles", "render/plots.py"),
         ),
         ("numpy", "vrs_cli.kinematics.arrays"),
         "numpy takes longer to load than a short program runs, and one position needs none of it",
@@ -178,12 +176,13 @@ DEFERRED = (
         "types of arguments: whoever makes these objects has loaded the modules",
     ),
     Deferred(
-        ("interfaces/station/operands.py", "interfaces/editor/lines.py"),
+        ("interfaces/station/operands.py", "interfaces/monitor/consent.py", "interfaces/editor/lines.py"),
         ("vrs_cli.interfaces.station.station",),
         "as above",
     ),
-    Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
-    Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
+    Deferred(("files/rebuild.py",), ("vrs_cli.engine.breaches",), "it brings numpy"),
+    Deferred(("files/program_file.py",), ("concurrent.futures",), "most commands keep nothing"),
+    Deferred(("interfaces/station/divergence.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
         ("interfaces/session/acts.py", "interfaces/station/user_state.py"),

@@ -13,15 +13,15 @@ from numpy.typing import ArrayLike
 from vrs_cli.api.answers import figures, table
 from vrs_cli.api.location import Flags, Floats, Location, Units, freeze, number, numbers
 from vrs_cli.engine.position import PositionArrays
-from vrs_cli.interfaces.port.port import Expected, Previewed
-from vrs_cli.interfaces.roles.supervisor import Observer, RecordedRobot
+from vrs_cli.interfaces.port.preview import Expected, Previewed
+from vrs_cli.interfaces.roles.observer import Observer, RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.render.blocks import Column, number_columns
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import Frames
 from vrs_cli.values.numbers import count
 from vrs_cli.values.replies import PartRow
 from vrs_cli.values.results import Position

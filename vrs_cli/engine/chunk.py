@@ -20,7 +20,7 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.segment import Segment, stay_inside
 from vrs_cli.trajectory.state import JointLimits, JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

@@ -13,7 +13,7 @@ from math import inf
 
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import FIRST_INPUT, Event, EventEdit
+from vrs_cli.values.commands import FIRST_INPUT, Event, EventEdit
 
 Anchors = list[tuple[float, float]]  # instants [s] of the old and of the new timeline that belong together, in order
 

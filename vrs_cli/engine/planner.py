@@ -35,8 +35,7 @@ from vrs_cli.trajectory.polynomial import Polynomial, shifted
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.events import Event
-from vrs_cli.values.motion import Motion, Start
+from vrs_cli.values.commands import Event, Motion, Start
 
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
 CUBIC = 3  # degree of a path of constant jerk

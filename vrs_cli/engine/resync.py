@@ -16,8 +16,8 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints, put_inside
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.commands import Motion, MotionKind, Start
 from vrs_cli.values.measured import ResyncReport
-from vrs_cli.values.motion import Motion, MotionKind, Start
 
 RESYNC = "RESYNC"
 

@@ -30,7 +30,9 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose
 from vrs_cli.values.commands import (
     AlterMode,
+    JointTarget,
     Mode,
+    NamedTarget,
     SetAcceleration,
     SetAlter,
     SetConfiguration,
@@ -42,8 +44,8 @@ from vrs_cli.values.commands import (
     SetSwitch,
     SetSwivel,
     SettingChange,
+    Target,
 )
-from vrs_cli.values.motion import JointTarget, NamedTarget, Target
 
 V = TypeVar("V")
 

@@ -34,8 +34,7 @@ from vrs_cli.language.text.source import (
     repeated,
     repeated_programs,
 )
-from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, ordered, warning
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})

@@ -15,12 +15,13 @@ from typing import Any, Protocol
 from msgspec import structs
 
 from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError, sentence
-from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, quietly
-from vrs_cli.interfaces.monitor.pictures import Drawable, sketch
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.port.user_session import Pending, UserSession
 from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS
+from vrs_cli.interfaces.session.sketches import Drawable, sketch
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.text.source import MAX_LINE_CHARS
@@ -36,8 +37,7 @@ from vrs_cli.net.tokens import Grant
 from vrs_cli.net.told_replies import is_long, may_hold, parts_of, without
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import Amendment, Confirmation, Parting, Question
+from vrs_cli.values.questions import Amendment, Confirmation, Parting, PromptStatus, Question
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, StyledLine, Tone, refusal
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.codec import Encoding

@@ -17,7 +17,7 @@ from msgspec import structs
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
 from vrs_cli.interfaces.dragging import DRAG
-from vrs_cli.interfaces.port.port import Expected, Previewed
+from vrs_cli.interfaces.port.preview import Expected, Previewed
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes, move_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -34,10 +34,9 @@ from vrs_cli.values.acts import Define, Go
 from vrs_cli.values.hand import DragState as PulledState
 from vrs_cli.wire.cells import cell_of
 from vrs_cli.wire.codec import Frame
+from vrs_cli.wire.messages import Refusal, snapshot_of
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
-from vrs_cli.wire.refusal import Refusal
-from vrs_cli.wire.report_rows import ReportRows, reports_of
-from vrs_cli.wire.snapshots import snapshot_of
+from vrs_cli.wire.report_columns import ReportRows, reports_of
 
 if TYPE_CHECKING:
     from vrs_cli.world.world import World

@@ -19,7 +19,7 @@ from typing import Any
 
 from msgspec import Struct, structs
 
-from vrs_cli.interfaces.port.port import Expected
+from vrs_cli.interfaces.port.preview import Expected
 from vrs_cli.net import messages
 from vrs_cli.net.delivery_log import Outbox
 from vrs_cli.net.far_end import Ahead, FarEnd

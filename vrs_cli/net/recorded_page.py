@@ -17,10 +17,10 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.net.told_course import WholeCourse, whole_course
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.commands import MotionKind
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import table_of
-from vrs_cli.wire.snapshots import snapshot_record
+from vrs_cli.wire.messages import snapshot_record
 
 FORMAT = "vrs page 1"
 MAX_PLACES = 200

@@ -23,8 +23,9 @@ from msgspec.structs import replace
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.errors import RequestRefused
+from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Ticket, quietly
+from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import BodyNews
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
@@ -42,8 +43,8 @@ from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
 from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.net.tokens import BODY, TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.commands import MotionKind
 from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
-from vrs_cli.values.motion import MotionKind
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
 

@@ -16,13 +16,13 @@ from weakref import finalize
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.interfaces.port.port import Previewed
+from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.net.client import Client
 from vrs_cli.net.far_end import Outlet
 from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Request, ServerMessage, Welcome
 from vrs_cli.net.mirror import WINDOW, Mirror
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.values.questions import PromptStatus
+from vrs_cli.wire.messages import Refusal
 
 if TYPE_CHECKING:
     from vrs_cli.world.world import World

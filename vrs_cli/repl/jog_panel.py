@@ -11,7 +11,7 @@ from prompt_toolkit.patch_stdout import patch_stdout
 
 from vrs_cli.engine.position import Watched
 from vrs_cli.interfaces.jog.jogger import SPEEDS, STEPS
-from vrs_cli.interfaces.port.port import FarHand
+from vrs_cli.interfaces.port.far_hand import FarHand
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.repl.toolbar import ABORT

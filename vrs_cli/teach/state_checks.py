@@ -19,7 +19,7 @@ from vrs_cli.teach.exercise_text import ExerciseText, item_of_text
 from vrs_cli.teach.places import Place
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.commands import MotionKind
 
 MAX_JOINTS = 32
 MAX_COUNT = 1000

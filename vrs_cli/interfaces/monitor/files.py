@@ -14,26 +14,16 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
 from vrs_cli.files import store as files
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
+from vrs_cli.files.disk import copy, delete, entries, existing, rename, target
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import find_program_file, project_of, read_program_file
 from vrs_cli.files.store import MemoryPart
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
+from vrs_cli.interfaces.monitor.consent import PLACES, agreed, confirmed, listed, may_replace, may_write
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
-from vrs_cli.interfaces.station.operands import (
-    PLACES,
-    Handler,
-    agreed,
-    confirmed,
-    listed,
-    may_replace,
-    may_write,
-    operand,
-    path_of,
-    word,
-)
+from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.memory import StoredProgram

@@ -13,10 +13,11 @@ from msgspec import Struct
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError
+from vrs_cli.interfaces.actor.ticket import Outlet as ActorOutlet
+from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, quietly
-from vrs_cli.interfaces.dialogue import Outlet as ActorOutlet
+from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.rights import STOPPING
@@ -29,8 +30,7 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Say
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import LineWanted, Question, ended
+from vrs_cli.values.questions import LineWanted, PromptStatus, Question, ended
 from vrs_cli.values.replies import Message, Reply, is_error
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.messages import (
@@ -51,13 +51,13 @@ from vrs_cli.wire.messages import (
     Line,
     Located,
     Positions,
+    Refusal,
     Refused,
     Request,
     ServerMessage,
     Told,
     Withdrawn,
 )
-from vrs_cli.wire.refusal import Refusal
 
 T = TypeVar("T")
 

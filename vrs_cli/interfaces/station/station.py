@@ -30,9 +30,11 @@ from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.rights import check_goes_beside, check_may, must_drive, role_of
-from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
+from vrs_cli.interfaces.station.body import RobotBody
+from vrs_cli.interfaces.station.divergence import DivergenceGuard
 from vrs_cli.interfaces.station.lease import RobotLease
-from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile, Unstored, variables_of
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile, variables_of
+from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.station.user_state import TargetStream, UserState
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
@@ -57,12 +59,11 @@ from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.source import IN_ANOTHER_FILE, repeated
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.diagnostics import Diagnostic, first_error
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, first_error
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
-from vrs_cli.values.scene import CellScene
+from vrs_cli.values.world import CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.world.world import World

@@ -24,8 +24,9 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
 from vrs_cli.interfaces.tasks.devices import Devices
+from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
-from vrs_cli.interfaces.tasks.observations import UNTIMED, Observations, endless, in_vain
+from vrs_cli.interfaces.tasks.observations import Observations
 from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLine, TypedLines
 from vrs_cli.interfaces.tasks.tasks import (
     ONWARD,
@@ -48,7 +49,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Stamp
 from vrs_cli.values.replies import Message, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
-from vrs_cli.values.scene import NO_SCENE
+from vrs_cli.values.world import NO_SCENE
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse

@@ -33,7 +33,7 @@ from vrs_cli.teach.state_checks import (
 )
 from vrs_cli.teach.verdict import Verdict, exceeds, falls_short, rounded, written
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.motion import Motion, MotionKind
+from vrs_cli.values.commands import Motion, MotionKind
 
 PATH_ERROR = 1e-5  # [m] of the lines that stand for the way of the tool
 MOVES = (MotionKind.JOINT, MotionKind.STRAIGHT)

@@ -1,4 +1,4 @@
-"""Questions that commands ask before something is lost."""
+"""What is asked before something is lost."""
 
 from __future__ import annotations
 
