@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vrs_cli.engine.book import whole
-from vrs_cli.engine.chunk import Chunk
+from vrs_cli.engine.steering import Chunk
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
 from vrs_cli.kinematics.arrays import Floats

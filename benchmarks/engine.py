@@ -19,7 +19,7 @@ from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
 from vrs_cli.engine.problem import Here, Problem
@@ -29,7 +29,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import JointTarget, Motion, MotionKind, Move, PoseTarget, Start
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget, Motion, MotionKind, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 MOTIONS = 3400  # of three segments each

@@ -21,7 +21,7 @@ from rich.table import Table
 from benchmarks.chunks import RATE, Task
 from vrs_cli.cli.steer import ALLOWANCE
 from vrs_cli.engine.book import whole
-from vrs_cli.engine.chunk import Chunk
+from vrs_cli.engine.steering import Chunk
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at

@@ -29,8 +29,7 @@ from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.frames import OP_BINARY, OP_TEXT, Frame
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.feed import MissedEvents
-from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.engine.feed import MissedEvents, TimelineReplaced
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.broadcast import Broadcast

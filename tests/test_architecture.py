@@ -140,7 +140,9 @@ DEFERRED = (
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
-    Deferred(("files/atomic.py", "files/disk.py"), ("tempfile", "shutil"), "most runs write nothing"),
+    Deferred(
+        ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
+    ),
     Deferred(("cli/check.py", "cli/batch.py"), ("json",), "only --json needs it"),
     Deferred(("language/text/lalr.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
@@ -154,7 +156,7 @@ DEFERRED = (
     Deferred(
         ("kinematics", "engine"),
         (
-            "vrs_cli.engine.continuation",
+            "vrs_cli.engine.continuity",
             "vrs_cli.kinematics.serial_batch",
             "vrs_cli.kinematics.numeric",
             "vrs_cli.kinematics.offset_wrist.batch",
@@ -163,7 +165,7 @@ DEFERRED = (
             "vrs_cli.kinematics.spherical_wrist.batch",
             "vrs_cli.kinematics.transform_batch",
             "vrs_cli.kinematics.wrist_circle.batch",
-            "vrs_cli.trajectory.path_batch",
+            "vrs_cli.engine.position",
         ),
         "they bring numpy",
     ),
@@ -180,8 +182,7 @@ DEFERRED = (
         ("vrs_cli.interfaces.station.station",),
         "as above",
     ),
-    Deferred(("files/rebuild.py",), ("vrs_cli.engine.breaches",), "it brings numpy"),
-    Deferred(("files/program_file.py",), ("concurrent.futures",), "most commands keep nothing"),
+    Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(("interfaces/station/divergence.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(

@@ -8,8 +8,7 @@ from math import inf
 from msgspec import structs
 
 from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.feed import MissedEvents
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
+from vrs_cli.engine.feed import MissedEvents, Snapshot, TimelineReplaced
 from vrs_cli.trajectory.timeline import Timeline
 
 

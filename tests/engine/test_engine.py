@@ -26,13 +26,9 @@ from vrs_cli.trajectory.timeline import Cause
 from vrs_cli.values.commands import (
     Break,
     Delay,
-    JointOffsetTarget,
-    JointTarget,
     Mode,
     Move,
-    NamedTarget,
     OperateHand,
-    PoseTarget,
     Request,
     SetAcceleration,
     SetBase,
@@ -46,9 +42,8 @@ from vrs_cli.values.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
-    Start,
-    ToolOffsetTarget,
 )
+from vrs_cli.values.motion import JointOffsetTarget, JointTarget, NamedTarget, PoseTarget, Start, ToolOffsetTarget
 
 MODEL = load_robot("puma560")
 

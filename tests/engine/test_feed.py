@@ -17,10 +17,10 @@ from tests.engine.mirror import mirrored
 from tests.live import PATIENCE
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.feed import Feed, Inbox, MissedEvents
-from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.engine.feed import Feed, Inbox, MissedEvents, TimelineReplaced
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import JointOffsetTarget, Move
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointOffsetTarget
 
 
 def test_messages_are_taken_in_their_order() -> None:

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from tests.kinematics.pointing import FIVE, SEVEN
 from tests.kinematics.seven_joints import seven_joints
 from tests.laws.sessions import Session
-from vrs_cli.engine import joint_pieces as pieces
+from vrs_cli.engine import approximation as pieces
+from vrs_cli.engine.approximation import JointPiece, joint_pieces, known_tolerance
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.joint_pieces import JointPiece, joint_pieces, known_tolerance
 from vrs_cli.engine.problem import segment_joints
 from vrs_cli.errors import IllegalValue, VrsError
 from vrs_cli.kinematics.model import RobotModel
@@ -23,7 +23,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
-from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetParameter
+from vrs_cli.values.commands import Move, SetParameter
+from vrs_cli.values.motion import JointTarget, PoseTarget
 
 MODELS = [load_robot(name) for name in ("puma560", "cobra600", "planar2", "irb120", "so100")]
 MODELS += [FIVE, SEVEN, seven_joints("panda")]

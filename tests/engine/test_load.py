@@ -11,8 +11,8 @@ import pytest
 from tests.examples import some
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.load import Load, StretchLoad, _first_peak
-from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, Problem, state_at
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -22,7 +22,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, position
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)

@@ -7,7 +7,6 @@ from random import Random
 import pytest
 
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
-from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import (
     Here,
     Problem,
@@ -16,6 +15,7 @@ from vrs_cli.engine.problem import (
     joint_velocity,
     segment_joints,
 )
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -26,7 +26,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.commands import Frames, Motion, MotionKind, Start
+from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
 
 STEP = 1e-4  # [s] of differences
 POINTING = [FIVE, SEVEN, CLOSED]

@@ -31,10 +31,8 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 from vrs_cli.values.commands import (
-    JointTarget,
     Mode,
     Move,
-    PoseTarget,
     SetAcceleration,
     SetBase,
     SetConfiguration,
@@ -45,6 +43,7 @@ from vrs_cli.values.commands import (
     SetSpeed,
     SpeedUnit,
 )
+from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.results import Position
 
 MODEL = load_robot("puma560")

@@ -16,7 +16,8 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.segment import CartesianPath
-from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetParameter, SetSwitch, Stamp, ToolOffsetTarget
+from vrs_cli.values.commands import Move, SetParameter, SetSwitch, Stamp
+from vrs_cli.values.motion import JointTarget, PoseTarget, ToolOffsetTarget
 
 SMALL = 1e-9  # [rad]
 

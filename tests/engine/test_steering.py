@@ -21,7 +21,8 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import JointTarget, Move, SetParameter, SetSwitch, Stamp
+from vrs_cli.values.commands import Move, SetParameter, SetSwitch, Stamp
+from vrs_cli.values.motion import JointTarget
 
 MODEL = load_robot("puma560")
 READY = MODEL.poses["ready"]

@@ -13,9 +13,9 @@ import pytest
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
-from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
 from vrs_cli.engine.problem import Here, Problem
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar, MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import PROFILES
@@ -34,19 +34,8 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import (
-    Frames,
-    JointOffsetTarget,
-    JointTarget,
-    Motion,
-    MotionKind,
-    Move,
-    PoseTarget,
-    SetDuration,
-    SetParameter,
-    Stamp,
-    Start,
-)
+from vrs_cli.values.commands import Move, SetDuration, SetParameter, Stamp
+from vrs_cli.values.motion import Frames, JointOffsetTarget, JointTarget, Motion, MotionKind, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 ALONG = radians(90), radians(90), 0.0  # the tool along Y

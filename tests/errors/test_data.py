@@ -7,13 +7,14 @@ from math import pi, radians
 import pytest
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.parameters import MONITOR_SPEED
+from vrs_cli.engine.settings import MONITOR_SPEED
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooFar, MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import position, translation
 from vrs_cli.language.run.operations import message
-from vrs_cli.values.commands import JointTarget, Move, PoseTarget
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget, PoseTarget
 
 PUMA = load_robot("puma560")
 

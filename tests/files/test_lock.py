@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileOpened
-from vrs_cli.files import atomic, disk
+from vrs_cli.files import atomic, folder
 from vrs_cli.files.atomic import check_writable, claim, hold, write_atomically
 
 HOLDER = """
@@ -42,10 +42,10 @@ def held_elsewhere(path: Path) -> Iterator[subprocess.Popen[str]]:
 WRITERS: dict[str, Callable[[Path], object]] = {
     "write": lambda path: write_atomically(path, "new"),
     "check": check_writable,
-    "copy": lambda path: disk.copy(path.with_name("other"), path),
-    "rename to": lambda path: disk.rename(path.with_name("other"), path),
-    "rename": lambda path: disk.rename(path, path.with_name("third")),
-    "delete": disk.delete,
+    "copy": lambda path: folder.copy(path.with_name("other"), path),
+    "rename to": lambda path: folder.rename(path.with_name("other"), path),
+    "rename": lambda path: folder.rename(path, path.with_name("third")),
+    "delete": folder.delete,
 }
 
 

@@ -20,17 +20,8 @@ from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import (
-    AlignedTarget,
-    Event,
-    EventEdit,
-    Frames,
-    JointOffsetTarget,
-    Motion,
-    MotionKind,
-    Start,
-    ToolOffsetTarget,
-)
+from vrs_cli.values.events import Event, EventEdit
+from vrs_cli.values.motion import AlignedTarget, Frames, JointOffsetTarget, Motion, MotionKind, Start, ToolOffsetTarget
 from vrs_cli.wire.records import LARGEST, Form
 
 JOINTS = 6

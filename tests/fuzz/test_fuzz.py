@@ -15,7 +15,7 @@ from tests.fuzz.agreement import CHANGES, Agreement, disagreements
 from tests.fuzz.lines import line
 from tests.fuzz.probe import Probe, probe, typed
 from tests.fuzz.texts import KINDS, text
-from vrs_cli.engine.parameters import PARAMETERS
+from vrs_cli.engine.settings import PARAMETERS
 
 TEXTS, PARTS = some(720), 6
 VARIANTS = some(1000)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from tests.by_hand import command
 from tests.laws.lines import count_faults
-from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
 from vrs_cli.engine.problem import Here, Problem
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -41,7 +41,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Frames, Motion, MotionKind, Start
+from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
 
 Floats = NDArray[np.float64]
 

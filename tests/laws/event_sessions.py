@@ -19,9 +19,8 @@ from tests.engine.mirror import windowed
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import VirtualClock, WallClock
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.feed import MissedEvents
+from vrs_cli.engine.feed import MissedEvents, Snapshot, TimelineReplaced
 from vrs_cli.engine.position import joints_at
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.errors import VrsError
 from vrs_cli.files.rebuild import apply, history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
@@ -29,21 +28,11 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.mirror import ClockReading, Mirror
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import (
-    FIRST_INPUT,
-    HAND,
-    Delay,
-    Event,
-    EventEdit,
-    JointTarget,
-    Move,
-    OperateHand,
-    SetChannels,
-    SetParameter,
-    Stamp,
-)
-from vrs_cli.wire.messages import SnapshotRecord, snapshot_of, snapshot_record
+from vrs_cli.values.commands import Delay, Move, OperateHand, SetChannels, SetParameter, Stamp
+from vrs_cli.values.events import FIRST_INPUT, HAND, Event, EventEdit
+from vrs_cli.values.motion import JointTarget
 from vrs_cli.wire.records import DeltaRecord, Form, Motions, delta_of, delta_record
+from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_of, snapshot_record
 
 MODEL = load_robot("puma560")
 READY = MODEL.poses["ready"]

@@ -12,15 +12,15 @@ from random import Random
 from tests.by_hand import command
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, NoRoomToStop, Problem
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 WRIST = 4  # joint 5 by its index: the arm is singular where it is 0, unless its wrist is another
 

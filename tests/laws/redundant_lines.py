@@ -22,9 +22,9 @@ import numpy as np
 from tests.by_hand import command
 from tests.kinematics.seven_joints import ARMS, seven_joints
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import positions_at
 from vrs_cli.engine.problem import Here, Problem
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -35,7 +35,7 @@ from vrs_cli.kinematics.transform import Transform, at_position, position
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 LINES = 60
 WAY = 0.2  # [m]

@@ -16,9 +16,9 @@ import numpy as np
 from tests.by_hand import command
 from tests.laws.lines import count_faults
 from vrs_cli.engine.breaches import on_lines
-from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
 from vrs_cli.engine.problem import Here, Problem
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -28,7 +28,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, at_position, compose, position, rotation_about
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 READINGS = 2000  # of a line at least
 STEP = 1e-3  # [s] between two readings at most

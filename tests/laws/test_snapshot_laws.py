@@ -14,9 +14,8 @@ from tests.examples import examples
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine, TimelineChange
-from vrs_cli.engine.feed import MissedEvents, Subscription
+from vrs_cli.engine.feed import MissedEvents, Snapshot, Subscription, TimelineReplaced, fitted
 from vrs_cli.engine.position import position_at
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced, fitted
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.trajectory.timeline import Timeline

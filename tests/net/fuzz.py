@@ -24,8 +24,8 @@ from hypothesis import HealthCheck, given, settings
 from tests.by_hand import command
 from tests.files.trajectories import form, planned, puma
 from tests.sample_values import values
+from vrs_cli.engine.feed import Snapshot
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.net.delivery_log import Bounds, DeliveryLog
@@ -53,8 +53,8 @@ from vrs_cli.net.messages import (
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.protocol import ClientConnection, ConnectionState, ServerConnection
 from vrs_cli.wire.codec import Encoding, Frame, encode
-from vrs_cli.wire.messages import snapshot_of, snapshot_record
 from vrs_cli.wire.records import Motions, RecordError, delta_of, delta_record
+from vrs_cli.wire.snapshots import snapshot_of, snapshot_record
 
 BOUNDS = Bounds(seconds=60.0, told=50_000, ended=50, waiting=50)
 BACKLOG = 50_000  # bytes

@@ -12,7 +12,7 @@ from tests.examples import some
 from tests.net.edits import Edits
 from tests.net.test_broadcast import RoomServices
 from tests.net.test_mirror import bits
-from vrs_cli.engine.snapshot import TimelineReplaced as Other
+from vrs_cli.engine.feed import TimelineReplaced as Other
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net.broadcast import Listener
 from vrs_cli.net.delivery_log import DeliveryLog

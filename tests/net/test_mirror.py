@@ -16,8 +16,7 @@ from tests.net.edits import Edits
 from tests.wire.test_steered import waves
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine, TimelineChange
-from vrs_cli.engine.feed import MissedEvents
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
+from vrs_cli.engine.feed import MissedEvents, Snapshot, TimelineReplaced
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.roles.playback import Audience
 from vrs_cli.kinematics.robot_file import load_robot
@@ -26,8 +25,8 @@ from vrs_cli.net.messages import Delta, FromServer
 from vrs_cli.net.mirror import SLACK, ClockReading, Mirror
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.codec import Encoding, Reader, encode
-from vrs_cli.wire.messages import snapshot_of, snapshot_record
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
+from vrs_cli.wire.snapshots import snapshot_of, snapshot_record
 from vrs_cli.wire.steered import SteeredRecord, steered_record
 
 READER: Reader[FromServer] = Reader(FromServer)

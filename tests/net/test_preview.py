@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from tests.engine.wall import ManualWall
 from tests.examples import examples, some
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.feed import Snapshot
 from vrs_cli.engine.position import joints_at
-from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import JointOutOfRange, TooLate, VrsError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
@@ -22,7 +22,8 @@ from vrs_cli.kinematics.transform import translation
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.preview import PASSED_OVER, Flags, FlagWindow, Preview, Wishes, merged
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import JointTarget, Move, Request, SetParameter, SetSpeed, Stamp
+from vrs_cli.values.commands import Move, Request, SetParameter, SetSpeed, Stamp
+from vrs_cli.values.motion import JointTarget
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)

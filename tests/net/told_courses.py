@@ -19,8 +19,9 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 from vrs_cli.net.messages import Contacts, Course, FromServer, ServerMessage
 from vrs_cli.net.told_course import CourseTeller, Cut, Heard, clipped
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Frames
-from vrs_cli.values.world import ContactSpan, SpanKind
+from vrs_cli.values.contacts import ContactSpan
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.world import SpanKind
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.world.sensing import GRAVITY
 from vrs_cli.world.world import World

@@ -12,7 +12,7 @@ from vrs_cli.errors import FileDamaged
 from vrs_cli.teach.exercise import read_exercise
 from vrs_cli.teach.findings import findings_of
 from vrs_cli.teach.mutants import mutants_of
-from vrs_cli.values.diagnostics import Dialect
+from vrs_cli.values.dialect import Dialect
 
 
 @pytest.fixture

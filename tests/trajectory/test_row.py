@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
-from vrs_cli.trajectory.row import YOUNG, Row
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.trajectory.row import YOUNG, EventRow, Row
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
+from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, Timeline, TimelineDelta
+from vrs_cli.values.events import HAND, Event, EventEdit
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 MOTIONS = [Motion(number, MotionKind.JOINT, Start.AFTER) for number in range(3)]
 PATHS = [((0.1, -0.0), (2.0, 3.0)), ((0.1, 0.2, 0.3), (1.0, -0.0, 2.0)), ((0.5,), (0.25,)), ((1.0, 2.0, 3.0, 4.0),) * 2]
@@ -73,3 +77,139 @@ def test_a_packed_path_is_the_same() -> None:
         for s in (0.0, 0.125, 0.7):
             assert path.joints(s) == kept.joints(s)
     assert JointPath(((0.0,),)) == JointPath(((-0.0,),))
+
+
+NOTHING = Motion(0, MotionKind.REST, Start.AT)
+
+
+def standing(*events: Event) -> Timeline:
+    return Timeline([rest((0.0,) * 6, 0.0, 0.0, NOTHING)], events=events)
+
+
+def delta(timeline: Timeline, edit: EventEdit | None) -> TimelineDelta:
+    end = timeline.end
+    return TimelineDelta(timeline.version, Cause.COMMAND, NOTHING, 0.0, 0.0, end, len(timeline), 0, 0.0, (), edit)
+
+
+def plain(events: list[Event], edit: EventEdit) -> list[Event]:
+    behind = [event.shifted(edit.shift) for event in events[edit.keep + edit.drop :]]
+    return [*events[: edit.keep], *edit.events, *behind]
+
+
+def value(events: list[Event], channel: int, t: float) -> float:
+    found = [event.value for event in events if event.channel == channel and event.time <= t and not event.observed]
+    return found[-1] if found else 0.0
+
+
+def random_edit(source: Random, events: list[Event]) -> EventEdit:
+    keep = len(events) if source.random() < 0.6 else source.randint(0, len(events))
+    drop = 0 if source.random() < 0.6 else source.randint(0, min(len(events) - keep, 40))
+    begin = events[keep - 1].time if keep else 0.0
+    times = sorted(begin + source.randint(0, 64) / 64 for _ in range(source.choice([0, 1, 1, 2, 30])))
+    new = tuple(
+        Event(
+            t, source.choice([0, 0, 1, 2, 1001]), float(source.randint(0, 2)), source.randint(1, 9), t > 3.0, 0.5, t < 1
+        )
+        for t in times
+    )
+    behind = events[keep + drop].time if keep + drop < len(events) else 0.0
+    last = new[-1].time if new else begin
+    return EventEdit(keep, drop, max(last - behind, 0.0) + source.randint(0, 64) / 64, new)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_rope_of_events_is_a_plain_list(seed: int) -> None:
+    source, timeline, events = Random(seed), standing(), list[Event]()
+    for _ in range(150):
+        edit = random_edit(source, events)
+        change = delta(timeline, edit)
+        before, timeline = timeline, timeline.apply(change)
+        assert tuple(timeline.apply(before.inverse(change)).events) == tuple(before.events) == tuple(events)
+        events = plain(events, edit)
+        assert list(timeline.events) == events
+        assert timeline.event_count == len(events)
+        end = events[-1].time if events else 0.0
+        for _ in range(5):
+            t, channel = source.choice([source.uniform(-1.0, end + 1.0), end]), source.choice([0, 1, 2, 1001, 7])
+            assert timeline.value_at(channel, t) == value(events, channel, t)
+            assert timeline.events_by(t) == sum(event.time <= t for event in events)
+            assert timeline.events_by(t, before=True) == sum(event.time < t for event in events)
+            assert list(timeline.events_between(t, t + 2.0)) == [one for one in events if t <= one.time <= t + 2.0]
+    assert [timeline.event(index) for index in range(len(events))] == events
+    assert set(timeline.channels) == {event.channel for event in events if not event.observed}
+
+
+def test_a_channel_changes_where_it_becomes_another_value() -> None:
+    timeline = standing(
+        Event(0.5, 1, 0.0),
+        Event(1.0, 1, 1.0),
+        Event(1.0, 2, 1.0),
+        Event(2.0, 1, 1.0),
+        Event(3.0, 1, 0.0, observed=True),
+    )
+    assert list(timeline.changes(1)) == [(1.0, 1.0)]
+    assert timeline.value_at(1, 5.0) == 1.0
+    assert list(timeline.changes(HAND)) == []
+
+
+def test_the_last_event_of_an_instant_counts() -> None:
+    timeline = standing(Event(1.0, 1, 1.0), Event(1.0, 1, 0.0))
+    assert timeline.value_at(1, 1.0) == 0.0
+    assert list(timeline.changes(1)) == []
+
+
+def test_the_next_event_is_later() -> None:
+    timeline = standing(Event(1.0, 1, 1.0), Event(2.0, 1, 0.0))
+    assert timeline.event_after(0.0) == Event(1.0, 1, 1.0)
+    assert timeline.event_after(1.0) == Event(2.0, 1, 0.0)
+    assert timeline.event_after(2.0) is None
+    with pytest.raises(IndexError):
+        timeline.event(2)
+
+
+def test_timelines_with_other_events_differ() -> None:
+    assert standing(Event(1.0, 1, 1.0)) == standing(Event(1.0, 1, 1.0)) != standing(Event(1.0, 1, 0.0))
+
+
+def test_a_log_keeps_the_events_of_old_deltas() -> None:
+    timeline, log, known = standing(), DeltaLog(), list[TimelineDelta]()
+    for number in range(4 * PART):
+        edit = EventEdit(timeline.event_count, events=(Event(float(number), 1, 1.0, number),)) if number % 3 else None
+        known.append(delta(timeline, edit))
+        log.extend(known[-1:])
+        timeline = timeline.apply(known[-1])
+    assert list(log) == known
+    assert log[PART - 1 : 3 * PART + 2] == known[PART - 1 : 3 * PART + 2]
+    assert log[7:3] == []
+    assert log[::-3] == known[::-3]
+
+
+class CountingDeltas:
+    """Where deltas are written down; `reads`: how often somebody read."""
+
+    def __init__(self, deltas: list[TimelineDelta]) -> None:
+        self.deltas, self.reads = deltas, 0
+
+    def read_deltas(self, first: int, last: int) -> list[TimelineDelta]:
+        self.reads += 1
+        return self.deltas[first:last]
+
+
+def test_a_part_that_is_written_down_is_read_once_for_many_deltas() -> None:
+    timeline, known = standing(), list[TimelineDelta]()
+    for _ in range(2 * PART):
+        known.append(delta(timeline, EventEdit(timeline.event_count, events=(Event(1.0, 1, 1.0),))))
+        timeline = timeline.apply(known[-1])
+    kept = CountingDeltas(known)
+    log = DeltaLog.after(kept, 2, ())
+    assert log[5:] == known[5:]
+    assert kept.reads == 2
+
+
+def test_ctrl_c_in_the_middle_of_indexing_leaves_a_sound_row() -> None:
+    row = EventRow([Event(1.0, 1, 1.0)])
+    assert list(row.places(1)) == [0]
+    row._places[1].append(1)  # what is left of an interrupted time
+    row.grow([Event(2.0, 1, 0.0)])
+    assert list(row) == [Event(1.0, 1, 1.0), Event(2.0, 1, 0.0)]
+    assert list(row.places(1)) == [0, 1]

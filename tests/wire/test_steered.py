@@ -16,15 +16,15 @@ from tests.examples import examples, some
 from tests.laws.test_steering_laws import PROFILES, TICK, Stream, joints, parts, robot, stretches
 from tests.robots import KINDS
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.feed import Snapshot, TimelineReplaced
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import Delta, FromServer, Steered
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import MotionKind
+from vrs_cli.values.motion import MotionKind
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_record
 from vrs_cli.wire.steered import SteeredRecord, steered_delta, steered_record

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.inspection import Beside, Inspector
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
-    from vrs_cli.values.diagnostics import Diagnostic, Dialect
+    from vrs_cli.values.diagnostics import Diagnostic
+    from vrs_cli.values.dialect import Dialect
 
 
 LOOKED_EVERY = 0.25  # [s] at the files, with --watch

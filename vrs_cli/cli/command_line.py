@@ -18,7 +18,7 @@ from vrs_cli.kinematics.model import ArmTask
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.values.diagnostics import Dialect
+    from vrs_cli.values.dialect import Dialect
 
 STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
@@ -200,7 +200,7 @@ CELL = option(
 
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
     """The dialect of the option DIALECT."""
-    from vrs_cli.values.diagnostics import Dialect
+    from vrs_cli.values.dialect import Dialect
 
     return Dialect[options.dialect.upper()]
 

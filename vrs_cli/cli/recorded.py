@@ -60,7 +60,7 @@ def where(options: Namespace) -> None:
 
 def _where_measured(options: Namespace, recording: Recording) -> None:
     """Print where the robot was measured. Raises CommandLineError for a file without reports."""
-    from vrs_cli.engine.measured import measured_position, why_unknown
+    from vrs_cli.engine.comparison import measured_position, why_unknown
     from vrs_cli.render.text import plain_text
     from vrs_cli.values.replies import MeasuredWhereabouts
 
@@ -125,7 +125,7 @@ def verify(options: Namespace) -> int:
     """Tell what is wrong in a file, line by line, or that nothing is."""
     recording = read_recording(options.prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
-    from vrs_cli.files.rebuild import in_lines
+    from vrs_cli.files.soundness import in_lines
     from vrs_cli.files.trajectory_file import MOST_FAULTS
 
     along = in_lines(on_lines(recording.arm, recording.timeline), recording.timeline, recording.deltas, recording.lines)

@@ -17,8 +17,11 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import CollisionAhead, IllegalValue, MotionError
 from vrs_cli.extras import how_to_install
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import HAND, MotionKind, Move
-from vrs_cli.values.world import CellScene, Contact
+from vrs_cli.values.commands import Move
+from vrs_cli.values.contacts import Contact
+from vrs_cli.values.events import HAND
+from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.scene import CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker

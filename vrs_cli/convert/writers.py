@@ -26,8 +26,8 @@ from vrs_cli.convert.steps import (
     WaitStep,
 )
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.one_motion import rounding_begins, slowing_down
-from vrs_cli.engine.parameters import PARAMETERS
+from vrs_cli.engine.settings import PARAMETERS
+from vrs_cli.engine.single_motion import rounding_begins, slowing_segments
 from vrs_cli.errors import UsageError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Arm, Elbow, Joints, Wrist
@@ -36,14 +36,9 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle
 from vrs_cli.kinematics.transform import position as tip
 from vrs_cli.language.run.operations import trans
 from vrs_cli.values.commands import (
-    FIRST_INPUT,
     Break,
     Delay,
-    Frames,
-    JointTarget,
-    MotionKind,
     Move,
-    PoseTarget,
     Request,
     SetAcceleration,
     SetBase,
@@ -53,9 +48,9 @@ from vrs_cli.values.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
-    Start,
-    Target,
 )
+from vrs_cli.values.events import FIRST_INPUT
+from vrs_cli.values.motion import Frames, JointTarget, MotionKind, PoseTarget, Start, Target
 
 SLOW = 0.2  # of the greatest velocity of the joints: the way to where the run began
 UNNAMED = re.compile(r"\W+", re.ASCII)
@@ -578,7 +573,7 @@ class PythonWriter(StepWriter):
 
     def _stamp(self, step: MoveStep) -> float | None:
         """Return when a motion begins that cuts the one before it; None for others."""
-        before, slowing = self.before, slowing_down(self.engine.timeline)
+        before, slowing = self.before, slowing_segments(self.engine.timeline)
         if before is None or not (before.rounded or before.cut):
             return None
         rounds = before.rounded and slowing

@@ -22,12 +22,12 @@ from msgspec import Struct
 from vrs_cli.engine.history import History, HistoryStep, held, records
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.rope import SMALL
-from vrs_cli.trajectory.row import Row, RowStore
+from vrs_cli.trajectory.row import EventRow, Row, RowStore
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, KeptDeltas, Timeline, TimelineDelta
-from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
+from vrs_cli.values.events import EventEdit
+from vrs_cli.values.motion import Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
 AT_ONCE = 50  # changes that are planned before whoever waits may have his turn

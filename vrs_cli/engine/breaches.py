@@ -27,7 +27,7 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.row import coefficients
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import MotionKind
+from vrs_cli.values.motion import MotionKind
 
 MANY = 4096  # segments that are looked at at once
 CUBIC = 4  # coefficients
@@ -78,7 +78,7 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
             raise follower.refuse_kink(path, touch.begin, touch.end, path.seed(touch.begin))
     samples = _samples(follower, path, lasting, law.samples, found.marks)
     if follower.arm.continuation is not None:
-        from vrs_cli.engine.continuation import check_continuous  # here: closed forms need none
+        from vrs_cli.engine.continuity import check_continuous  # here: closed forms need none
 
         (proved,) = check_continuous(follower.arm.continuation, follower, [(path, lasting, samples)])
         times = proved.looked_at(path)

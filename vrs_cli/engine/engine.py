@@ -13,19 +13,16 @@ from operator import is_not
 from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
-from vrs_cli.engine.chunk import COMPARED, PART, TICK, Chunk, plan_chunk, tick_count
 from vrs_cli.engine.clock import RobotClock, VirtualClock
-from vrs_cli.engine.feed import Feed
+from vrs_cli.engine.feed import Feed, TimelineReplaced
 from vrs_cli.engine.history import History, HistoryStep, begins
-from vrs_cli.engine.one_motion import rounding_begins, slowing_down
-from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
-from vrs_cli.engine.planner import plan, plan_steering
+from vrs_cli.engine.planner import RESYNC, plan, plan_resync
 from vrs_cli.engine.position import destination_at, finish_after, joints_at, position_at, positions_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Standpoint, reach_of
-from vrs_cli.engine.resync import RESYNC, plan_resync
-from vrs_cli.engine.settings import Altered, Settings
-from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.engine.settings import DELAY, TIME, TIME_FROM_NOW, Altered, Settings
+from vrs_cli.engine.single_motion import rounding_begins, slowing_segments
+from vrs_cli.engine.steering import SAMPLES_AT_ONCE, TICK, TICKS_AT_ONCE, Chunk, plan_chunk, plan_steering, tick_count
 from vrs_cli.engine.targets import (
     After,
     Speed,
@@ -52,22 +49,13 @@ from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import (
-    HAND,
     Alter,
     Brake,
     Break,
     Delay,
-    Event,
-    EventEdit,
-    Frames,
-    JointTarget,
     Mode,
-    Motion,
-    MotionKind,
     Move,
     OperateHand,
-    PoseTarget,
-    RelativeTarget,
     Request,
     SetBase,
     SetChannels,
@@ -76,10 +64,19 @@ from vrs_cli.values.commands import (
     SetSwivel,
     SetTool,
     Stamp,
+)
+from vrs_cli.values.events import HAND, Event, EventEdit
+from vrs_cli.values.measured import ResyncReport
+from vrs_cli.values.motion import (
+    Frames,
+    JointTarget,
+    Motion,
+    MotionKind,
+    PoseTarget,
+    RelativeTarget,
     Start,
     ToolOffsetTarget,
 )
-from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.results import FollowReport, Position, Reach
 
 NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
@@ -340,7 +337,7 @@ class Engine:
         """
         timeline, settings = self.timeline, self.settings
         if self._rounding is None or any(map(is_not, self._rounding, (move, timeline, settings))):
-            slowing = slowing_down(timeline)
+            slowing = slowing_segments(timeline)
             blends = slowing and self._may_blend(move)
             begins = rounding_begins(self.arm, slowing, settings.rounding) if blends else None
             self._rounding = move, timeline, settings, begins
@@ -595,7 +592,7 @@ class Engine:
         """Plan and commit a chunk part by part: the first one is a command, the others prolong it."""
         count, begun, next = tick_count(chunk, begin), False, 0
         while next < count:
-            ticks = range(next, count if self.settings.switch("COLLISION") else min(next + PART, count))
+            ticks = range(next, count if self.settings.switch("COLLISION") else min(next + TICKS_AT_ONCE, count))
             timeline, next = self.timeline, ticks.stop
             with suppress(NoRoomToStop):
                 delta = plan_chunk(self.arm, timeline, motion, issued, begin, chunk, ticks)
@@ -618,9 +615,9 @@ class Engine:
     def _followed(self, chunk: Chunk, begin: float, late: int) -> Parts[FollowReport]:
         """Compare the timeline with a chunk, from `begin` on, part by part."""
         timeline, end, errors = self.timeline, self.end, list[list[float]]()
-        for first in range(late, len(chunk.times), COMPARED):
+        for first in range(late, len(chunk.times), SAMPLES_AT_ONCE):
             yield
-            part = slice(first, first + COMPARED)
+            part = slice(first, first + SAMPLES_AT_ONCE)
             errors += abs(positions_at(self.arm, timeline, chunk.times[part]).joints - chunk.joints[part]).tolist()
         columns = list(zip(*errors, strict=True))
         mean, worst = tuple(sum(column) / len(column) for column in columns), tuple(map(max, columns))

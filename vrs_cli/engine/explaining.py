@@ -13,11 +13,11 @@ from operator import attrgetter
 from typing import NamedTuple
 
 from vrs_cli.engine.book import Book
-from vrs_cli.engine.one_motion import hardest_limits, joint_limits
-from vrs_cli.engine.planner import place_at
+from vrs_cli.engine.planner import cut_at
 from vrs_cli.engine.position import position_at, rates_in
 from vrs_cli.engine.problem import joint_acceleration_and_jerk, segment_joints
 from vrs_cli.engine.reach import Standpoint, reach_of
+from vrs_cli.engine.single_motion import hardest_limits, joint_limits
 from vrs_cli.engine.straight import tool_limits
 from vrs_cli.errors import StraightLineSingular, UsageError
 from vrs_cli.kinematics.arm import RobotArm
@@ -27,7 +27,7 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, third_derivative, turning_points
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import MotionKind, PoseTarget
+from vrs_cli.values.motion import MotionKind, PoseTarget
 from vrs_cli.values.results import (
     CutIn,
     InverseReport,
@@ -213,7 +213,7 @@ def _stretch(course: _Course, velocity: Joints) -> Stretch:
 
 def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> CutIn | None:
     """Return what the change interrupts; None where the arm stands when it begins."""
-    place = place_at(arm, before, delta.cut)
+    place = cut_at(arm, before, delta.cut)
     if place.interrupted is None or place.here.joints.at_rest:
         return None
     segment, s = before.locate(delta.cut)

@@ -1,44 +1,42 @@
 """The trajectory generation function f: a motion command edits the timeline.
 
-f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in force at the execution time is truncated there and gives way
-to the new one, which starts from the present position and velocity. Motions scheduled later stay: the next is planned
-again from the new place to its own target, and so on as long as one blends into the next; from the first boundary
-whose position and velocity are what they were, segments are only shifted in time.
+f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in force at the execution time is truncated there. The new motion
+takes its place, and starts from the present position and velocity. Motions that are scheduled later stay: the next one
+is planned again from the new place to its own target, and so on while one blends into the next. From the first boundary
+on whose position and velocity are as they were, segments are only shifted in time.
+
+Events up to the cut stay. A tied event keeps its distance to the start of its motion, or to the end of the interrupted
+motion. An event with a time of its own keeps that time, but comes no later than the tail begins. The tail shifts whole,
+with its events. Inputs from outside never shift. If nothing is inserted (INSERT OFF, BRAKE, JOG, steering), all events
+after the cut are dropped.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cached_property
+from math import inf
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.dated import edit_of
-from vrs_cli.engine.one_motion import (
-    hardest_limits,
-    joint_limits,
-    plan_corner,
-    plan_motion,
-    plan_stop,
-    rounding_begins,
-    slowing_down,
-)
+from vrs_cli.engine.position import finish_after, joints_at
 from vrs_cli.engine.problem import SLOWEST, Here, NoRoomToStop, Problem, rest_after, state_at
+from vrs_cli.engine.single_motion import plan_corner, plan_motion, rounding_begins, slowing_segments
 from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import largest_change
-from vrs_cli.trajectory.instant import TICKS_PER_SECOND, up_to_grid
-from vrs_cli.trajectory.laws.law import LAWS, Row
-from vrs_cli.trajectory.polynomial import Polynomial, shifted
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
-from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
+from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.segment import Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import Event, Motion, Start
+from vrs_cli.values.events import FIRST_INPUT, Event, EventEdit
+from vrs_cli.values.measured import ResyncReport
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
-SAME_PLACE = 1e-9  # [rad, m] two places that are one
-CUBIC = 3  # degree of a path of constant jerk
+RESYNC = "RESYNC"
+SAME_PLACE = 1e-9  # [rad, m] two places closer than that are one
+Anchors = list[tuple[float, float]]  # instants [s] of the old and the new timeline that belong together, in order
 
 
 def plan(
@@ -52,123 +50,95 @@ def plan(
     slowest: float = SLOWEST,
     event: Event | None = None,
 ) -> TimelineDelta:
-    """f: the change of the timeline that lets `motion` start at `executed` [s]: cut, plan, plan the next again, shift.
+    """f: return the change of the timeline that lets `motion` start at `executed` [s].
 
-    `insert` false: what was scheduled after it is dropped. `event`: comes with the motion, when that begins. Raises
-    MotionError when the motion, or a scheduled one that would have to be planned again, is not possible; the message
-    names the latter.
+    Cut the timeline there, plan the motion, plan the following ones again, shift the rest. `insert` false: drop all
+    that was scheduled later. `event`: comes with the motion, when that begins. Raises MotionError if the motion, or a
+    later one that is planned again, is impossible; the message names the latter.
     """
-    place = place_at(arm, timeline, executed)
-    cut, segments = _plan_new(timeline, place, Problem(arm, place.here, motion, executed, slowest))
-    begun = segments[0].start if motion.start is Start.BLEND else executed
-    return _delta(arm, timeline, cut, segments, motion, (issued, begun), insert=insert, slowest=slowest, event=event)
+    cut = cut_at(arm, timeline, executed)
+    cut, segments = _plan_from_cut(timeline, cut, Problem(arm, cut.here, motion, executed, slowest))
+    edit = _Edit.of(arm, slowest, timeline, cut, segments, insert, event)
+    while edit.changes_next:
+        edit = edit.plan_next_again()
+    return edit.delta(motion, issued, segments[0].start if motion.start is Start.BLEND else executed)
 
 
-def plan_by_way_of(
+def plan_resync(
     arm: RobotArm,
     timeline: Timeline,
-    way: Motion,
-    motion: Motion,
-    issued: float,
-    executed: float,
+    measured: Joints,
+    resting: Motion,
+    times: tuple[float, float],
     leaves: float,
     *,
+    stops: bool,
     slowest: float = SLOWEST,
-) -> tuple[TimelineDelta, float]:
-    """f for a motion by way of the end of another one, `way`, where the robot stands until `leaves` [s] at least.
-    Return the change, which is of `motion` alone, and when the robot comes to that place [s]. Raises MotionError.
+) -> tuple[TimelineDelta, ResyncReport]:
+    """f for RESYNC: go to the measured joints [rad, m], put inside their ranges, and from there to the end of the
+    motion under way. If it `stops`, stay there and drop what was scheduled.
+
+    The body holds meanwhile, so the way to the measured joints is that of the virtual robot alone, as fast as its
+    limits allow. At its end both are in one place, and the body follows again. All of it is one command with one delta.
+    `times`: issued and executed [s]. `leaves`: the robot stands at the measured joints until then at least [s], so that
+    the body hears of it in time. `resting`: the motion to use if none is under way; its goal is replaced. Raises
+    MotionError.
     """
-    place = place_at(arm, timeline, executed)
-    cut, first = _plan_new(timeline, place, Problem(arm, place.here, way, executed, slowest))
-    comes, here = first[-1].finish, rest_after(arm, first[-1])
-    segments = tuple([structs.replace(segment, motion=motion) for segment in first])
-    if leaves > comes:
-        segments += (rest(here.joints.joints, up_to_grid(leaves) - comes, comes, motion),)
-    segments += plan_motion(Problem(arm, here, motion, segments[-1].finish, slowest))
-    return _delta(arm, timeline, cut, segments, motion, (issued, executed), slowest=slowest), comes
+    issued, begin = times
+    under_way, index = timeline.locate(begin)[0].motion, timeline.index_at(begin)
+    goal = joints_at(arm, timeline, finish_after(timeline, begin))
+    there = put_inside(measured, arm.model.lower, arm.model.upper)
+    distances = tuple([q - p for p, q in zip(joints_at(arm, timeline, begin), there, strict=True)])
+    numbered = resting._replace(kind=MotionKind.JOINT, start=Start.AT, frames=under_way.frames, text=RESYNC)
+    way = numbered._replace(goal=there, speed=1.0, acceleration=1.0, duration=0.0)
+    if stops:
+        delta = plan(arm, timeline, way, issued, begin, insert=False, slowest=slowest)
+        return delta, ResyncReport(begin, delta.segments[-1].finish, distances)
+    on = numbered._replace(goal=goal)
+    if begin < timeline[index].finish and under_way.kind in (MotionKind.JOINT, MotionKind.STRAIGHT):
+        on = under_way._replace(number=numbered.number, start=Start.AT, goal=goal, relative=None, rounding=None)
+        on = on._replace(duration=0.0, text=RESYNC)
+    way = way._replace(profile=on.profile)
+    by_joints = on._replace(kind=MotionKind.JOINT, pose=None, tip_speed=None, rotation=None, swivel=None)
+    text = under_way.text if under_way.text and under_way.text != RESYNC else "where the timeline stood"
+
+    def plan_by_way(motion: Motion) -> tuple[TimelineDelta, ResyncReport]:
+        cut = cut_at(arm, timeline, begin)
+        cut, first = _plan_from_cut(timeline, cut, Problem(arm, cut.here, way, begin, slowest))
+        arrival, here = first[-1].finish, rest_after(arm, first[-1])
+        segments = tuple([structs.replace(segment, motion=motion) for segment in first])
+        if leaves > arrival:
+            segments += (rest(here.joints.joints, up_to_grid(leaves) - arrival, arrival, motion),)
+        segments += plan_motion(Problem(arm, here, motion, segments[-1].finish, slowest))
+        edit = _Edit.of(arm, slowest, timeline, cut, segments)
+        while edit.changes_next:
+            edit = edit.plan_next_again()
+        return edit.delta(motion, *times), ResyncReport(begin, arrival, distances, text)
+
+    if on.kind is MotionKind.STRAIGHT:
+        with suppress(MotionError):  # from another place the line may leave the reach; then the joints go there
+            return plan_by_way(on._replace(goal=None))
+    return plan_by_way(by_joints)
 
 
-def _delta(
-    arm: RobotArm,
-    timeline: Timeline,
-    cut: CutPlace,
-    segments: tuple[Segment, ...],
-    motion: Motion,
-    times: tuple[float, float],
-    *,
-    insert: bool = True,
-    slowest: float,
-    event: Event | None = None,
+def drop_rest(
+    timeline: Timeline, keep: int, segments: tuple[Segment, ...], motion: Motion, issued: float, executed: float
 ) -> TimelineDelta:
-    """Return the change that puts segments in the place of the motion that a cut interrupts; motions after it are
-    planned again and shifted. `times`: issued and executed [s].
-    """
-    tail = _Tail.of(timeline, cut.keep).after(cut.interrupted) if insert else _Tail.of(timeline, len(timeline))
-    edit = _Edit(arm, slowest, cut, segments, tail, insert, event)
-    while edit.changes_the_next:
-        edit = edit.with_the_next_planned_again()
-    return edit.delta(motion, *times)
-
-
-def plan_steering(
-    arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
-) -> TimelineDelta:
-    """f for a target that moves: the joints chase it from `executed` on, for a tick [s]; all that was scheduled after
-    that is dropped. Raises NoRoomToStop where what is under way has to go on.
-    """
-    place = place_at(arm, timeline, executed)
-    steer, coming = LAWS[motion.profile].steer, partial(_coming, timeline, place.keep, executed)
-    here, limits = place.here.joints, joint_limits(arm, motion)
-    limits = limits._replace(lower=target.lower or limits.lower, upper=target.upper or limits.upper)
-    segments = steer(here, target, limits, hardest_limits(arm), tick, executed, motion, coming)
-    segments = segments or plan_stop(Problem(arm, place.here, motion, executed))
-    edit = _Edit(arm, SLOWEST, place, segments, _Tail.of(timeline, len(timeline)), inserts=False)
-    return edit.delta(motion, executed, executed)
-
-
-def _coming(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | None:
-    """What each joint was to do from t [s] on until the robot rests; None where it stands already, or where that is not
-    jerk-limited, or not in joint space.
-    """
-    ways: list[list[Row]] = []
-    for segment in _under_way(timeline, keep, t):
-        begin, path = max(segment.start, t), segment.path
-        if not (LAWS[segment.motion.profile].smooth and isinstance(path, JointPath) and path.degree <= CUBIC):
-            return None
-        ends = [_row(segment.finish - t, (q, 0.0, 0.0, 0.0)) for q in path.joints(segment.duration)]
-        ways = [way[:-1] for way in ways] or [[] for _ in ends]
-        for way, row, end in zip(ways, path.coefficients, ends, strict=True):
-            cubic = shifted((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
-            way.extend((_row(begin - t, cubic), end))
-    return ways or None
-
-
-def _row(t: float, cubic: Polynomial) -> Row:
-    q, v, half, sixth = cubic
-    return round(t * TICKS_PER_SECOND), t, q, v, half, sixth
-
-
-def _under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Segment]:
-    """The segments from t [s] on that follow each other without a gap, until the robot rests."""
-    end = t
-    for index in range(keep - 1, len(timeline)):
-        segment = timeline[index]
-        if segment.start > end:
-            return
-        if segment.finish > t:
-            yield segment
-            end, path = segment.finish, segment.path
-            if isinstance(path, JointPath):
-                s = segment.duration
-                if JointState(path.joints(s), path.velocity(s), path.acceleration(s)).at_rest:
-                    return
+    """Return the delta that puts segments behind the first `keep` ones and drops all that was scheduled later."""
+    count, events = len(timeline), None
+    if timeline.event_count:
+        events = edit_events(timeline, keep, count, segments, 0.0, inserts=False)
+    cut, drop = segments[0].start, count - keep
+    return TimelineDelta(
+        timeline.version, Cause.COMMAND, motion, issued, executed, cut, keep, drop, 0.0, segments, events
+    )
 
 
 class CutPlace(Struct, frozen=True):
     """Where a time cuts the timeline: after `keep` segments, the state then, and the motion that is interrupted.
 
-    That is the motion of the first segment that ends later, also when it would begin just then: the later command
-    counts. None in a gap and after the end.
+    The interrupted motion is that of the first segment that ends later, also if that segment would begin just then: the
+    later command counts. It is None in a gap and after the end.
     """
 
     keep: int
@@ -176,12 +146,12 @@ class CutPlace(Struct, frozen=True):
     interrupted: Motion | None
 
 
-def place_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
-    """Cut the timeline at a time."""
+def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
+    """Return where time t [s] cuts the timeline."""
     keep = timeline.index_at(t) + 1
     segment = timeline[keep - 1]
     while keep > 1 and segment.start >= t and segment.duration > 0.0:
-        keep -= 1  # of segments of no length those at t have happened
+        keep -= 1  # segments of no length at t have happened
         segment = timeline[keep - 1]
     here = state_at(arm, segment, min(t - segment.start, segment.duration))
     if segment.finish > t:
@@ -192,31 +162,28 @@ def place_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
     return CutPlace(keep, here if moving else here.standing(), after.motion)
 
 
-def _plan_new(timeline: Timeline, place: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
-    """Plan a motion out of the motion under way, or after the arm has come to rest; return also where it cuts the
-    timeline.
+def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
+    """Plan a motion that starts from the motion under way or, if that must go on, once the arm has come to rest. Return
+    its segments and where they cut the timeline.
     """
-    if problem.motion.start is Start.BLEND and place.interrupted is not None:
-        corner, end = _next_rest(problem.arm, timeline, place.keep)
-        new = plan_corner(problem, structs.replace(problem, here=corner.here, begin=end))
-        return place if new[0].start == problem.begin else corner, new
-    try:
-        return place, plan_motion(problem)
-    except NoRoomToStop:
-        corner, end = _next_rest(problem.arm, timeline, place.keep)
-        return corner, plan_motion(structs.replace(problem, here=corner.here, begin=end))
-
-
-def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[CutPlace, float]:
-    """Return the first place and time at which the robot stands after the first `keep` segments have begun."""
+    rounds = problem.motion.start is Start.BLEND and cut.interrupted is not None
+    if not rounds:
+        with suppress(NoRoomToStop):
+            return cut, plan_motion(problem)
+    keep = cut.keep  # find the first place at which the robot stands after these segments have begun
     while True:
         segment = timeline[keep - 1]
         if keep == len(timeline) or (after := timeline[keep]).start > segment.finish:
             break
-        if state_at(arm, after, 0.0).joints.at_rest:
+        if state_at(problem.arm, after, 0.0).joints.at_rest:
             break
         keep += 1
-    return CutPlace(keep, rest_after(arm, segment), None), segment.finish
+    corner = CutPlace(keep, rest_after(problem.arm, segment), None)
+    stopped = structs.replace(problem, here=corner.here, begin=segment.finish)
+    if not rounds:
+        return corner, plan_motion(stopped)
+    new = plan_corner(problem, stopped)
+    return cut if new[0].start == problem.begin else corner, new
 
 
 class _Tail(Struct, frozen=True):
@@ -229,6 +196,7 @@ class _Tail(Struct, frozen=True):
 
     @classmethod
     def of(cls, old: Timeline, index: int) -> _Tail:
+        """Make the tail of a timeline from a segment number on."""
         return cls(old, index, old[index - 1], old[index] if index < len(old) else None)
 
     def after(self, motion: Motion | None) -> _Tail:
@@ -249,7 +217,22 @@ class _Edit(Struct, frozen=True, dict=True):
     segments: tuple[Segment, ...]
     tail: _Tail
     inserts: bool
-    event: Event | None = None
+    event: Event | None
+
+    @classmethod
+    def of(
+        cls,
+        arm: RobotArm,
+        slowest: float,
+        timeline: Timeline,
+        cut: CutPlace,
+        segments: tuple[Segment, ...],
+        inserts: bool = True,
+        event: Event | None = None,
+    ) -> _Edit:
+        """Put segments in the place of the motion that a cut interrupts; drop what follows unless it `inserts`."""
+        tail = _Tail.of(timeline, cut.keep).after(cut.interrupted) if inserts else _Tail.of(timeline, len(timeline))
+        return cls(arm, slowest, cut, segments, tail, inserts, event)
 
     @cached_property
     def place(self) -> Here:
@@ -257,8 +240,8 @@ class _Edit(Struct, frozen=True, dict=True):
         return rest_after(self.arm, self.segments[-1])
 
     @property
-    def changes_the_next(self) -> bool:
-        """Whether the next motion begins otherwise than before: not at rest, or in another place."""
+    def changes_next(self) -> bool:
+        """Whether the next motion now begins in another place than before, or began in motion before."""
         if self.tail.next is None:
             return False
         before = state_at(self.arm, self.tail.next, 0.0).joints
@@ -272,32 +255,24 @@ class _Edit(Struct, frozen=True, dict=True):
         return end + first.start - self.tail.before.finish
 
     def delta(self, motion: Motion, issued: float, executed: float) -> TimelineDelta:
-        """Return the change as a delta that is caused by a motion."""
+        """Return the change as a delta that a motion causes; the tail is shifted to where the segments end."""
         old, following, events = self.tail.old, self.tail.next, None
         shift = 0.0 if following is None else self._begin(following) - following.start
+        keep, segments = self.cut.keep, self.segments
         if old.event_count or self.event is not None:
             index, own = self.tail.index, self.event
-            events = edit_of(old, self.cut.keep, index, self.segments, shift, inserts=self.inserts, own=own)
+            events = edit_events(old, keep, index, segments, shift, inserts=self.inserts, own=own)
+        cut, drop = segments[0].start, self.tail.index - keep
         return TimelineDelta(
-            version=old.version,
-            cause=Cause.COMMAND,
-            motion=motion,
-            issued=issued,
-            executed=executed,
-            cut=self.segments[0].start,
-            keep=self.cut.keep,
-            drop=self.tail.index - self.cut.keep,
-            shift=shift,
-            segments=self.segments,
-            events=events,
+            old.version, Cause.COMMAND, motion, issued, executed, cut, keep, drop, shift, segments, events
         )
 
-    def with_the_next_planned_again(self) -> _Edit:
+    def plan_next_again(self) -> _Edit:
         """Plan the next motion again, from its new place to its own target. Raises MotionError."""
         first = self.tail.next
         assert first is not None
         tail = self.tail.after(first.motion)
-        motion = tail.before.motion  # not of its first segment, a stop of another profile where it braked first
+        motion = tail.before.motion  # its first segment may be a stop of another profile
         try:
             new = self._plan_next(first, retarget(self.arm, motion, self.place.joints.joints))
         except MotionError as error:
@@ -310,24 +285,118 @@ class _Edit(Struct, frozen=True, dict=True):
         return structs.replace(self, segments=(*kept, *new), tail=tail)
 
     def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
-        """The segments of a motion: out of the one before where it blends into that, or begins at its own time in the
-        middle of it, while that is under way. `first`: of the old ones.
+        """Plan a motion again whose first old segment is `first`. It starts in the middle of the motion before if it
+        blends into that one, or if its own time lies there; otherwise from rest.
         """
         resting = Problem(self.arm, self.place, motion, self._begin(first), self.slowest)
         if motion.start is Start.BLEND and self.segments[-1].phase is Phase.DECELERATE:
-            begin = rounding_begins(self.arm, slowing_down(self.segments), motion.rounding)
-            return plan_corner(self._moving(resting, begin), resting)
+            begin = rounding_begins(self.arm, slowing_segments(self.segments), motion.rounding)
+            return plan_corner(self._problem_in_motion(resting, begin), resting)
         if first.motion.start is Start.AT and not state_at(self.arm, first, 0.0).joints.at_rest:
             number = self.tail.before.motion.number
             begins = next((segment.start for segment in self.segments if segment.motion.number == number), None)
             if begins is not None and begins < first.start < self.segments[-1].finish:
                 with suppress(NoRoomToStop):
-                    return plan_motion(self._moving(resting, first.start))
+                    return plan_motion(self._problem_in_motion(resting, first.start))
         return plan_motion(resting)
 
-    def _moving(self, resting: Problem, begin: float) -> Problem:
+    def _problem_in_motion(self, resting: Problem, begin: float) -> Problem:
         """Return the problem of the same motion at a time at which the planned segments are under way."""
         segments = self.segments
         segment = next((segment for segment in reversed(segments) if segment.start < begin), segments[0])
         here = state_at(self.arm, segment, min(begin - segment.start, segment.duration))
         return structs.replace(resting, here=here, begin=begin)
+
+
+# --- events ----------------------------------------------------------------------------------------------------------
+
+
+def edit_events(
+    old: Timeline,
+    keep: int,
+    tail: int,
+    new: Sequence[Segment],
+    shift: float,
+    *,
+    inserts: bool,
+    own: Event | None = None,
+) -> EventEdit | None:
+    """Return the events' part of a delta that keeps `keep` segments, puts `new` behind them, and shifts those from
+    index `tail` on by `shift` [s]; None if no event changes. `own`: an event that comes with the new motion, when that
+    begins.
+    """
+    cut, count = new[0].start, old.event_count
+    kept, coming = old.events_by(cut), () if own is None else (own._replace(time=cut),)
+    if kept == count:
+        return EventEdit(kept, events=coming) if coming else None
+    if not inserts:
+        return EventEdit(kept, count - kept, 0.0, coming)
+    begins, after = inf, count
+    if tail < len(old):
+        begins = old[tail].start
+        after = max(old.events_by(begins, before=True), kept)
+    anchors = _anchors(old, keep, tail, new, shift)
+    gone = [*old.event_slice(kept, after)]
+    moved = [_move_event(event, anchors, begins + shift) for event in gone]
+    latest = max((event.time for event in moved), default=-inf)
+    last_input = after  # the number after the last input from outside that would shift with the tail
+    if shift and any(channel >= FIRST_INPUT for channel in old.channels):
+        places = range(count - 1, after - 1, -1)
+        last_input = next((index + 1 for index in places if _is_input(old.event(index))), after)
+    for event in old.event_slice(after, last_input):
+        gone.append(event)
+        moved.append(event if _is_input(event) else event.shifted(shift))
+        latest = max(latest, moved[-1].time)
+    after = kept + len(gone)
+    for event in old.event_slice(after, old.events_by(latest - shift, before=True)):
+        gone.append(event)  # an input from outside comes after it now
+        moved.append(event.shifted(shift))
+    after = kept + len(gone)
+    moved.sort(key=lambda event: event.time)  # stable: events of one instant keep their order
+    if after == count:
+        shift = 0.0
+    if not coming and not shift and moved == gone:
+        return None
+    return EventEdit(kept, len(gone), shift, (*coming, *moved))
+
+
+def _is_input(event: Event) -> bool:
+    """Return whether an event is an input from outside: its time does not depend on what the robot does."""
+    return event.channel >= FIRST_INPUT and not event.tied
+
+
+def _anchors(old: Timeline, keep: int, tail: int, new: Sequence[Segment], shift: float) -> Anchors:
+    """Return when the motions begin that are planned again, when the last interrupted one ends, and when the tail
+    begins.
+    """
+    starts: dict[int, float] = {}
+    for segment in new:
+        starts.setdefault(segment.motion.number, segment.start)
+    anchors: Anchors = []
+    number = old[keep - 1].motion.number
+    for index in range(keep, tail):
+        segment = old[index]
+        if segment.motion.number != number:
+            number = segment.motion.number
+            anchors.append((segment.start, starts.get(number, segment.start)))
+    end = old[max(tail, keep) - 1].finish
+    begins = old[tail].start if tail < len(old) else inf
+    if end > new[0].start and end < begins:  # a motion is interrupted or planned again
+        anchors.append((end, new[-1].finish))
+    anchors.append((begins, begins + shift))
+    return anchors
+
+
+def _move_event(event: Event, anchors: Anchors, latest: float) -> Event:
+    """Return an event at its new time. `latest`: when the tail begins [s]."""
+    if _is_input(event):
+        return event
+    if not event.tied:
+        return event._replace(time=min(event.time, latest))
+    shift, until = 0.0, inf
+    for before, after in anchors:
+        if before > event.time:
+            until = after
+            break
+        shift = after - before
+    return event._replace(time=min(event.time + shift, until))

@@ -16,18 +16,19 @@ from vrs_cli.engine.problem import joint_acceleration, joint_velocity, segment_j
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.kinematics.transform import Transform, compose, inverse, rotate
+from vrs_cli.trajectory.polynomial import Polynomial, derivative
 from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import BlockTable
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import HAND, Frames
+from vrs_cli.values.events import HAND
+from vrs_cli.values.motion import Frames
 from vrs_cli.values.results import Position
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
-
 
 TWIST = 6  # numbers of a twist
 POSES = 2048  # found at once: their numbers stay in the cache
@@ -214,8 +215,6 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     """`segment_joints` for many times."""
     import numpy as np
 
-    from vrs_cli.trajectory.path_batch import flange_poses, guide_values
-
     path = segment.path
     assert not isinstance(path, JointPath)
     nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
@@ -330,8 +329,6 @@ def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tup
     """
     import numpy as np
 
-    from vrs_cli.trajectory.path_batch import twists
-
     path = segment.path
     assert not isinstance(path, JointPath)
     alone = np.ones(len(s), dtype=np.bool_)
@@ -344,3 +341,54 @@ def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tup
     fast = np.abs(qd) > BEYOND * np.array(arm.model.max_velocity)
     steep = np.abs(qdd) > BEYOND * np.array(arm.model.max_acceleration)
     return qd, qdd, np.asarray((fast | steep).any(axis=1))
+
+
+def flange_poses(path: CartesianPath, s: Floats, T_flange_tool: Transform) -> Floats:
+    """Return T_robot_flange (N, 3, 4) at times (N,) [s] of a path of the tool."""
+    import numpy as np
+    from numpy.polynomial.polynomial import polyval
+
+    from vrs_cli.kinematics import transform_batch as batch
+
+    position = np.stack([polyval(s, a) for a in path.position], axis=-1)
+    (R,) = batch.stack([path.orientation])[:, :, :3]
+    for turn in path.turns:
+        angle = polyval(s, turn.angle).astype(float)
+        R = R @ batch.rotation_about_batch(np.array(turn.axis), angle)
+    T_robot_tool = np.concatenate((np.broadcast_to(R, (len(s), 3, 3)), position[:, :, None]), axis=2)
+    (T_tool_flange,) = batch.stack([inverse(T_flange_tool)])
+    return batch.compose_batch(T_robot_tool, T_tool_flange)
+
+
+def twists(path: CartesianPath, s: Floats) -> tuple[Floats, Floats]:
+    """`CartesianPath.twist` and `twist_rate` at times (N,), (N, 6) each, of a path with one turn or none."""
+    import numpy as np
+
+    twist, change = np.zeros((len(s), 6)), np.zeros((len(s), 6))
+    for i, a in enumerate(path.position):
+        _, twist[:, i], change[:, i] = _derivatives(a, s)
+    for turn in path.turns:
+        axis = np.array(rotate(path.orientation, turn.axis))
+        _, rate, second = _derivatives(turn.angle, s)
+        twist[:, 3:], change[:, 3:] = rate[:, None] * axis, second[:, None] * axis
+    return twist, change
+
+
+def _derivatives(a: Polynomial, s: Floats) -> list[Floats]:
+    """Return p, dp/dt and d2p/dt2 at times (N,)."""
+    import numpy as np
+    from numpy.polynomial.polynomial import polyval
+
+    first = derivative(a)
+    return [np.asarray(polyval(s, one), dtype=float) for one in (a, first, derivative(first))]
+
+
+def guide_values(path: CartesianPath, s: Floats) -> Floats:
+    """Return the values of a path's guides at times (N,): (N, r)."""
+    import numpy as np
+    from numpy.polynomial.polynomial import polyval
+
+    values = np.empty((len(s), len(path.guides)))
+    for r, guide in enumerate(path.guides):
+        values[:, r] = polyval(s, guide.value)
+    return values

@@ -11,28 +11,14 @@ from typing import Any, Generic, TypeVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from vrs_cli.engine.parameters import (
-    ACCELERATION,
-    DECELERATION,
-    DURATION,
-    FULL_SPEED,
-    IDLE_PARAMETERS,
-    IDLE_SWITCHES,
-    MONITOR_SPEED,
-    PARAMETERS,
-    PROGRAM_SPEED,
-    ROTATION_SPEED,
-    SWITCHES,
-    name_in,
-)
+from vrs_cli.errors import IllegalValue, UsageError, did_you_mean
 from vrs_cli.kinematics.joints import NONE, Configuration
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose
+from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.commands import (
     AlterMode,
-    JointTarget,
     Mode,
-    NamedTarget,
     SetAcceleration,
     SetAlter,
     SetConfiguration,
@@ -44,10 +30,220 @@ from vrs_cli.values.commands import (
     SetSwitch,
     SetSwivel,
     SettingChange,
-    Target,
+    SpeedUnit,
 )
+from vrs_cli.values.motion import JointTarget, NamedTarget, Target
 
 V = TypeVar("V")
+
+FULL_SPEED = 100.0  # [%]
+SLOWEST_PERCENT = 0.01  # of full speed, and of full acceleration: slower, a motion would take days
+
+
+class Range(Struct, frozen=True):
+    """The numbers that make sense for what an instruction gives: `what` they are, and where they end."""
+
+    word: str
+    what: str
+    least: float
+    most: float
+    unit: str = "%"
+
+    def checked(self, value: float, given: float | None = None) -> float:
+        """The value. Raises IllegalValue for one outside, and NaN; `given`: the number that it follows from."""
+        if not self.least <= value <= self.most:
+            bounds = f"{self.what} from {self.least:g} to {self.most:g} {self.unit}"
+            said = f"{self.word} {value if given is None else given:g}"
+            raise IllegalValue(said, bounds, value=value, lower=self.least, upper=self.most)
+        return value
+
+
+MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327: what VAL accepted
+PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
+    unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # motions go no faster than the robot can
+    for unit, said in ((SpeedUnit.PERCENT, "%"), (SpeedUnit.MMPS, "mm/s"), (SpeedUnit.IPS, "in/s"))
+}
+ROTATION_SPEED = Range("SPEED ...,", "a rotation speed is", SLOWEST_PERCENT, 1e5)
+JOINT_SPEED = Range("DRIVE ...,", "a speed is", SLOWEST_PERCENT, FULL_SPEED)
+ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, 1e5)  # 100 at most is used
+DECELERATION = Range("ACCEL ...,", "a deceleration is", SLOWEST_PERCENT, 1e5)
+DELAY = Range("DELAY", "it is a time", 0.0, LATEST, "s")
+DURATION = Range("DURATION", "it is a time", 0.0, LATEST, "s")
+TIME = Range("AT", "the time of a motion is", 0.0, LATEST, "s")
+TIME_FROM_NOW = Range("IN", "the time of a motion is", 0.0, LATEST, "s")
+
+
+class Switch(Struct, frozen=True):
+    """A row of the table of switches."""
+
+    name: str
+    default: bool
+    summary: str
+
+
+class Idle(Struct, frozen=True):
+    """A switch or a parameter of V+ that means nothing to a virtual robot: it may be set and read, and changes
+    nothing. It may have an index, as of a robot: `SCALE.ACCEL[1]`.
+    """
+
+    name: str
+    summary: str
+
+
+class ParameterRow(Struct, frozen=True):
+    """A row of the table of parameters. `words`: the words that may stand for a value; with `numbers`, or a number."""
+
+    name: str
+    default: float | str
+    summary: str
+    unit: str = ""
+    least: float = 0.0
+    most: float = 1e9
+    words: tuple[str, ...] = ()
+    numbers: bool = False
+
+    def checked(self, value: float | str) -> float | str:
+        """The value as it is kept. Raises IllegalValue for one that the parameter cannot have."""
+        if self.words and (isinstance(value, str) or not self.numbers):
+            word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")  # the language has -1 and 0
+            if word in self.words:
+                return word
+        elif not isinstance(value, str) and self.least <= value <= self.most:
+            return value
+        right, words = f"a number from {self.least:g} to {self.most:g} {self.unit}".rstrip(), ", ".join(self.words)
+        if words:
+            right = f"{words} or {right}" if self.numbers else f"one of {words}"
+        raise IllegalValue(f"PARAMETER {self.name} = {value}", f"it is {right}")
+
+
+def _table(*rows: V) -> Mapping[str, V]:
+    return {row.name: row for row in rows}  # type: ignore[attr-defined]
+
+
+SWITCHES: Mapping[str, Switch] = _table(
+    Switch("COLLISION", False, "a motion that would touch something is refused; off: it is told"),
+    Switch("CP", True, "continuous path: a motion blends into the next when no BREAK stands between them"),
+    Switch("DRY.RUN", False, "programs run, the robot does not move"),
+    Switch("INTERACTIVE", True, "ask before something is deleted or overwritten"),
+    Switch("MESSAGES", True, "TYPE prints"),
+    Switch("POWER", True, "arm power; motions are refused without it"),
+    Switch("TRACE", False, "print each step of a program as it is executed"),
+    Switch("UPPER", True, "strings compare without regard to case"),
+    Switch("VPLUS", True, "what V+ alone has can be used; off: it is refused, with what is written instead"),
+)
+
+PARAMETERS: Mapping[str, ParameterRow] = _table(
+    ParameterRow(
+        "CAUSALITY",
+        "ABORT",
+        "in real time, ABORT: a motion that comes too late is refused; POSTPONE: it begins at the end of the segment",
+        words=("ABORT", "POSTPONE"),
+    ),
+    ParameterRow("CLEARANCE", 0.0, "what comes nearer than that counts as a contact", "mm", 0.0, 1000.0),
+    ParameterRow(
+        "DIVERGENCE",
+        "WARN",
+        "if the body is not where the timeline says, OFF: nobody looks; WARN: it is told; HOLD: the body holds, too; "
+        "ABORT: the robot stops; RESYNC: the body holds, and is brought back if the cause has passed",
+        words=("OFF", "WARN", "HOLD", "ABORT", "RESYNC"),
+    ),
+    ParameterRow("GRASP.WIDTH", 0.0, "the width of what GRASP finds in the hand; 0: it is empty", "mm", 0.0, 1000.0),
+    ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
+    ParameterRow(
+        "INSERT",
+        "ON",
+        "ON: a motion with AT is inserted, later ones stay; OFF: what was scheduled after it is dropped",
+        words=("ON", "OFF"),
+    ),
+    ParameterRow("LATCH.SIGNAL", 0.0, "the signal that LATCH is of; 0: none", "", 0.0, 2512.0),
+    ParameterRow(
+        "PROFILE",
+        "LSPB",
+        "velocity profile of motions; " + "; ".join(f"{profile.name}: {profile.summary}" for profile in Profile),
+        words=tuple(Profile.__members__),
+    ),
+    ParameterRow(
+        "ROUNDING",
+        "DECEL",
+        "how near a via point the tool comes before continuous path leaves it; DECEL: until the arm slows down",
+        "mm",
+        0.0,
+        1e4,
+        words=("DECEL",),
+        numbers=True,
+    ),
+    ParameterRow(
+        "STRETCH",
+        20.0,
+        "a straight line near a singularity is slowed down at most so many times",
+        "",
+        1.0,
+        1000.0,
+    ),
+)
+
+
+# V+ Language Reference Guide and programs in public (val2 section 15); the summaries are from memory.
+IDLE_SWITCHES: Mapping[str, Idle] = _table(
+    Idle("AUTO.POWER.OFF", "arm power goes off after every error"),
+    Idle("BELT", "conveyor tracking"),
+    Idle("DECEL.100", "decelerations are no larger than usual"),
+    Idle("DELAY.IN.TOL", "how settling is timed"),
+    Idle("FORCE", "a force sensor"),
+    Idle("MCP.MESSAGES", "messages on the pendant"),
+    Idle("MCS.MESSAGES", "messages of monitor commands in programs"),
+    Idle("MONITORS", "windows of the controller"),
+    Idle("NETWORK", "the network of the controller"),
+    Idle("OBSTACLE", "obstacles around the arm"),
+    Idle("RETRY", "the button of the pendant that lets a program go on"),
+    Idle("ROBOT", "a robot is connected"),
+    Idle("SCALE.ACCEL", "accelerations smaller at small speeds"),
+    Idle("SCALE.ACCEL.ROT", "accelerations of turns smaller at small speeds"),
+    Idle("SET.SPEED", "PRIME sets the monitor speed"),
+    Idle("VISION", "a camera"),
+)
+IDLE_PARAMETERS: Mapping[str, Idle] = _table(
+    Idle("BELT.MODE", "conveyor tracking"),
+    Idle("JOG.TIME", "the time of a JOG"),
+    Idle("KERMIT.RETRY", "a serial line"),
+    Idle("KERMIT.TIMEOUT", "a serial line"),
+    Idle("NOT.CALIBRATED", "which robots are not calibrated"),
+    Idle("SCREEN.TIMEOUT", "the screen of the controller"),
+    Idle("TERMINAL", "the kind of terminal"),
+    Idle("VTIMEOUT", "a camera"),
+)
+
+
+SETTINGS: Mapping[str, tuple[Mapping[str, Switch | ParameterRow], Mapping[str, Idle]]] = {
+    "switch": (SWITCHES, IDLE_SWITCHES),
+    "parameter": (PARAMETERS, IDLE_PARAMETERS),
+}  # what the tables of words call them: those that the robot has, and those that mean nothing to it
+
+
+def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
+    """The row of a name, with an index or without; None where it is no such setting."""
+    return table.get(name.upper().partition("[")[0])
+
+
+NEWER = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of names that were there before them keep their meaning
+
+
+def row_of(table: Mapping[str, V], name: str, what: str) -> V:
+    """The row of a name, or of a prefix that only one name has, or one that is not `NEWER`. Raises UsageError."""
+    upper = name.upper()
+    if upper in table:
+        return table[upper]
+    starting = [known for known in table if known.startswith(upper)]
+    older = [known for known in starting if known not in NEWER] or starting
+    if len(older) == 1:
+        return table[older[0]]
+    raise UsageError(f"there is no {what} {upper}", did_you_mean(upper, table, f"there are {', '.join(table)}"))
+
+
+def name_in(table: Mapping[str, Switch | ParameterRow], idle: Mapping[str, Idle], name: str, what: str) -> str:
+    """The whole name of a setting, of one that means nothing here too. Raises UsageError as `row_of` does."""
+    return row_of(table, name, what).name if idle_of(idle, name) is None else name.upper()
+
 
 MM = 1e-3  # [m]
 

@@ -39,7 +39,7 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import halved, value
 from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segment, ToolStretch, Turn, segments_of
 from vrs_cli.trajectory.state import GuideState, JointState, ToolLimits, ToolState
-from vrs_cli.values.commands import Motion
+from vrs_cli.values.motion import Motion
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it
@@ -324,7 +324,7 @@ class _Line:
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
         if self.follower.arm.continuation is not None:  # else there is a closed form, or nothing is known
-            from vrs_cli.engine.continuation import check_continuous, leading_seeds
+            from vrs_cli.engine.continuity import check_continuous, leading_seeds
 
             proved = check_continuous(self.follower.arm.continuation, self.follower, followed)
             seeds = [leading_seeds(self.follower, one, own) for one, own in zip(proved, seeds, strict=True)]

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.engine.parameters import FULL_SPEED
-from vrs_cli.engine.settings import MM, Settings
+from vrs_cli.engine.settings import FULL_SPEED, MM, Settings
 from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
@@ -38,20 +37,17 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
 )
 from vrs_cli.trajectory.instant import on_grid
-from vrs_cli.values.commands import (
+from vrs_cli.values.commands import Mode, Move, SetSpeed, SpeedUnit
+from vrs_cli.values.motion import (
     AlignedTarget,
     Frames,
     JointOffsetTarget,
     JointTarget,
-    Mode,
     Motion,
     MotionKind,
-    Move,
     NamedTarget,
     PoseTarget,
     RelativeTarget,
-    SetSpeed,
-    SpeedUnit,
     Start,
     Swivel,
     ToolOffsetTarget,

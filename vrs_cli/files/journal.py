@@ -27,15 +27,14 @@ from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.trajectory.reports import CHUNK as CHUNK_REPORTS
 from vrs_cli.trajectory.reports import ReportColumns
-from vrs_cli.trajectory.row import Row
+from vrs_cli.trajectory.row import EventRow, Row
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
-from vrs_cli.values.commands import Motion
 from vrs_cli.values.measured import Report
+from vrs_cli.values.motion import Motion
 from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form
 

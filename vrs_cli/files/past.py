@@ -21,10 +21,9 @@ from vrs_cli.files.rebuild import OlderHand, loaded_forward
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
-from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.rope import Leaf, OffsetNode
-from vrs_cli.trajectory.row import Row
+from vrs_cli.trajectory.row import EventRow, Row
 from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
 from vrs_cli.wire.codec import decode
 from vrs_cli.wire.lines import (

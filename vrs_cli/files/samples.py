@@ -29,7 +29,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse, position
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import HAND
+from vrs_cli.values.events import HAND
 from vrs_cli.version import __version__
 
 CHUNK = 4096  # rows that are in memory at a time

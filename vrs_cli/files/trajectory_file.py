@@ -18,7 +18,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.opening import FREE, Folder, unreadable
-from vrs_cli.files.rebuild import Fault, OlderHand, apply, check_order, faults
+from vrs_cli.files.rebuild import Fault, OlderHand, apply, check_order
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -200,6 +200,8 @@ class _Reader:
 
     def recording(self, lines: _Lines) -> Recording:
         """Check the laws of the whole file, and return it. Raises FileDamaged."""
+        from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
+
         sealed = self._checksums.last is not None and not self._lenient
         for fault in islice(faults(self._arm, self._timeline, self._deltas, self._numbers), MOST_FAULTS):
             if sealed:

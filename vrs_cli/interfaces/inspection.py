@@ -7,7 +7,7 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.parameters import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle_of
+from vrs_cli.engine.settings import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle_of
 from vrs_cli.engine.targets import check_joint_limits, naming_null
 from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError, WithoutEffect
 from vrs_cli.interfaces.station.loaded_file import NO_PROGRAMS, variables_of
@@ -34,7 +34,8 @@ from vrs_cli.language.text.source import (
     repeated,
     repeated_programs,
 )
-from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, ordered, warning
+from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
+from vrs_cli.values.dialect import Dialect
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})

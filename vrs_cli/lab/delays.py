@@ -22,8 +22,8 @@ from msgspec import Struct
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine, Postponement
+from vrs_cli.engine.feed import Snapshot
 from vrs_cli.engine.position import joints_at, joints_over
-from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.arrays import Flags as Flagged
@@ -37,7 +37,8 @@ from vrs_cli.net.playout import Playout
 from vrs_cli.net.preview import Flags, FlagWindow, merged
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import JointTarget, Move, SetParameter, Stamp
+from vrs_cli.values.commands import Move, SetParameter, Stamp
+from vrs_cli.values.motion import JointTarget
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 

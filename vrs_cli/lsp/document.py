@@ -15,7 +15,7 @@ from typing import NamedTuple
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
 from vrs_cli.interfaces.conversation.complete import DefinedNames, Signature, blanked, signature, suggestions
 from vrs_cli.interfaces.inspection import ALONE, Beside, Inspector
@@ -44,7 +44,7 @@ from vrs_cli.lsp.occurrences import (
     pieces,
 )
 from vrs_cli.values.diagnostics import Diagnostic, Span
-from vrs_cli.values.questions import Suggestion
+from vrs_cli.values.prompt import Suggestion
 
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _MEANT = re.compile(r"did you mean ([#$]?[A-Za-z][\w.]*)\?")

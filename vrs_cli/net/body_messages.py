@@ -8,7 +8,7 @@ from __future__ import annotations
 from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm
 from vrs_cli.wire.messages import ClientMessage, Numbered, Request, Result, ServerMessage
 from vrs_cli.wire.records import Count, Length, Number, Time
-from vrs_cli.wire.report_columns import ReportRows
+from vrs_cli.wire.report_rows import ReportRows
 
 # --- from the client ------------------------------------------------------------------------------------------------
 

@@ -17,10 +17,10 @@ from itertools import islice
 from math import inf
 from typing import NamedTuple, Protocol
 
+from vrs_cli.engine.approximation import known_tolerance
 from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.joint_pieces import known_tolerance
+from vrs_cli.engine.feed import TimelineReplaced
 from vrs_cli.engine.position import Watched
-from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages

@@ -16,14 +16,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.feed import Feed
+from vrs_cli.engine.feed import Feed, KnownEvents, Snapshot, TimelineReplaced, fitted, last_values, unfitted
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import KnownEvents, Snapshot, TimelineReplaced, fitted, last_values, unfitted
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.questions import PromptStatus
+from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
 

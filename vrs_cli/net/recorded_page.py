@@ -7,9 +7,9 @@ from base64 import b64encode
 from itertools import groupby
 from typing import Any
 
+from vrs_cli.engine.feed import Snapshot
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model_data import to_dict
@@ -17,10 +17,10 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.net.told_course import WholeCourse, whole_course
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import MotionKind
+from vrs_cli.values.motion import MotionKind
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import table_of
-from vrs_cli.wire.messages import snapshot_record
+from vrs_cli.wire.snapshots import snapshot_record
 
 FORMAT = "vrs page 1"
 MAX_PLACES = 200

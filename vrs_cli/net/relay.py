@@ -32,8 +32,8 @@ from vrs_cli.net.served_shapes import MESH
 from vrs_cli.net.told_course import CourseThread, Cut, Heard
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.codec import Encoding, Reader, encode
-from vrs_cli.wire.messages import Refusal
 from vrs_cli.wire.records import RecordError
+from vrs_cli.wire.refusal import Refusal
 
 MAX_REMEMBERED = 20  # connections of pages that may come back after a cut
 MAX_MESH_BYTES = 100_000_000

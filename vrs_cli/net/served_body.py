@@ -15,7 +15,7 @@ from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.limits import Bucket
 from vrs_cli.net.timesync import OneWay
 from vrs_cli.wire.records import RecordError
-from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
+from vrs_cli.wire.report_rows import MAX_REPORTS, ReportRows, columns_of, reports_of, row_parts
 
 MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # reports a second; more at once after a cut
 REFUSED_EVERY = 1.0  # [s] between two refusals of reports
@@ -76,9 +76,9 @@ class ServedBody:
         """Answer what was measured in a stretch of time, as much as fits into one message."""
         told = self._broadcast.measured.count
         end = inf if message.end is None else message.end
-        found = list(islice(self.body.record.seen.between(message.begin, end), MAX_MESSAGE_REPORTS + 1))
-        parts = tuple(ReportRows(**row_fields(part)) for part in row_parts(found[:MAX_MESSAGE_REPORTS]))
-        return ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_MESSAGE_REPORTS)
+        found = list(islice(self.body.record.seen.between(message.begin, end), MAX_REPORTS + 1))
+        parts = tuple(ReportRows(**columns_of(part)) for part in row_parts(found[:MAX_REPORTS]))
+        return ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_REPORTS)
 
     # --- what all are told ---
 

@@ -18,10 +18,11 @@ from msgspec import Struct
 
 from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.engine.feed import TimelineReplaced
 from vrs_cli.errors import FileError, FileExists, LimitReached, VrsError
 from vrs_cli.files.atomic import atomically
-from vrs_cli.files.disk import BLOCK, existing
+from vrs_cli.files.disk import BLOCK
+from vrs_cli.files.folder import existing
 from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.files.opening import Folder, unreadable
 from vrs_cli.interfaces.conversation.internal_error import internal_error

@@ -21,17 +21,18 @@ from typing import NamedTuple
 from msgspec import Struct, field, structs
 
 from vrs_cli.engine.engine import TimelineChange
+from vrs_cli.engine.feed import Snapshot, TimelineReplaced
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.messages import ServerMessage
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.world import WorldState
 from vrs_cli.wire.codec import Encoding, encode
-from vrs_cli.wire.messages import SnapshotRecord, snapshot_record
+from vrs_cli.wire.line_pieces import LinePieces
 from vrs_cli.wire.records import Motions, delta_record
-from vrs_cli.wire.steered import LinePieces, steered_record
+from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
+from vrs_cli.wire.steered import steered_record
 
 # One context serves all, so its memory costs nothing: a full window. For what robots do, level 9 takes up to twice as
 # long as 6 for 2 % fewer bytes, and level 1 is a third faster for 5 to 20 % more.

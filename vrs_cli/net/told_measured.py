@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from vrs_cli.net.body_messages import Measurements
 from vrs_cli.values.measured import Report
-from vrs_cli.wire.report_columns import row_fields, row_parts
+from vrs_cli.wire.report_rows import columns_of, row_parts
 
 TOLD_EVERY = 0.05  # [s] between two batches
 MAX_REMEMBERED = 4000  # reports; a listener that is farther behind is told no older ones
@@ -41,7 +41,7 @@ class MeasuredTeller:
         """Make batches of the reports that came since the last ones."""
         number = self.count - len(self._fresh)
         for part in row_parts(self._fresh):
-            self._batches.append(Batch(Measurements(first=number, **row_fields(part)), number + len(part)))
+            self._batches.append(Batch(Measurements(first=number, **columns_of(part)), number + len(part)))
             number += len(part)
         self._fresh = []
         while self._batches and self._batches[0].end < self.count - MAX_REMEMBERED:

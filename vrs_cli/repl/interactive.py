@@ -41,7 +41,7 @@ from vrs_cli.repl.toolbar import GAP, asked_about, signature_row, toolbar, vi_mo
 if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
     from vrs_cli.repl.terminal import ShellTerminal
-    from vrs_cli.values.questions import PromptStatus
+    from vrs_cli.values.prompt import PromptStatus
 
 V = TypeVar("V")
 IDLE = "."

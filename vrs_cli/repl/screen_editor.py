@@ -43,7 +43,8 @@ from vrs_cli.repl.colours import STYLE, ValLexer, colour_depth
 from vrs_cli.repl.front_end import DraftPage, FrontEnd
 from vrs_cli.repl.toolbar import ABORT, asked_about, signature_row, vi_mode
 from vrs_cli.values.diagnostics import Diagnostic, Severity
-from vrs_cli.values.questions import Editing, Suggestion
+from vrs_cli.values.prompt import Suggestion
+from vrs_cli.values.questions import Editing
 
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")

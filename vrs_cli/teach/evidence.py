@@ -17,10 +17,10 @@ from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.values import key_of
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.diagnostics import Dialect
+from vrs_cli.values.contacts import Contact
+from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, ProgramFault, RunOutcome, RunResult
-from vrs_cli.values.world import Contact
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse

@@ -29,7 +29,7 @@ from vrs_cli.teach.judging.basis import Basis
 from vrs_cli.teach.marking import Mark, mark
 from vrs_cli.teach.mutants import copied_numbers, mutants_of
 from vrs_cli.teach.places import FixedPlace, GivenPlace
-from vrs_cli.values.commands import Frames
+from vrs_cli.values.motion import Frames
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import overlap_by
 

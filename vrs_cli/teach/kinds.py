@@ -44,7 +44,7 @@ from vrs_cli.teach.exercise_text import ExerciseText
 from vrs_cli.teach.places import MODEL, ModelPlace, Place
 from vrs_cli.teach.state_checks import STATE_KINDS
 from vrs_cli.trajectory.instant import LATEST
-from vrs_cli.values.diagnostics import DIALECTS, Dialect
+from vrs_cli.values.dialect import DIALECTS, Dialect
 
 MAX_POINTS = 1000.0
 MAX_SPEED = 1e6  # [mm/s], [mm/s2]

@@ -30,7 +30,7 @@ from vrs_cli.teach.exercise_text import ExerciseText
 from vrs_cli.teach.kinds import read_check
 from vrs_cli.teach.shipped import shipped
 from vrs_cli.teach.surroundings import SurroundingsReader
-from vrs_cli.values.diagnostics import Dialect
+from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
 
 MAX_CHARS = 200_000

@@ -13,7 +13,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Step
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import numbers_of, plain
-from vrs_cli.values.diagnostics import Dialect
+from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
 
 MAX_MUTANTS = 80

@@ -39,7 +39,7 @@ from vrs_cli.teach.mutants import mutants_of
 from vrs_cli.teach.search import greatest
 from vrs_cli.teach.submission import Submission, SubmissionRuns
 from vrs_cli.trajectory.segment import JointPath
-from vrs_cli.values.diagnostics import Dialect
+from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.world.settings import WorldSettings
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import dist, inf
 from typing import NamedTuple
 
-from vrs_cli.engine.tool_path import distance_from_line
+from vrs_cli.engine.approximation import distance_from_line
 from vrs_cli.kinematics.transform import Vector, angle_between
 from vrs_cli.teach.tip import Piece, TurningPiece
 

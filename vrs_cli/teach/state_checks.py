@@ -9,7 +9,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.files.cell_text import FARTHEST, CellEntry
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.language.run.variables import Item
@@ -19,7 +19,7 @@ from vrs_cli.teach.exercise_text import ExerciseText, item_of_text
 from vrs_cli.teach.places import Place
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.commands import MotionKind
+from vrs_cli.values.motion import MotionKind
 
 MAX_JOINTS = 32
 MAX_COUNT = 1000

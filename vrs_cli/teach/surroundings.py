@@ -16,7 +16,8 @@ from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.teach.exercise_text import ExerciseText
-from vrs_cli.values.diagnostics import Dialect, Severity
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.dialect import Dialect
 
 MAX_PROGRAM_BYTES = 1_000_000  # of a submission, the model, and what is given
 

@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator, Sequence
 from math import comb, hypot
 from typing import NamedTuple
 
+from vrs_cli.engine.approximation import tip_of
 from vrs_cli.engine.position import world_pose
 from vrs_cli.engine.problem import segment_joints
-from vrs_cli.engine.tool_path import tip_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import ArmTask, RobotModel, link_pose

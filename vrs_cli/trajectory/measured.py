@@ -25,8 +25,8 @@ from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.reports import MAX_NUMBER, MODE, MODES, ReportArrays, ReportColumns
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Motion, MotionKind, Start
 from vrs_cli.values.measured import LATE, BodyMode, Report, ReportCounts
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

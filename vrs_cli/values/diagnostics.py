@@ -10,40 +10,6 @@ from msgspec import Struct
 
 from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
 
-
-class Dialect(Enum):
-    """By the name that a file and `--dialect` give; `title`: its name in messages."""
-
-    VAL = "val", "VAL"
-    VAL2 = "val2", "VAL-II"
-    VPLUS = "vplus", "V+"
-
-    def __new__(cls, word: str, title: str) -> Dialect:
-        dialect = object.__new__(cls)
-        dialect._value_ = word
-        dialect.title = title
-        return dialect
-
-    title: str
-
-    def knows(self, where: str) -> bool:
-        """Return whether it has what a row of the tables says of its lineage; what is ours is in all of them."""
-        marks = where.split()
-        return not marks or any(mark in self._marks for mark in marks)
-
-    @property
-    def _marks(self) -> frozenset[str]:
-        return _MARKS[self]
-
-
-_MARKS = {
-    Dialect.VAL: frozenset({"1"}),
-    Dialect.VAL2: frozenset({"1", "2"}),
-    Dialect.VPLUS: frozenset({"1", "2", "+"}),
-}
-DIALECTS = tuple(dialect.value for dialect in Dialect)
-
-
 Placed = TypeVar("Placed", bound="HasSpan")
 
 # characters that are shown of a source line (no line of an old program is longer) and of a detail

@@ -13,6 +13,7 @@ from msgspec import Struct
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
 from vrs_cli.values.measured import (
     BodySeen,
@@ -37,7 +38,6 @@ from vrs_cli.values.results import (
     Untrue,
 )
 from vrs_cli.values.tagged import Spoken
-from vrs_cli.values.world import Contact
 
 # --- messages ------------------------------------------------------------------------------------------------------
 

@@ -14,8 +14,8 @@ from msgspec import Struct
 from vrs_cli.errors import Place
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.values.contacts import Contact
 from vrs_cli.values.tagged import Spoken
-from vrs_cli.values.world import Contact
 
 
 class Position(Struct, frozen=True):

@@ -20,10 +20,9 @@ from vrs_cli.kinematics.transform import IDENTITY, ORTHONORMAL, Transform, is_ro
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
 from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
-from vrs_cli.values.commands import (
+from vrs_cli.values.events import Event, EventEdit
+from vrs_cli.values.motion import (
     AlignedTarget,
-    Event,
-    EventEdit,
     Frames,
     JointOffsetTarget,
     Motion,

@@ -7,33 +7,18 @@ it by the law that made it (`Law.steered`). A checksum over the numbers says tha
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Sequence
-from functools import partial
+from collections.abc import Iterable
 from struct import pack
 
-from vrs_cli.engine.joint_pieces import joint_pieces, known_tolerance
-from vrs_cli.engine.one_motion import joint_limits
-from vrs_cli.engine.planner import place_at
+from vrs_cli.engine.planner import cut_at
+from vrs_cli.engine.single_motion import joint_limits
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND
 from vrs_cli.trajectory.laws.law import LAWS
-from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Segment
+from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import Motion, MotionKind
-from vrs_cli.wire.records import (
-    Count,
-    Form,
-    Joints,
-    MotionRecord,
-    Motions,
-    PieceRecord,
-    Pieces,
-    RecordError,
-    StrictRecord,
-    Time,
-    no_pieces,
-)
+from vrs_cli.values.motion import Motion, MotionKind
+from vrs_cli.wire.records import Count, Form, Joints, MotionRecord, Motions, RecordError, StrictRecord, Time
 
 
 class SteeredRecord(StrictRecord, frozen=True):
@@ -91,7 +76,7 @@ def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: 
 def _steered(
     motion: Motion, executed: float, tick: int, rates: Joints, before: Timeline, arm: RobotArm
 ) -> TimelineDelta:
-    place = place_at(arm, before, executed)
+    place = cut_at(arm, before, executed)
     law, limits = LAWS[motion.profile], joint_limits(arm, motion)
     segments = law.steered(place.here.joints, rates, limits, tick * TICK, executed, motion)
     return TimelineDelta(
@@ -117,46 +102,3 @@ def _checksum(segments: Iterable[Segment]) -> int:
             for row in segment.path.coefficients:
                 numbers += row
     return zlib.crc32(pack(f"<{len(numbers)}d", *numbers))
-
-
-MAX_REMEMBERED = 4000  # segments: four long snapshots
-
-Key = tuple[Path, float, Transform, float]
-
-
-class LinePieces:
-    """The pieces of the segments of one arm, remembered: the same ones come in deltas, snapshots and windows."""
-
-    def __init__(self, arm: RobotArm) -> None:
-        self._arm = arm
-        self._remembered: dict[Key, tuple[PieceRecord, ...]] = {}
-
-    def within(self, tolerance: float | None) -> Pieces:
-        """Return a function from a segment to its pieces, which g leaves by no more than that [rad, m]; None: to no
-        pieces. Raises IllegalValue.
-        """
-        return no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
-
-    def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
-        """Return how many of the last segments have together at most so many lines whose pieces are not remembered."""
-        for count, segment in enumerate(reversed(segments)):
-            most -= isinstance(segment.path, CartesianPath) and _key(segment, tolerance) not in self._remembered
-            if most < 0:
-                return max(count, 1)
-        return len(segments)
-
-    def _of(self, tolerance: float, segment: Segment) -> tuple[PieceRecord, ...]:
-        if not isinstance(segment.path, CartesianPath):
-            return ()
-        key = _key(segment, tolerance)
-        found = self._remembered.get(key)
-        if found is None:
-            found = tuple([PieceRecord(*piece) for piece in joint_pieces(self._arm, segment, tolerance)])
-            self._remembered[key] = found
-            if len(self._remembered) > MAX_REMEMBERED:
-                del self._remembered[next(iter(self._remembered))]
-        return found
-
-
-def _key(segment: Segment, tolerance: float) -> Key:
-    return segment.path, segment.duration, segment.motion.frames.tool, tolerance

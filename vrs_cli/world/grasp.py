@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable
 from math import sqrt
 
 from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, subtracted
-from vrs_cli.values.world import FingersArrive, ScenePart
+from vrs_cli.values.scene import ScenePart
+from vrs_cli.values.world import FingersArrive
 from vrs_cli.world.history import GRIPS, WorldHistory
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import Solids, point_apart, spread

@@ -8,7 +8,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.values import INPUTS, INTERNAL
-from vrs_cli.values.world import BodyCrosses, BoxShape, PartComes, PartLands, PartsGo, ScenePart, WorldState
+from vrs_cli.values.scene import BoxShape, ScenePart
+from vrs_cli.values.world import BodyCrosses, PartComes, PartLands, PartsGo, WorldState
 from vrs_cli.world.history import WorldHistory
 from vrs_cli.world.sensing import Region, SeenBody, Sensing
 from vrs_cli.world.solids import Solids, solids_of

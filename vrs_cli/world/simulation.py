@@ -13,7 +13,8 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse, moved_poin
 from vrs_cli.trajectory.instant import on_grid, up_to_grid
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import HAND, Event, Frames
+from vrs_cli.values.events import HAND, Event
+from vrs_cli.values.motion import Frames
 from vrs_cli.values.world import (
     BodyCrosses,
     FingersArrive,

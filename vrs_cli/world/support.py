@@ -10,7 +10,7 @@ from vrs_cli.kinematics.bodies import shapes_of
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.shapes import Box, MeshFile
 from vrs_cli.kinematics.transform import Transform, moved_point
-from vrs_cli.values.world import CellScene
+from vrs_cli.values.scene import CellScene
 from vrs_cli.world.history import WorldHistory
 from vrs_cli.world.solids import Bounds, Solids, bounds, drop, overlap, point_drop
 

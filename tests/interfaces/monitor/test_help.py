@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.monitor.help import help_on, overview, page
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS

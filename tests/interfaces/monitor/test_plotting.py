@@ -8,7 +8,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.interfaces.monitor.plotting import SAMPLES, in_file, plotted, selected
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import JointOffsetTarget, Move, NamedTarget
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointOffsetTarget, NamedTarget
 from vrs_cli.values.replies import Plot
 
 

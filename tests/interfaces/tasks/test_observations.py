@@ -9,7 +9,7 @@ from tests.interfaces.session.test_survey import surveyed
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.observations import untrue
-from vrs_cli.values.commands import Event
+from vrs_cli.values.events import Event
 from vrs_cli.values.replies import Message, NoLongerTrue, TimelineTable
 from vrs_cli.values.results import Untrue
 

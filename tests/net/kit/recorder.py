@@ -12,9 +12,8 @@ import msgspec
 from tests.net.kit.conversation import Conversation, Message, Step
 from tests.net.kit.reference import Reference
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.feed import MissedEvents
+from vrs_cli.engine.feed import MissedEvents, TimelineReplaced
 from vrs_cli.engine.position import joints_at, position_at
-from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net.body_messages import Embody

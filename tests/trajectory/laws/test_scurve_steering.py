@@ -7,6 +7,7 @@ from random import Random
 import pytest
 
 from vrs_cli.kinematics.profile import Profile
+from vrs_cli.trajectory.laws.law import ramps
 from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,
     Joint,
@@ -18,10 +19,9 @@ from vrs_cli.trajectory.laws.scurve_steering import (
     state_after,
     steer,
 )
-from vrs_cli.trajectory.laws.scurve_times import ramps
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointLimits, JointState, Target
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 TICK = 1.0 / 64.0  # [s]
 MOTION = Motion(1, MotionKind.STEERED, Start.AT, profile=Profile.SCURVE)

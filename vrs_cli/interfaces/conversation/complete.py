@@ -17,7 +17,7 @@ from itertools import islice
 
 from msgspec import Struct, field
 
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.errors import FileError
 from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.kinematics.joints import JointUnits
@@ -38,7 +38,7 @@ from vrs_cli.language.words.monitor import (
 from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values.numbers import Value, count, fixed
-from vrs_cli.values.questions import Suggestion
+from vrs_cli.values.prompt import Suggestion
 
 MEASURED_ROBOT = (MEASURED, "where a body measured the robot")
 MOST = 500  # names of a kind that are offered: a menu is for reading

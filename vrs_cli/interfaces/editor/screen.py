@@ -19,7 +19,8 @@ from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values.acts import Findings, KeepDraft, Kept, ReadDraft
-from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span, error, ordered
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, error, ordered
+from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.replies import Message, Reply
 
 

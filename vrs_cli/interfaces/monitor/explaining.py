@@ -29,7 +29,8 @@ from vrs_cli.language.text.ast import Binary, ExplainCommand, Expression, Show, 
 from vrs_cli.language.text.printer import expression_text, statement_text
 from vrs_cli.language.words.monitor import EXPLAINED_ALL
 from vrs_cli.language.words.values import kind_of_value
-from vrs_cli.values.commands import PoseTarget, Request
+from vrs_cli.values.commands import Request
+from vrs_cli.values.motion import PoseTarget
 from vrs_cli.values.replies import Message
 from vrs_cli.values.results import (
     AnglesReport,

@@ -14,7 +14,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
 from vrs_cli.files import store as files
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.disk import copy, delete, entries, existing, rename, target
+from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import find_program_file, project_of, read_program_file

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from itertools import islice
 
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
+from vrs_cli.engine.settings import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.interfaces.editor.lines import LEAVING, SUBCOMMANDS
 from vrs_cli.language.words.foreign import own_word

@@ -33,7 +33,8 @@ from vrs_cli.language.words.values import (
     transformation,
     whole,
 )
-from vrs_cli.values.commands import JointTarget, Move, PoseTarget
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.questions import Amendment, Watching
 from vrs_cli.values.replies import (
     LocationTable,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vrs_cli.engine.measured import measured_position, why_unknown
+from vrs_cli.engine.comparison import measured_position, why_unknown
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.station.operands import NO_REPORT, moment, operand, times

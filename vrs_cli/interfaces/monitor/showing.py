@@ -7,16 +7,16 @@ from itertools import pairwise, product
 from math import cos, dist, pi, sin
 from typing import TYPE_CHECKING
 
+from vrs_cli.engine.approximation import ToolPath
 from vrs_cli.engine.position import destination_at, position_at
-from vrs_cli.engine.tool_path import ToolPath
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.envelope import outermost
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Frames
+from vrs_cli.values.motion import Frames
 from vrs_cli.values.replies import ArmPicture, BodyKind, PicturedBody
-from vrs_cli.values.world import (
+from vrs_cli.values.scene import (
     Beam,
     BoxShape,
     CellScene,

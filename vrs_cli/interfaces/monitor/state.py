@@ -12,18 +12,18 @@ from typing import Any
 
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.parameters import (
+from vrs_cli.engine.settings import (
     IDLE_PARAMETERS,
     IDLE_SWITCHES,
     PARAMETERS,
     SWITCHES,
     Idle,
     ParameterRow,
+    Settings,
     Switch,
     idle_of,
     row_of,
 )
-from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.consent import leave

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 
 from vrs_cli.engine.book import Parts
 from vrs_cli.engine.branches import MAIN
-from vrs_cli.engine.comparison import compare
+from vrs_cli.engine.comparison import compare, compare_measured
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.measured import compare_measured
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
 from vrs_cli.interfaces.monitor.consent import agreed, may_write

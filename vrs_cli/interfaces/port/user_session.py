@@ -30,7 +30,8 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Say
-from vrs_cli.values.questions import LineWanted, PromptStatus, Question, ended
+from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.questions import LineWanted, Question, ended
 from vrs_cli.values.replies import Message, Reply, is_error
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.messages import (
@@ -51,13 +52,13 @@ from vrs_cli.wire.messages import (
     Line,
     Located,
     Positions,
-    Refusal,
     Refused,
     Request,
     ServerMessage,
     Told,
     Withdrawn,
 )
+from vrs_cli.wire.refusal import Refusal
 
 T = TypeVar("T")
 

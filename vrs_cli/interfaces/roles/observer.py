@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from vrs_cli.engine.position import PositionArrays, Watched, position_at, positions_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Frames
+from vrs_cli.values.motion import Frames
 from vrs_cli.values.results import Position
 
 if TYPE_CHECKING:

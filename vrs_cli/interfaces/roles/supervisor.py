@@ -32,7 +32,7 @@ from vrs_cli.values.acts import (
     Rest,
     Say,
 )
-from vrs_cli.values.commands import Target
+from vrs_cli.values.motion import Target
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position, RunResult
 from vrs_cli.values.tagged import Act

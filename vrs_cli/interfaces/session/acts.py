@@ -13,8 +13,8 @@ from typing import Any, NamedTuple, TypeVar, cast
 from weakref import WeakKeyDictionary
 
 from vrs_cli.engine.book import Parts
-from vrs_cli.engine.chunk import Chunk
-from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.engine.feed import Snapshot
+from vrs_cli.engine.steering import Chunk
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
@@ -81,19 +81,19 @@ from vrs_cli.values.acts import (
     WhyRefused,
     _finite,
 )
-from vrs_cli.values.commands import (
-    Break,
+from vrs_cli.values.commands import Break
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.hand import Shortfall
+from vrs_cli.values.motion import (
     JointTarget,
     PoseTarget,
 )
-from vrs_cli.values.diagnostics import Severity
-from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.replies import NamedLocation, ReachReport
 from vrs_cli.values.results import FollowReport, RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.codec import mark_of
-from vrs_cli.wire.messages import BranchShown, ShowBranch, snapshot_record
-from vrs_cli.wire.steered import LinePieces
+from vrs_cli.wire.line_pieces import LinePieces
+from vrs_cli.wire.snapshots import BranchShown, ShowBranch, snapshot_record
 
 T = TypeVar("T", covariant=True)
 

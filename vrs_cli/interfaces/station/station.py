@@ -59,11 +59,12 @@ from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.source import IN_ANOTHER_FILE, repeated
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.diagnostics import Diagnostic, Dialect, first_error
+from vrs_cli.values.diagnostics import Diagnostic, first_error
+from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
-from vrs_cli.values.world import CellScene
+from vrs_cli.values.scene import CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.world.world import World

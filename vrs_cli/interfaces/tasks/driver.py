@@ -49,7 +49,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Stamp
 from vrs_cli.values.replies import Message, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
-from vrs_cli.values.world import NO_SCENE
+from vrs_cli.values.scene import NO_SCENE
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse

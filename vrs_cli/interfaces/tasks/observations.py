@@ -17,7 +17,8 @@ from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.words.values import INTERNAL
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import Event, SetChannels
+from vrs_cli.values.commands import SetChannels
+from vrs_cli.values.events import Event
 from vrs_cli.values.results import Untrue
 
 SAME_INSTANT = 1e-5  # [s] sensors are computed again after an edit, to 1 us

@@ -20,7 +20,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from vrs_cli.engine.parameters import SETTINGS, idle_of, row_of
+from vrs_cli.engine.settings import SETTINGS, idle_of, row_of
 from vrs_cli.errors import (
     ArgumentMismatch,
     CannotInterpret,

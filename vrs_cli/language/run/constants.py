@@ -14,7 +14,7 @@ from functools import partial
 
 from msgspec import Struct
 
-from vrs_cli.engine.parameters import FULL_SPEED
+from vrs_cli.engine.settings import FULL_SPEED
 from vrs_cli.errors import (
     AboveFullSpeed,
     ArithmeticOverflow,

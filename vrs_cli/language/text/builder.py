@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.engine.parameters import PARAMETERS
+from vrs_cli.engine.settings import PARAMETERS
 from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, InvalidNumber, NotAvailable
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression

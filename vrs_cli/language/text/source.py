@@ -28,10 +28,8 @@ from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
 from vrs_cli.language.words.values import NAME_LENGTH, key_of
 from vrs_cli.values.diagnostics import (
-    DIALECTS,
     Diagnostic,
     DiagnosticCollector,
-    Dialect,
     LineRefused,
     Severity,
     Span,
@@ -39,6 +37,7 @@ from vrs_cli.values.diagnostics import (
     error,
     ordered,
 )
+from vrs_cli.values.dialect import DIALECTS, Dialect
 from vrs_cli.values.numbers import count
 
 V = TypeVar("V")

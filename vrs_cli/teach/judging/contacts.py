@@ -11,7 +11,8 @@ from vrs_cli.kinematics.transform import position
 from vrs_cli.teach.checks import ClearanceCheck, ContactCheck, Pair
 from vrs_cli.teach.judging.basis import HALF, JudgedRun
 from vrs_cli.teach.verdict import Verdict, smallest, written
-from vrs_cli.values.world import CellScene, Contact
+from vrs_cli.values.contacts import Contact
+from vrs_cli.values.scene import CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker

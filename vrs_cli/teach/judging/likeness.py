@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import ceil, degrees, dist, radians, sqrt
 
-from vrs_cli.engine.tool_path import distance_from_line, thinned
+from vrs_cli.engine.approximation import distance_from_line, thinned
 from vrs_cli.kinematics.transform import Vector, length, subtracted
 from vrs_cli.teach.checks import LikeModelCheck
 from vrs_cli.teach.evidence import Evidence

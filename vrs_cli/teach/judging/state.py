@@ -9,9 +9,9 @@ from typing import Any
 
 from msgspec import Struct
 
+from vrs_cli.engine.approximation import ToolPath, distance_from_line
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.tool_path import ToolPath, distance_from_line
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compose, distance, position
 from vrs_cli.teach.check_kind import BaseCheck
@@ -33,7 +33,7 @@ from vrs_cli.teach.state_checks import (
 )
 from vrs_cli.teach.verdict import Verdict, exceeds, falls_short, rounded, written
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.commands import Motion, MotionKind
+from vrs_cli.values.motion import Motion, MotionKind
 
 PATH_ERROR = 1e-5  # [m] of the lines that stand for the way of the tool
 MOVES = (MotionKind.JOINT, MotionKind.STRAIGHT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import acos, degrees, dist, hypot, radians
 
-from vrs_cli.engine.tool_path import distance_from_line
+from vrs_cli.engine.approximation import distance_from_line
 from vrs_cli.kinematics.transform import (
     TURN,
     Vector,

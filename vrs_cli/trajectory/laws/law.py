@@ -4,18 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
+from itertools import repeat
+from math import sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.segment import Segment, ToolStretch
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    axis_angle,
+    compose,
+    inverse,
+    position,
+    rotation_about,
+    subtracted,
+)
+from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
+from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, ToolStretch
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
-from vrs_cli.values.commands import Motion
+from vrs_cli.values.motion import Motion
 
 VERSION = (
     2  # of the laws: what they plan from the same state to the same target. 1: SCURVE had common times out of motion
 )
+SLIVER = 1e-6  # [s] a cruise that is none
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
 Row = tuple[
     int, float, float, float, float, float
@@ -64,3 +78,234 @@ class _Laws(dict[Profile, Law]):
 
 
 LAWS = _Laws()
+
+
+class Blend(NamedTuple):
+    """A change of velocity at constant acceleration, which may jump at both ends."""
+
+    lasts: float
+
+    @property
+    def durations(self) -> list[float]:
+        return [self.lasts] if self.lasts else []
+
+    @property
+    def lag(self) -> float:
+        return 0.5 * self.lasts
+
+    def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
+        """Return the part of a way that the velocity after the change has to make; the state at the start makes the
+        rest.
+        """
+        return way - 0.5 * v0 * self.lasts
+
+    def to_rest(self, v0: float, a0: float) -> float:  # noqa: ARG002
+        """Return the way of a change to rest."""
+        return 0.5 * v0 * self.lasts
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
+        """Return the change from v0 to v1 from position p on: a polynomial for each stretch."""
+        return [parabola(p, v0, v1, self.lasts)]
+
+    def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
+        """Return the changes of several joints, out of no acceleration: their polynomials for each stretch."""
+        return [tuple(map(parabola, p, v0, v1, repeat(self.lasts)))]
+
+
+class Change(NamedTuple):
+    """Times of a change of velocity at limited jerk [s]: the acceleration rises, stays, and falls."""
+
+    rise: float
+    hold: float
+    fall: float
+
+    @property
+    def lasts(self) -> float:
+        return self.rise + self.hold + self.fall
+
+    @property
+    def reach(self) -> float:
+        """R: how much velocity each unit of the level gives."""
+        return 0.5 * self.rise + self.hold + 0.5 * self.fall
+
+    @property
+    def ways(self) -> tuple[float, float]:
+        """K0 and K1: the way that each unit of the acceleration at the start, and of the level, adds."""
+        rise, hold, fall = self
+        by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
+        by_level = (
+            rise * rise / 6.0 + 0.5 * (rise * hold + hold * hold) + (0.5 * rise + hold) * fall + fall * fall / 3.0
+        )
+        return by_start, by_level
+
+    @property
+    def lag(self) -> float:
+        return self.ways[1] / self.reach
+
+    def level(self, v0: float, a0: float, v1: float) -> float:
+        """Return A, the acceleration that is held."""
+        return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
+
+    def ahead(self, way: float, v0: float, a0: float) -> float:
+        """Return E of the formula in `scurve_times`."""
+        by_start, _ = self.ways
+        carried = v0 + 0.5 * self.rise * a0
+        return way - v0 * self.lasts - a0 * by_start + self.lag * carried
+
+    def to_rest(self, v0: float, a0: float) -> float:
+        by_start, by_level = self.ways
+        return v0 * self.lasts + a0 * by_start + self.level(v0, a0, 0.0) * by_level
+
+    def pieces(self, v0: float, a0: float, v1: float) -> Pieces:
+        """Return the change from v0 to v1 as pieces of constant jerk."""
+        level = self.level(v0, a0, v1) if self.rise else a0
+        rates = (level - a0) / (self.rise or 1.0), 0.0, -level / self.fall
+        return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
+        """Return the change from v0 to v1 from position p on: a polynomial for each of its times that lasts."""
+        level = self.level(v0, a0, v1)
+        polynomials: list[Polynomial] = []
+        a, v = a0, v0
+        for duration, after in zip(self, (level, level, 0.0), strict=True):
+            if duration:
+                rate = (after - a) / duration
+                polynomials.append((p, v, 0.5 * a, rate / 6.0))
+                p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
+        return polynomials
+
+    def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
+        return list(zip(*map(self.polynomials, p, v0, repeat(0.0), v1), strict=True))
+
+    @property
+    def durations(self) -> list[float]:
+        """The times that last."""
+        return [duration for duration in self if duration]
+
+
+NONE = Change(0.0, 0.0, 0.0)
+VelocityChange = Blend | Change
+
+
+def ramps(by_acceleration: float, by_jerk: float) -> Change:
+    """The shortest change, with equal ramps, by velocities of which the greatest |v| / a and |v| / j are given."""
+    if by_jerk <= 0.0:
+        return NONE
+    reach = max(by_acceleration, sqrt(by_jerk))
+    ramp = by_jerk / reach
+    if reach - ramp < SLIVER:
+        ramp = up_to_grid(reach)
+        return Change(ramp, 0.0, ramp)
+    ramp = up_to_grid(ramp)
+    return Change(ramp, up_to_grid(reach - ramp), ramp)
+
+
+class Course(NamedTuple):
+    """The times of a whole motion, each on the time grid."""
+
+    change: VelocityChange
+    cruise: float
+    slow: VelocityChange
+
+    @property
+    def reach(self) -> float:
+        """S in `lspb_times`, 1/u in `scurve_times`: the way ahead by the cruise velocity."""
+        lag = self.change.lag if self.change.lasts else 0.0
+        return lag + self.cruise + 0.5 * self.slow.lasts
+
+    @property
+    def total(self) -> float:
+        return self.change.lasts + self.cruise + self.slow.lasts
+
+    @property
+    def stops_at_once(self) -> bool:
+        """Whether the change itself ends on the target."""
+        return not self.cruise and not self.slow.lasts
+
+    def stretches(self, first: Phase) -> list[tuple[float, Phase]]:
+        """Return the duration and the phase of each stretch; `first`: the phase of the change."""
+        cruise = [(self.cruise, Phase.CRUISE)] if self.cruise else []
+        slowing = [(duration, Phase.DECELERATE) for duration in self.slow.durations]
+        return [(duration, first) for duration in self.change.durations] + cruise + slowing
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float, after: float | None = None) -> list[Polynomial]:
+        """Return a way from position p at cruise velocity v1: a polynomial for each stretch. `after`: where the change
+        ends, if that is known.
+        """
+        rows = self.change.polynomials(p, v0, a0, v1)
+        p = value(rows[-1], self.change.durations[-1]) if after is None else after
+        if self.cruise:
+            rows.append((p, v1))
+            p = value(rows[-1], self.cruise)
+        return rows + self.slow.polynomials(p, v1, 0.0, 0.0) if self.slow.lasts else rows
+
+
+def joint_stretches(
+    course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
+) -> Iterator[tuple[float, Phase, Path]]:
+    """Yield the stretches of joints that go on from their velocities to these cruise velocities, and come to rest."""
+    change, cruise, slow = course  # stretch by stretch, not joint by joint: the most frequent plan of all
+    paths = change.paths(joints, velocity, cruising)
+    durations = change.durations
+    q = [value(a, durations[-1]) for a in paths[-1]]
+    if cruise:
+        paths.append(tuple(zip(q, cruising, strict=True)))
+        q = [value(a, cruise) for a in paths[-1]]
+    if slow.lasts:
+        paths += slow.paths(q, cruising, (0.0,) * len(q))
+    for (duration, phase), path in zip(course.stretches(first), paths, strict=True):
+        yield duration, phase, JointPath(path)
+
+
+class ToolMotion:
+    """A straight line from a state to a target, with its rotation: the present spin dies, then one turn.
+
+    `dying`: the turns by which the spin dies, each with its axis, and its speed and acceleration at the start.
+    """
+
+    acceleration: Vector = STILL  # of the tip at the start
+
+    def __init__(
+        self, state: ToolState, target: Transform, limits: ToolLimits, dying: Sequence[tuple[Vector, float, float]]
+    ) -> None:
+        self.state, self.target, self.limits, self.dying = state, target, limits, dying
+        self.displacement = subtracted(position(target), position(state.pose))
+
+    def orientation_after(self, change: VelocityChange) -> Transform:
+        """Return the orientation reached while the present spin dies."""
+        R = self.state.pose
+        for axis, rate, acceleration in self.dying:
+            R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
+        return R
+
+    def turn(self, change: VelocityChange) -> tuple[Vector, float]:
+        """Return axis and angle of the turn that is left after the spin has died."""
+        return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
+
+    def turned(self, change: VelocityChange, spin: float) -> float | None:
+        """Return the angle of a turn when the change to this spin ends; None: the value of its polynomials."""
+
+    def stretches(self, course: Course) -> Iterator[ToolStretch]:
+        """Yield the stretches of the line; none if the course has no length."""
+        reach, state, change = course.reach, self.state, course.change
+        if reach <= 0.0:
+            return
+        going, (axis, angle) = not course.stops_at_once, self.turn(change)
+        starts = zip(position(state.pose), state.velocity, self.acceleration, self.displacement, strict=True)
+        ways, guides = [], []
+        for p, v, a, way in starts:
+            v1 = change.ahead(way, v, a) * (1.0 / reach) if going else 0.0
+            ways.append(course.polynomials(p, v, a, v1))
+        for _, at, end, v, a in state.guides:
+            v1 = change.ahead(end - at, v, a) / reach if going else 0.0
+            guides.append(course.polynomials(at, v, a, v1))
+        spin = angle / reach if going else 0.0
+        turning = course.polynomials(0.0, 0.0, 0.0, spin, self.turned(change, spin)) if spin else []
+        dying = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]
+        begins, after = len(change.durations), self.orientation_after(change)
+        first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
+        for i, (duration, phase) in enumerate(course.stretches(first)):
+            turns = [(k, rows[i]) for k, rows in dying if i < begins] + ([(axis, turning[i])] if spin else [])
+            x, y, z = (rows[i] for rows in ways)
+            R = state.pose if i < begins else after
+            yield ToolStretch(duration, phase, (x, y, z), R, tuple(turns), tuple(rows[i] for rows in guides))

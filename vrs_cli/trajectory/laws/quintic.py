@@ -34,13 +34,13 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
-from vrs_cli.trajectory.laws.lspb_times import MARGIN
+from vrs_cli.trajectory.laws.lspb import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, halved, most, shifted, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
-from vrs_cli.values.commands import Motion
+from vrs_cli.values.motion import Motion
 
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
 LONGER = 1.06  # times are tried that are each so much longer than the one before

@@ -5,13 +5,16 @@ Position, velocity and acceleration are continuous from the state that the motio
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
+from math import cbrt, inf, sqrt
+from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
+    added,
     dot,
     length,
     rotated_back,
@@ -19,23 +22,295 @@ from vrs_cli.kinematics.transform import (
     subtracted,
 )
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.laws.course import NONE, Change, Course, ToolMotion, joint_stretches
-from vrs_cli.trajectory.laws.law import Law, NoTimes
-from vrs_cli.trajectory.laws.lspb_times import MARGIN, Component
+from vrs_cli.trajectory.laws.law import NONE, SLIVER, Change, Course, Law, NoTimes, ToolMotion, joint_stretches, ramps
+from vrs_cli.trajectory.laws.lspb import MARGIN, ROOM, SAME, Component
 from vrs_cli.trajectory.laws.scurve_joints import stretches
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
-from vrs_cli.trajectory.laws.scurve_times import (
-    Bounds,
-    both,
-    from_rest,
-    keeps,
-    search,
-    turn_bounds,
-    vector_bounds,
-)
 from vrs_cli.trajectory.segment import STILL, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointLimits, JointState, ToolLimits, ToolState
-from vrs_cli.values.commands import Motion
+from vrs_cli.values.motion import Motion
+
+FIRST_STEP = 0.25
+LAST_STEP = 0.05  # of the time of a change: no finer
+MOST_TRIES = 240
+LONGEST = 1e4  # [s] of a change
+DOUBLINGS = 40
+HALVINGS = 50
+
+
+class Bounds(NamedTuple):
+    """The bounds of a change: u in [low, high]; the greatest |v1| / (u a) and |v1| / (u j), for slowing down."""
+
+    low: float
+    high: float
+    by_acceleration: float
+    by_jerk: float
+    lag: float = 0.0  # of the change
+
+
+Demands = Callable[[Change], Bounds]
+
+IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
+
+
+# --- from rest -------------------------------------------------------------------------------------------------
+
+
+def from_rest(parts: Sequence[Component], least: float = 0.0) -> Course:
+    """The times of a motion from rest; `least`: the least total time [s]."""
+    by_velocity = by_acceleration = by_jerk = 0.0
+    for part in parts:
+        way = abs(part.displacement)
+        by_velocity = max(by_velocity, way / part.max_velocity)
+        by_acceleration = max(by_acceleration, way / part.max_acceleration)
+        by_jerk = max(by_jerk, way / part.max_jerk)
+    if by_velocity <= NEGLIGIBLE:
+        return Course(NONE, 0.0, NONE)
+    bounds = Bounds(0.0, 1.0 / by_velocity, by_acceleration, by_jerk)
+    u = _most_that_cruises(bounds, None)
+    if least > 0.0 and _rest_total(bounds, u) < least:
+        u = _slower(lambda slow_u: _rest_total(bounds, slow_u), 0.0, u, least)
+    reach = MARGIN / u
+    change = ramps(by_acceleration / reach, by_jerk / reach)
+    return _without_sliver(change, up_to_grid(max(reach - change.lasts, 0.0)), change)
+
+
+def _rest_total(bounds: Bounds, u: float) -> float:
+    return 1.0 / u + _slow_time(bounds, u)
+
+
+def _slow_time(bounds: Bounds, u: float) -> float:
+    """How long it takes at least to change by the velocities E u at constant jerks, from acceleration zero to zero."""
+    if bounds.by_jerk <= 0.0:
+        return 0.0
+    s = max(bounds.by_acceleration * u, sqrt(bounds.by_jerk * u))
+    return s + bounds.by_jerk * u / s
+
+
+def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
+    """Leave out a cruise of next to no time: the ramps of slowing down take that time longer."""
+    if cruise > SLIVER:
+        return Course(change, cruise, slow)
+    return Course(change, 0.0, Change(slow.rise + cruise, slow.hold, slow.fall + cruise) if slow.lasts else slow)
+
+
+def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
+    """The greatest u up to `high` that leaves a cruise of no negative length; `lag` None: the change is from rest, and
+    as long as slowing down.
+    """
+    fixed, halves = (0.0, 1.0) if lag is None else (lag, 0.5)
+    high, m, n = bounds.high, bounds.by_acceleration, bounds.by_jerk
+    if n <= 0.0:
+        return min(high, 1.0 / fixed) if fixed else high
+    # cruise = 1/u - fixed - halves (s + n u / s), s = max(m u, sqrt(n u))
+    about = fixed + halves * n / m
+    u = (sqrt(about * about + 4.0 * halves * m) - about) / (2.0 * halves * m)
+    if m * m * u < n:  # full acceleration is not reached: 1 - fixed x^2 - 2 halves sqrt(n) x^3 = 0, x^2 = u
+        u = _root(fixed, 2.0 * halves * sqrt(n)) ** 2
+    return min(high, u)
+
+
+def _root(c2: float, c3: float) -> float:
+    """The x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule from above: neither part alone is more than 1."""
+    x = min(1.0 / cbrt(c3), 1.0 / sqrt(c2)) if c2 else 1.0 / cbrt(c3)
+    for _ in range(8):
+        excess = (c2 + c3 * x) * x * x - 1.0
+        if excess <= 1e-12:
+            break
+        x -= excess / ((2.0 * c2 + 3.0 * c3 * x) * x)
+    return x
+
+
+def _slower(total: Callable[[float], float], low: float, high: float, least: float) -> float:
+    """A u in (low, high] at which the total time is (just) at least `least`; the slowest possible if none is."""
+    slow, quick = max(low, high * 1e-9), high
+    for _ in range(HALVINGS):
+        middle = sqrt(slow * quick)
+        if total(middle) < least:
+            quick = middle
+        else:
+            slow = middle
+    return slow
+
+
+# --- from motion -----------------------------------------------------------------------------------------------
+
+
+def vector_bounds(
+    displacement: Vector, velocity: Vector, acceleration: Vector, limits: ToolLimits, change: Change
+) -> Bounds:
+    """The bounds on u so that |E u| <= v_max, the level A has |A| within its limits and |A - a0| <= jerk rise: of the
+    tip. The limits of the change are those of blending, those of slowing down the others.
+    """
+    reach = change.reach
+    k0, k1 = change.ways
+    carried = added(velocity, scaled(acceleration, 0.5 * change.rise))
+    way = subtracted(displacement, scaled(velocity, change.lasts))
+    ahead = added(subtracted(way, scaled(acceleration, k0)), scaled(carried, k1 / reach))
+    level = min(limits.blend_acceleration, limits.blend_jerk * change.fall)
+    spheres = (
+        (carried, reach * level),
+        (added(carried, scaled(acceleration, reach)), reach * limits.blend_jerk * change.rise),
+        ((0.0, 0.0, 0.0), limits.speed),
+    )
+    low, high = 0.0, inf
+    for centre, radius in spheres:
+        least, most = _inside(ahead, centre, radius)
+        low, high = max(low, least), min(high, most)
+    size = length(ahead)
+    if size <= NEGLIGIBLE:
+        return Bounds(low, high, 0.0, 0.0, k1 / reach)
+    return Bounds(low, high, size / limits.acceleration, size / limits.jerk, k1 / reach)
+
+
+def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jerk: float) -> bool:
+    """Return whether a change to rest from a velocity and an acceleration `at` the start is within limits."""
+    level = scaled(added(velocity, scaled(at, 0.5 * change.rise)), -1.0 / change.reach)
+    most = min(acceleration, jerk * change.fall)
+    return length(level) <= most and length(subtracted(level, at)) <= jerk * change.rise
+
+
+def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
+    """The u at which u times `ray` is inside a sphere; an empty interval where it never is."""
+    size = length(ray)
+    if size <= NEGLIGIBLE:
+        return (0.0, inf) if length(centre) <= radius else (1.0, 0.0)
+    along = dot(ray, centre) / size
+    room = radius * radius - max(dot(centre, centre) - along * along, 0.0)
+    if room < 0.0:
+        return 1.0, 0.0
+    return (along - sqrt(room)) / size, (along + sqrt(room)) / size
+
+
+def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: ToolLimits) -> Bounds:
+    """The bounds on u for a turn by `angle` while a present spin (with its rate) dies: both share the limits."""
+    blend_jerk = limits.blend_spin_jerk
+    level = scaled(added(spin, scaled(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
+    room = min(
+        limits.blend_spin_acceleration - length(level),
+        blend_jerk * change.fall - length(level),
+        blend_jerk * change.rise - length(subtracted(level, spin_rate)),
+    )
+    if room < 0.0:
+        return IMPOSSIBLE
+    if angle <= NEGLIGIBLE:
+        return Bounds(0.0, inf, 0.0, 0.0)
+    high = min(limits.spin, room * change.reach) / angle
+    return Bounds(0.0, high, angle / limits.spin_acceleration, angle / limits.spin_jerk)
+
+
+def both(a: Bounds, b: Bounds) -> Bounds:
+    """Return the bounds of two parts together."""
+    return Bounds(
+        max(a.low, b.low),
+        min(a.high, b.high),
+        max(a.by_acceleration, b.by_acceleration),
+        max(a.by_jerk, b.by_jerk),
+        a.lag or b.lag,
+    )
+
+
+# --- the search ------------------------------------------------------------------------------------------------
+
+
+def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0) -> Course:
+    """The times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
+
+    `guess`: about what the change may be; `shortest`: its rise takes at least so long; `least`: the least total time.
+    """
+
+    def total(change: Change) -> float:
+        bounds = demands(change)
+        u = _quickest(bounds)
+        return inf if u is None else _total(bounds, change, u)
+
+    return _times_on_grid(demands, _downhill(total, _possible(total, guess, shortest), shortest), least)
+
+
+def _total(bounds: Bounds, change: Change, u: float) -> float:
+    if u == 0.0:
+        return change.lasts
+    return change.lasts + 1.0 / u - bounds.lag + 0.5 * _slow_time(bounds, u)
+
+
+def _quickest(bounds: Bounds) -> float | None:
+    """The greatest u that leaves a cruise of no negative length; 0: the change itself ends at rest on the target."""
+    if bounds.low > bounds.high:
+        return None
+    if bounds.by_jerk <= 0.0:
+        return 0.0
+    u = _most_that_cruises(bounds, bounds.lag)
+    return u if u > 0.0 and u >= bounds.low else None
+
+
+def _possible(total: Callable[[Change], float], guess: Change, shortest: float) -> Change:
+    """Return a change that is possible: the guess, then ever longer ones, with long ramps or with the shortest rise."""
+    change = guess
+    for _ in range(DOUBLINGS):
+        for rise in (change.rise, max(1.02 * shortest, 1e-3), 2.0 * guess.fall):
+            if total(tried := Change(rise, change.hold, change.fall)) < inf:
+                return tried
+        change = Change(change.rise, 2.0 * change.hold, change.fall)
+        if change.hold > LONGEST:
+            break
+    raise NoTimes("no change of velocity within the limits leads to the target")
+
+
+_DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (-1, 1, -1), (1, -1, 1), (0, 1, -1), (1, -1, 0), (1, 0, -1))
+
+
+def _downhill(total: Callable[[Change], float], start: Change, shortest: float) -> Change:
+    """Go from a possible change downhill to (nearly) the least total time, with ever smaller steps in each
+    direction.
+    """
+    best, best_total, tries = start, total(start), 0
+    step = FIRST_STEP * max(start.lasts, 0.05)
+    while step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
+        before = best_total
+        for longer, held, shorter in _DIRECTIONS:
+            for way in (step, -step):
+                rise, hold, fall = best
+                tried = Change(
+                    max(rise + way * longer, 0.0), max(hold + way * held, 0.0), max(fall + way * shorter, 0.0)
+                )
+                if tried == best or tried.rise < shortest or min(tried.rise, tried.fall) < SLIVER:
+                    continue
+                tries += 1
+                if (time := total(tried)) < best_total:
+                    best, best_total = tried, time
+                    break
+        if best_total > before * (1.0 - 1e-3):
+            step *= 0.4
+    return best
+
+
+def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
+    """The times on the grid for the chosen change; slower when the motion is to last at least `least`."""
+    for _ in range(DOUBLINGS):
+        change = Change(*(up_to_grid(x * MARGIN) + ROOM if x > SLIVER else 0.0 for x in change))
+        course = _on_grid(demands(change), change, least)
+        if course is not None:
+            return course
+        change = Change(
+            change.rise, change.hold * 1.001 + ROOM + SLIVER, change.fall
+        )  # rounding has cost the last room
+    raise NoTimes("no change of velocity on the time grid leads to the target")
+
+
+def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
+    """The times for a change; None where none on the grid is inside the bounds. Times are rounded up, so u down."""
+    u = _quickest(bounds)
+    if u is None:
+        return None
+    if u == 0.0:
+        return Course(change, 0.0, NONE)
+    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # where rounding finds room on both sides
+    if _total(bounds, change, u) < least:
+        u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + ROOM * u), u, least)
+    slow = ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
+    course = _without_sliver(change, up_to_grid(max(1.0 / u - bounds.lag - 0.5 * slow.lasts, 0.0)), slow)
+    return course if bounds.low * course.reach <= 1.0 + SAME else None
+
 
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
 STRETCHES = (-150, 150)  # the powers, from short to long

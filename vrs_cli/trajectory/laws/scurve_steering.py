@@ -21,15 +21,13 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
-from vrs_cli.trajectory.laws.course import Change
-from vrs_cli.trajectory.laws.law import Coming, Pieces, Row
+from vrs_cli.trajectory.laws.law import Change, Coming, Pieces, Row, ramps
 from vrs_cli.trajectory.laws.lspb import COASTING, SPARE
 from vrs_cli.trajectory.laws.lspb import joint_stops as stops_at_constant_acceleration
-from vrs_cli.trajectory.laws.scurve_times import ramps
 from vrs_cli.trajectory.polynomial import Polynomial, halved, turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
-from vrs_cli.values.commands import Motion
+from vrs_cli.values.motion import Motion
 
 RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
 EASY = 0.25  # of acceleration and jerk, to come near a target with

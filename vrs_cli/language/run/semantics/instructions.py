@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from math import radians
 
-from vrs_cli.engine.parameters import (
+from vrs_cli.engine.settings import (
     ACCELERATION,
     DECELERATION,
     FULL_SPEED,
@@ -49,19 +49,14 @@ from vrs_cli.language.run.memory import Context, Handler, Wording, checked_secon
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import INPUTS, TRUE, integer, integer_between, plain, whole
 from vrs_cli.values.commands import (
-    AlignedTarget,
     Alter,
     AlterMode,
     Brake,
     Break,
     Delay,
-    JointOffsetTarget,
-    JointTarget,
     Mode,
     Move,
-    NamedTarget,
     OperateHand,
-    PoseTarget,
     SetAcceleration,
     SetAlter,
     SetBase,
@@ -75,6 +70,13 @@ from vrs_cli.values.commands import (
     SetSwivel,
     SetTool,
     SpeedUnit,
+)
+from vrs_cli.values.motion import (
+    AlignedTarget,
+    JointOffsetTarget,
+    JointTarget,
+    NamedTarget,
+    PoseTarget,
     Swivel,
     ToolOffsetTarget,
 )

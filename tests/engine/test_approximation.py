@@ -10,15 +10,16 @@ import pytest
 
 from tests.engine.wall import ManualWall
 from tests.robots import KINDS
+from vrs_cli.engine.approximation import ToolLine, ToolPath, distance_from_line
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
-from vrs_cli.engine.tool_path import ToolLine, ToolPath, distance_from_line
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector, position, translation
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.commands import Delay, JointTarget, Move, PoseTarget, SetBase, SetParameter, SetTool, Stamp
+from vrs_cli.values.commands import Delay, Move, SetBase, SetParameter, SetTool, Stamp
+from vrs_cli.values.motion import JointTarget, PoseTarget
 
 WAYS = dict.fromkeys((*product(("puma560", "cobra600"), Profile.__members__), *product(KINDS, ("SCURVE",))))
 DENSE = 20  # looks a line, and more where it is long

@@ -1,35 +1,92 @@
-"""Chunks of time-stamped joints: where the joints are to be at given times, and f for them."""
+"""f for targets that come one after the other: one target and a tick of time, or a chunk of time-stamped joints."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from vrs_cli.engine.dated import edit_of
-from vrs_cli.engine.one_motion import joint_limits
-from vrs_cli.engine.planner import place_at, plan_steering
-from vrs_cli.engine.problem import NoRoomToStop
+from vrs_cli.engine.planner import cut_at, drop_rest
+from vrs_cli.engine.problem import NoRoomToStop, Problem
+from vrs_cli.engine.single_motion import hardest_limits, joint_limits, plan_stop
 from vrs_cli.errors import IllegalValue, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.trajectory.instant import LATEST, on_grid
-from vrs_cli.trajectory.laws.law import LAWS, NoTimes
-from vrs_cli.trajectory.segment import Segment, stay_inside
-from vrs_cli.trajectory.state import JointLimits, JointState, Target
-from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import Motion
+from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND, on_grid
+from vrs_cli.trajectory.laws.law import LAWS, NoTimes, Row
+from vrs_cli.trajectory.polynomial import Polynomial, shifted
+from vrs_cli.trajectory.segment import JointPath, Segment, stay_inside
+from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.motion import Motion
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
+CUBIC = 3  # degree of a path of constant jerk
 TICK = on_grid(0.02)  # [s] between the targets that are taken from a chunk
-PART = 40  # ticks that are planned at once: about 8 ms
-COMPARED = 300  # samples that are compared at once with what was planned: about 8 ms
+TICKS_AT_ONCE = 40  # that are planned without a pause: about 8 ms
+SAMPLES_AT_ONCE = 300  # that are compared with the plan without a pause: about 8 ms
 MAX_SAMPLES = 2000
 MAX_SECONDS = 120.0  # from the first sample to the last
+
+
+def plan_steering(
+    arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
+) -> TimelineDelta:
+    """f for a moving target: the joints chase it from `executed` on, for a tick [s]. All that was scheduled later is
+    dropped. Raises NoRoomToStop if the motion under way has to go on.
+    """
+    cut = cut_at(arm, timeline, executed)
+    steer, coming = LAWS[motion.profile].steer, partial(_coming_rows, timeline, cut.keep, executed)
+    limits = joint_limits(arm, motion)
+    limits = limits._replace(lower=target.lower or limits.lower, upper=target.upper or limits.upper)
+    segments = steer(cut.here.joints, target, limits, hardest_limits(arm), tick, executed, motion, coming)
+    segments = segments or plan_stop(Problem(arm, cut.here, motion, executed))
+    return drop_rest(timeline, cut.keep, segments, motion, executed, executed)
+
+
+def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | None:
+    """Return the cubics that each joint was to follow from t [s] on until the robot rests. None if it rests already, or
+    if that motion is not jerk-limited or not in joint space.
+    """
+    ways: list[list[Row]] = []
+    for segment in _segments_under_way(timeline, keep, t):
+        begin, path = max(segment.start, t), segment.path
+        if not (LAWS[segment.motion.profile].smooth and isinstance(path, JointPath) and path.degree <= CUBIC):
+            return None
+        ends = [_row(segment.finish - t, (q, 0.0, 0.0, 0.0)) for q in path.joints(segment.duration)]
+        ways = [way[:-1] for way in ways] or [[] for _ in ends]
+        for way, row, end in zip(ways, path.coefficients, ends, strict=True):
+            cubic = shifted((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
+            way.extend((_row(begin - t, cubic), end))
+    return ways or None
+
+
+def _row(t: float, cubic: Polynomial) -> Row:
+    """Make the row of a cubic that holds from t [s] on."""
+    q, v, half, sixth = cubic
+    return round(t * TICKS_PER_SECOND), t, q, v, half, sixth
+
+
+def _segments_under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Segment]:
+    """Yield the segments from t [s] on that follow each other without a gap, until the robot rests."""
+    end = t
+    for index in range(keep - 1, len(timeline)):
+        segment = timeline[index]
+        if segment.start > end:
+            return
+        if segment.finish > t:
+            yield segment
+            end, path = segment.finish, segment.path
+            if isinstance(path, JointPath):
+                s = segment.duration
+                if JointState(path.joints(s), path.velocity(s), path.acceleration(s)).at_rest:
+                    return
 
 
 class Chunk:
@@ -105,32 +162,24 @@ def plan_chunk(
     ends = ticks.stop == tick_count(chunk, begin)
     times = [begin + k * TICK for k in range(ticks.start, ticks.stop + 1)]
     places = [tuple(row) for row in chunk.at(times).tolist()]
-    place, after = None, timeline
+    cut, after = None, timeline
     for t, here, there in zip(times, places, places[1:], strict=False):
         target = Target(here, tuple([(b - a) / TICK for a, b in zip(here, there, strict=True)]))
         try:
             delta = plan_steering(arm, after, motion, t, target, TICK)
         except NoRoomToStop:
             continue
-        place = place or place_at(arm, timeline, t)
+        cut = cut or cut_at(arm, timeline, t)
         after = after.apply(delta)
-    if place is None:
+    if cut is None:
         raise NoRoomToStop
     final, stop = len(after), tuple[Segment, ...]()
     if ends:
-        last, goal = place_at(arm, after, times[-1]), tuple(chunk.joints[-1].tolist())  # ticks may end before it
-        stop = _to_rest(last.here.joints, goal, joint_limits(arm, motion), times[-1], motion)
+        last, goal = cut_at(arm, after, times[-1]), tuple(chunk.joints[-1].tolist())  # ticks may end before it
+        limits = joint_limits(arm, motion)
+        with suppress(NoTimes):
+            found = LAWS[motion.profile].joint_motion(last.here.joints, goal, limits, times[-1], motion, 0.0)
+            stop = found if stay_inside(found, limits.lower, limits.upper) else ()
         final = last.keep if stop else final
-    segments, keep, count = tuple([after[k] for k in range(place.keep, final)]) + stop, place.keep, len(timeline)
-    events = edit_of(timeline, keep, count, segments, 0.0, inserts=False, own=None) if timeline.event_count else None
-    cut, drop = segments[0].start, count - keep
-    return TimelineDelta(timeline.version, Cause.COMMAND, motion, issued, cut, cut, keep, drop, 0.0, segments, events)
-
-
-def _to_rest(state: JointState, goal: Joints, limits: JointLimits, begin: float, motion: Motion) -> tuple[Segment, ...]:
-    """Plan from a state to rest at the goal; return nothing where no way keeps the limits, or where it rests there."""
-    try:
-        segments = LAWS[motion.profile].joint_motion(state, goal, limits, begin, motion, 0.0)
-    except NoTimes:
-        return ()
-    return segments if stay_inside(segments, limits.lower, limits.upper) else ()
+    segments = tuple([after[k] for k in range(cut.keep, final)]) + stop
+    return drop_rest(timeline, cut.keep, segments, motion, issued, segments[0].start)

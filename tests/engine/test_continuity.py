@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.examples import some
-from vrs_cli.engine.continuation import MOST_SAMPLES, Gap
+from vrs_cli.engine.continuity import MOST_SAMPLES, Gap
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.position import joints_over
@@ -22,7 +22,8 @@ from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position, compose, position, rotation_x
-from vrs_cli.values.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
+from vrs_cli.values.commands import Move, SetParameter, SetSpeed
+from vrs_cli.values.motion import NamedTarget, PoseTarget
 
 URDF = Path(__file__).parents[1] / "kinematics" / "urdf"
 CLOSELY = 1e-4  # [s] between two readings

@@ -13,15 +13,16 @@ from tests.engine.wall import ManualWall
 from tests.examples import examples
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.book import whole
-from vrs_cli.engine.chunk import MAX_SAMPLES, Chunk
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
+from vrs_cli.engine.steering import MAX_SAMPLES, Chunk
 from vrs_cli.errors import IllegalValue, MotionError, TooLate
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import JointTarget, Move, SetParameter
+from vrs_cli.values.commands import Move, SetParameter
+from vrs_cli.values.motion import JointTarget
 
 MODELS = {name: load_robot(name) for name in ("puma560", "cobra600", "planar2")}
 
@@ -131,7 +132,7 @@ def test_a_chunk_that_is_planned_in_parts_is_that_of_one_part(monkeypatch: pytes
     parts, one = Engine(MODELS["puma560"]), Engine(MODELS["puma560"])
     before = parts.timeline
     whole(parts.follow(long_chunk(parts)))
-    monkeypatch.setattr("vrs_cli.engine.engine.PART", 10**6)
+    monkeypatch.setattr("vrs_cli.engine.engine.TICKS_AT_ONCE", 10**6)
     whole(one.follow(long_chunk(one)))
     assert len(parts.book.deltas) > len(one.book.deltas) == 1
     for t in np.arange(0.0, one.end + 0.1, 0.013):

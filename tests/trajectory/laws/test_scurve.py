@@ -11,23 +11,22 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.laws.course import NONE, Change, Course
-from vrs_cli.trajectory.laws.law import NoTimes
-from vrs_cli.trajectory.laws.lspb_times import Component
-from vrs_cli.trajectory.laws.scurve import joint_motion
-from vrs_cli.trajectory.laws.scurve_steering import farthest, joint_stop, state_after, stop, turning_back
-from vrs_cli.trajectory.laws.scurve_times import (
+from vrs_cli.trajectory.laws.law import NONE, Change, Course, NoTimes
+from vrs_cli.trajectory.laws.lspb import Component
+from vrs_cli.trajectory.laws.scurve import (
     _possible,
     _root,
     from_rest,
+    joint_motion,
     keeps,
     ramps,
     turn_bounds,
 )
+from vrs_cli.trajectory.laws.scurve_steering import farthest, joint_stop, state_after, stop, turning_back
 from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointLimits, JointState, ToolLimits
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 ROUNDING = 1.0 + 1e-5
 MOTION = Motion(1, MotionKind.JOINT, Start.AT, profile=Profile.SCURVE)

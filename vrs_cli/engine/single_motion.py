@@ -20,7 +20,7 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.segment import Phase, Segment, rest, stay_inside
 from vrs_cli.trajectory.state import JointLimits
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 REMEMBERED = 512  # lines: a program that goes round plans each of its own once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
@@ -133,7 +133,7 @@ def plan_stop(problem: Problem) -> tuple[Segment, ...]:
     raise NoRoomToStop
 
 
-def slowing_down(segments: Timeline | Sequence[Segment]) -> list[Segment]:
+def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
     """The last segments of a timeline, or of a part of it, in which the last motion slows down."""
     last, found, index = segments[-1], list[Segment](), len(segments) - 1
     segment = last

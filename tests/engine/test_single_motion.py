@@ -7,16 +7,16 @@ from math import inf
 import pytest
 from msgspec import structs
 
-from vrs_cli.engine import one_motion
-from vrs_cli.engine.one_motion import plan_directly, plan_motion
+from vrs_cli.engine import single_motion
 from vrs_cli.engine.problem import Here, NotInTime, Problem, state_at
+from vrs_cli.engine.single_motion import plan_directly, plan_motion
 from vrs_cli.engine.straight import straight_segments
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, at_position
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 BEGIN = (0.1, -0.7, 2.9, 0.0, 0.8, 0.0)
 
@@ -38,14 +38,14 @@ def test_a_line_that_was_planned_before_is_the_same_later_with_its_own_motion() 
 
 
 def test_zeros_with_another_sign_are_another_state() -> None:
-    one_motion._remembered_line.cache_clear()
+    single_motion._remembered_line.cache_clear()
     for zero in (0.0, -0.0, 0.0):
         plan_motion(line(1, 0.0, zero))
-    assert one_motion._remembered_line.cache_info()[:2] == (1, 2)  # hits, misses
+    assert single_motion._remembered_line.cache_info()[:2] == (1, 2)  # hits, misses
 
 
 def test_a_line_that_was_refused_before_is_refused_again_at_once() -> None:
-    one_motion._remembered_line.cache_clear()
+    single_motion._remembered_line.cache_clear()
     far, late = (
         at_position(line(1, 0.0).motion.pose or IDENTITY, 5000.0, 0.0, 0.0),
         structs.replace(line(1, 0.0), latest=0.01),
@@ -58,7 +58,7 @@ def test_a_line_that_was_refused_before_is_refused_again_at_once() -> None:
         with pytest.raises(MotionError) as refused:
             plan_motion(structs.replace(beyond, begin=begin))
         refusals.append(refused.value)
-    assert one_motion._remembered_line.cache_info()[:2] == (2, 2)  # hits, misses
+    assert single_motion._remembered_line.cache_info()[:2] == (2, 2)  # hits, misses
     first, second = refusals
     assert str(first) == str(second)
     assert first is not second  # each has a traceback of its own
