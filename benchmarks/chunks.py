@@ -18,9 +18,9 @@ from rich.console import Console
 from rich.table import Table
 
 from vrs_cli.engine.book import whole
-from vrs_cli.engine.steering import Chunk
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
+from vrs_cli.engine.steering import Chunk
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot

@@ -19,10 +19,10 @@ from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
 from vrs_cli.engine.problem import Here, Problem
+from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot

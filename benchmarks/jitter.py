@@ -21,10 +21,10 @@ from rich.table import Table
 from benchmarks.chunks import RATE, Task
 from vrs_cli.cli.steer import ALLOWANCE
 from vrs_cli.engine.book import whole
-from vrs_cli.engine.steering import Chunk
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
+from vrs_cli.engine.steering import Chunk
 from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.steering import WINDOW, Steering
 from vrs_cli.kinematics.arrays import Floats
