@@ -21,9 +21,8 @@ from vrs_cli.__main__ import main as vrs
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.blocks import TextLine
-from vrs_cli.render.colours import Ink
+from vrs_cli.render.colours import Ink, scan
 from vrs_cli.render.console import TerminalRenderer, rich_text
-from vrs_cli.render.scan import scan
 from vrs_cli.repl.interactive import IDLE
 from vrs_cli.repl.place import BANNER
 from vrs_cli.repl.terminal import ShellTerminal

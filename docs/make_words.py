@@ -13,7 +13,7 @@ from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import CONNECTIVES, CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Control, Word, WordRow
-from vrs_cli.render.scan import LINKING
+from vrs_cli.render.colours import LINKING
 
 PAGE = Path(__file__).parent / "words.md"
 EDITOR = Path(__file__).parent.parent / "vrs_cli/page/src/panels/words.json"
@@ -43,7 +43,7 @@ def page() -> str:
 
 
 def editor_words() -> str:
-    """The words of each ink as JSON, as `vrs_cli/render/scan.py` colours them."""
+    """The words of each ink as JSON, as `vrs_cli/render/colours.py` colours them."""
     links = CONNECTIVES | {lead for word in COMMANDS.values() for lead in word.leads} | LINKING
     words = {
         "command": COMMANDS,

@@ -74,7 +74,7 @@ LIVES_IN = {
         "net/pages.py",
         "net/relay.py",
         "net/server.py",
-        "render/browser.py",
+        "render/pictures.py",
     },
     "rich": {"render"},
     "mujoco": {"bodies/mujoco_arm.py", "contacts/physics.py"},
@@ -200,10 +200,8 @@ DEFERRED = (
         ("vrs_cli.world.world", "vrs_cli.world.course"),
         "few robots have a scene",
     ),
-    Deferred(
-        ("api/answers.py",), ("vrs_cli.render.page_export", "vrs_cli.net.recorded_page"), "few scripts show a page"
-    ),
-    Deferred(("render/browser.py", "render/pictures.py"), ("websockets", "PIL"), "tables are exported without them"),
+    Deferred(("api/answers.py",), ("vrs_cli.render.pictures", "vrs_cli.net.recorded_page"), "few scripts show a page"),
+    Deferred(("render/pictures.py",), ("websockets", "PIL"), "tables are exported without them"),
     Deferred(
         ("files/mesh_file.py",),
         ("trimesh",),

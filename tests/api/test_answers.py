@@ -9,7 +9,7 @@ import pytest
 
 import vrs_cli as vrs
 from tests.page.browser import needs_chromium, page_folder, running_chromium, until, window
-from vrs_cli.render import page_export
+from vrs_cli.render import pictures
 
 CELL = Path(__file__).parents[2] / "programs" / "pick_and_place.toml"
 MOST = 2_000_000  # [bytes] that a short lesson's scene adds to a notebook
@@ -53,13 +53,13 @@ def test_the_cell_of_the_robot_is_around_it() -> None:
 
 
 def test_without_the_page_it_is_said_how_to_build_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(page_export, "BUILT_PAGE", tmp_path)
-    page_export._built.cache_clear()
+    monkeypatch.setattr(pictures, "BUILT_PAGE", tmp_path)
+    pictures._built.cache_clear()
     try:
         with pytest.raises(vrs.UsageError, match="the page of the browser is not built"):
             moved().view()
     finally:
-        page_export._built.cache_clear()
+        pictures._built.cache_clear()
 
 
 @needs_chromium

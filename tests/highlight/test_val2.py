@@ -9,8 +9,7 @@ from pygments.token import Comment, Keyword, Name, Number, String, Token
 
 from vrs_cli.highlight.val2 import TOKENS, Val2Lexer
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
-from vrs_cli.render.colours import Ink
-from vrs_cli.render.scan import scan
+from vrs_cli.render.colours import Ink, scan
 
 ROOT = Path(__file__).parents[2]
 

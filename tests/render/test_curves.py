@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from vrs_cli.render.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, curves_svg, ticks
+from vrs_cli.render.plots import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, curves_svg, ticks
 from vrs_cli.render.plots import Curves
 
 SPACE = "{http://www.w3.org/2000/svg}"

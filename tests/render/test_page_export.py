@@ -21,8 +21,8 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.recorded_page import moments, recorded_page
 from vrs_cli.net.recorded_page import robot as shown_robot
-from vrs_cli.render import page_export
-from vrs_cli.render.page_export import PageError, in_script, page, replay, viewer
+from vrs_cli.render import pictures
+from vrs_cli.render.pictures import PageError, in_script, page, replay, viewer
 
 ARM = arm_for(load_robot("puma560"))
 CELL = Path(__file__).parents[2] / "programs" / "pick_and_place.toml"
@@ -122,13 +122,13 @@ def test_a_cell_comes_with_the_course_of_its_parts() -> None:
 
 
 def test_where_the_page_is_not_built_the_command_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(page_export, "BUILT_PAGE", tmp_path)
-    page_export._built.cache_clear()
+    monkeypatch.setattr(pictures, "BUILT_PAGE", tmp_path)
+    pictures._built.cache_clear()
     try:
         with pytest.raises(PageError, match=r"not built.*hatch_build"):
-            page_export.check_page()
+            pictures.check_page()
     finally:
-        page_export._built.cache_clear()
+        pictures._built.cache_clear()
 
 
 @needs_chromium

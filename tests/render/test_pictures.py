@@ -13,9 +13,8 @@ import vrs_cli as vrs
 from tests.page.browser import alone, needs_chromium, page_folder
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.render import browser, pictures
-from vrs_cli.render.browser import PictureError
-from vrs_cli.render.pictures import PICTURES, caption, check_mp4, check_still
+from vrs_cli.render import pictures
+from vrs_cli.render.pictures import PICTURES, PictureError, caption, check_mp4, check_still
 from vrs_cli.trajectory.timeline import Timeline
 
 ARM = arm_for(load_robot("puma560"))
@@ -91,20 +90,20 @@ def test_a_film_that_ffmpeg_does_not_make_is_said_to_be_none(
 
 @pytest.mark.usefixtures("timeline")
 def test_without_a_browser_it_is_said_what_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(browser, "ELSEWHERE", ())
-    monkeypatch.setattr(browser.shutil, "which", lambda _: None)
+    monkeypatch.setattr(pictures, "ELSEWHERE", ())
+    monkeypatch.setattr(pictures.shutil, "which", lambda _: None)
     with pytest.raises(PictureError, match=r"Chromium, Chrome or Edge draws it, and there is none .*--to html"):
         check_still()
 
 
 @pytest.mark.usefixtures("timeline")
 def test_without_ffmpeg_there_is_the_gif(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(browser.shutil, "which", lambda name: None if name == "ffmpeg" else name)
+    monkeypatch.setattr(pictures.shutil, "which", lambda name: None if name == "ffmpeg" else name)
     with pytest.raises(PictureError, match=r"ffmpeg makes films, and there is none .*--to gif"):
         check_mp4()
 
 
 def test_a_browser_that_shows_nothing_is_given_up(timeline: Timeline, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(browser, "find_browser", lambda: "true")
+    monkeypatch.setattr(pictures, "find_browser", lambda: "true")
     with pytest.raises(PictureError, match="true shows nothing"):
         PICTURES["png"].write(io.BytesIO(), ARM, timeline, 0.0)

@@ -16,9 +16,8 @@ from vrs_cli.files.atomic import write_atomically
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.blocks import PIPE, Column, Grid, line
 from vrs_cli.render.colours import Ink
-from vrs_cli.render.html import blocks_html, html, picture
+from vrs_cli.render.documents import blocks_html, html, latex_document, markdown, picture
 from vrs_cli.render.layout import blocks
-from vrs_cli.render.markdown import latex_document, markdown
 from vrs_cli.render.text import plain_text
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.numbers import fixed
@@ -139,7 +138,7 @@ class Scene:
     """
 
     def __init__(self, arm: RobotArm, timeline: Timeline, height: int, world: World | None = None) -> None:
-        from vrs_cli.render.page_export import check_page
+        from vrs_cli.render.pictures import check_page
 
         check_page()
         self._arm, self._timeline, self._height, self._world = arm, timeline, height, world
@@ -148,7 +147,7 @@ class Scene:
     def html(self) -> str:
         """The whole page, which plays without a server and without the Internet."""
         from vrs_cli.net.recorded_page import recorded_page
-        from vrs_cli.render.page_export import page
+        from vrs_cli.render.pictures import page
 
         cell = None if self._world is None else self._world.cell
         return page(recorded_page(self._arm, self._timeline, cell=cell))

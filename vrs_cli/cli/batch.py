@@ -34,7 +34,7 @@ from vrs_cli.interfaces.tasks.isolation import Isolation
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.language.words.values import key_of
-from vrs_cli.render.control import for_stream
+from vrs_cli.render.blocks import for_stream
 from vrs_cli.render.displaced import sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl.interrupt import Stoppable

@@ -165,8 +165,7 @@ def _draw(path: str, rows: Sequence[TwinRows]) -> None:
     """Draw the errors of the first seed of each case over time. Raises FileError."""
     from vrs_cli.files.atomic import write_atomically
     from vrs_cli.lab.twin import SEEN
-    from vrs_cli.render.curves import curves_svg
-    from vrs_cli.render.plots import Curves
+    from vrs_cli.render.plots import Curves, curves_svg
 
     panels = [
         Curves(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, command, group, option, size
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.errors import FileDamaged, FileError
-from vrs_cli.render.control import for_stream
+from vrs_cli.render.blocks import for_stream
 from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ def _check_outputs(options: Namespace, several: bool) -> None:
         elif path != STANDARD_STREAM:
             check_writable(path)
     if options.html is not None:
-        from vrs_cli.render.page_export import check_page
+        from vrs_cli.render.pictures import check_page
 
         check_page()
 

@@ -204,7 +204,7 @@ def _shown(attended: bool) -> Callable[[str], None]:
     """Return what shows the Markdown of a lesson: in colours on a terminal, as it is in a pipe."""
     if not attended:
         return lambda text: print(f"{text}\n", flush=True)
-    from vrs_cli.render.lesson_text import draw_lesson_text
+    from vrs_cli.render.console import draw_lesson_text
 
     return draw_lesson_text
 

@@ -197,8 +197,7 @@ def _write_report(
     from html import escape
 
     from vrs_cli.files.atomic import write_atomically
-    from vrs_cli.render.curves import curves_svg
-    from vrs_cli.render.plots import TIME, trajectory_panels
+    from vrs_cli.render.plots import TIME, curves_svg, trajectory_panels
 
     rows = list(_commands(timeline))
     moment = timeline.end if t is None else min(max(t, timeline.start), timeline.end)

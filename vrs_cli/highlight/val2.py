@@ -17,8 +17,7 @@ from pygments.token import (  # type: ignore[import-untyped]
 )
 
 from vrs_cli.language.text.parser import variables_in
-from vrs_cli.render.colours import Ink
-from vrs_cli.render.scan import scan
+from vrs_cli.render.colours import Ink, scan
 
 TOKENS: Mapping[Ink, Any] = {
     Ink.TEXT: Text,

@@ -18,8 +18,7 @@ from vrs_cli.language.text.meaning import FUNCTION_NAMES
 from vrs_cli.language.text.parser import Part
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Shape
-from vrs_cli.render.colours import Ink
-from vrs_cli.render.scan import scan
+from vrs_cli.render.colours import Ink, scan
 from vrs_cli.values.diagnostics import Span, ordered
 
 _GOTO = re.compile(r"\bGOTO\s+(\d+)", re.IGNORECASE)

@@ -8,8 +8,10 @@ background of their own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Container, Iterator, Mapping
 from enum import Enum
+from functools import cache
 
 
 class Ink(Enum):
@@ -103,3 +105,123 @@ def bar_style(bar: Bar) -> str:
     """The style of a bar in prompt-toolkit's words."""
     text, background = BARS[bar]
     return f"noreverse fg:{text} bg:{background}"
+
+
+_TOKEN = re.compile(
+    r"""(?P<comment>;.*)
+      | (?P<string>"[^"]*"?)
+      | (?P<number>\^[BHD]?[0-9A-F]+ | '. | (?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?)
+      | (?P<word>[#$%.]?[A-Z][\w.]*)
+      | (?P<space>\s+)
+      | (?P<operator>.)
+    """,
+    re.VERBOSE | re.IGNORECASE | re.DOTALL,
+)
+_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name that is assigned
+
+_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # behind a label
+
+LINKING = frozenset({"AT", "IN", "DO", "GOTO", "MONITOR"})  # words that link beside those of the tables
+
+_INKS: Mapping[str, Ink] = {
+    "comment": Ink.COMMENT,
+    "string": Ink.STRING,
+    "number": Ink.NUMBER,
+    "space": Ink.TEXT,
+    "operator": Ink.OPERATOR,
+}
+
+
+@cache
+def _first_ink(word: str) -> Ink | None:
+    """The ink of a first word, also one that is cut short; None where it begins no statement."""
+    from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+    from vrs_cli.language.words.monitor import COMMANDS
+    from vrs_cli.language.words.word import rows_for
+
+    tables = {Ink.COMMAND: COMMANDS, Ink.INSTRUCTION: INSTRUCTIONS, Ink.CONTROL: CONTROL}
+    rows = rows_for(word, *tables.values())
+    if not rows or (word in _inner_words() and not any(word in table for table in tables.values())):
+        return None
+    return next(ink for ink, table in tables.items() if table.get(rows[0].name) is rows[0])
+
+
+@cache
+def _inner_words() -> Mapping[str, Ink]:
+    """The ink of every word that stands inside a statement, where it is itself."""
+    from vrs_cli.language.words.functions import FUNCTIONS
+    from vrs_cli.language.words.instructions import CONNECTIVES, OPERATOR_WORDS
+    from vrs_cli.language.words.monitor import COMMANDS
+
+    leads = {lead for word in COMMANDS.values() for lead in word.leads}
+    links = CONNECTIVES | leads | LINKING
+    inks = dict.fromkeys(FUNCTIONS, Ink.FUNCTION) | dict.fromkeys(links, Ink.CONTROL)
+    return inks | dict.fromkeys(OPERATOR_WORDS, Ink.OPERATOR)
+
+
+@cache
+def _with_links() -> frozenset[str]:
+    """The words that another may follow at once: READY AT 5, WHERE FROM 1."""
+    from vrs_cli.language.words.instructions import INSTRUCTIONS
+    from vrs_cli.language.words.monitor import COMMANDS
+
+    rows = (*COMMANDS.values(), *INSTRUCTIONS.values())
+    return frozenset(row.name for row in rows if (row.modifiers or row.leads) and not row.required)
+
+
+def _words_of(line: str) -> frozenset[str]:
+    """The words that link in such a line alone: the relations in an IF of VAL, the sort of what is declared."""
+    from vrs_cli.language.text.lexer import SORT, VAL_IF
+    from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
+    from vrs_cli.language.words.word import rows_for
+
+    first = _FIRST.match(line)
+    rows = rows_for(first[1], INSTRUCTIONS, CONTROL) if first is not None else ()
+    if first is None or len(rows) != 1:
+        return frozenset()
+    rest = line[first.end() :].partition(";")[0]
+    if rows[0].name == "IF" and re.search(VAL_IF, rest):
+        return frozenset(RELATIONS_OF_VAL)
+    sort = re.match(SORT, rest) if "SORT" in rows[0].modifiers else None
+    return frozenset({sort[1].upper()}) if sort is not None else frozenset()
+
+
+def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]:
+    """The pieces of a line with their inks; together they are the line. `variables`: the keys of those that bear the
+    name of a function.
+    """
+    first, linking = True, _words_of(line)
+    ended = False  # whether a value has, or the word that starts the line: another word may link then
+    for token in _TOKEN.finditer(line):
+        text, sort = token.group(), token.lastgroup or "operator"
+        if sort != "word":
+            yield text, _INKS[sort]
+            if sort in ("number", "string", "operator"):
+                ended = sort != "operator" or text in ")]"
+            continue
+        rest = line[token.end() :]
+        starts = first and not _TARGET.match(rest)
+        ink = _first_ink(text.upper()) if starts else None
+        if ink is None:
+            linked = text.upper() in linking and not first
+            ink = Ink.CONTROL if linked else _ink(text, rest, ended, variables)
+        ended = text.upper() in _with_links() if starts else ink in (Ink.NAME, Ink.FUNCTION)
+        first = first and text.upper() in ("DO", "EXPLAIN")
+        yield text, ink
+
+
+def _ink(text: str, rest: str, ended: bool, variables: Container[str]) -> Ink:
+    """The ink of a word that does not start a statement."""
+    from vrs_cli.language.words.functions import FUNCTIONS
+
+    word = text.upper()
+    if word.startswith("."):
+        return Ink.CONTROL
+    ink = _inner_words().get(word, Ink.NAME)
+    if ink is Ink.OPERATOR or (ink is Ink.CONTROL and ended):
+        return Ink.CONTROL
+    function = FUNCTIONS.get(word)
+    is_function = function is not None and (
+        rest.startswith("(") or (function.constant and word.lower() not in variables)
+    )
+    return Ink.FUNCTION if is_function else Ink.NAME

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
+import sys
+import time
+from base64 import b64decode
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
@@ -12,19 +16,225 @@ from io import BytesIO
 from math import ceil, floor
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from vrs_cli.engine.position import position_at
+from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.exports import Exporter
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.recorded_page import recorded_page
-from vrs_cli.render.browser import BrowserPage, PictureError, browser_page, find_browser
-from vrs_cli.render.page_export import check_page, page
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.world.world import World
+
+if TYPE_CHECKING:
+    from websockets.sync.connection import Connection
+import re
+from base64 import b64encode
+from functools import cache
+from hashlib import sha256
+from html import escape
+
+from vrs_cli.extras import BUILT_PAGE, how_to_build_page
+
+SCRIPT, SHEET = "replay.js", "replay.css"
+NOT_ASCII = re.compile(r"[^\x00-\x7f]")
+POLICY = "default-src 'none'; script-src 'sha256-{script}'{more}; style-src 'unsafe-inline'; img-src data: blob:; " + (
+    "connect-src data: blob:; base-uri 'none'; form-action 'none'"
+)
+
+
+class PageError(UsageError, text="No page"):
+    """The page of the browser cannot be written."""
+
+
+def page(data: Mapping[str, Any]) -> str:
+    """Return the HTML file of a `recorded_page`: the same text for the same data. Raises PageError without a page."""
+    return _html(data["title"], "recording", data)
+
+
+def viewer(robot: Mapping[str, Any]) -> str:
+    """Return an HTML file that plays `replays/NAME.js` beside it as `viewer.html#NAME`: `replay` makes such files, of
+    this `robot` alone. Raises PageError without a page.
+    """
+    return _html(robot["model"]["title"], "robot", robot, " 'self' file:")
+
+
+def replay(moments: Mapping[str, Any]) -> str:
+    """Return the script with what a `viewer` plays."""
+    return f"replay({json.dumps(moments, separators=(',', ':'))})\n"
+
+
+def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> str:
+    """Return the page with its data. `scripts`: where it may have other scripts from."""
+    script, sheet = _built()
+    title = escape(title).encode("ascii", "xmlcharrefreplace").decode()
+    policy = POLICY.format(script=b64encode(sha256(script.encode()).digest()).decode(), more=scripts)
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1, viewport-fit=cover">\n'
+        '<meta name="color-scheme" content="light dark"><meta name="referrer" content="no-referrer">\n'
+        f"<title>{title}</title>\n<style>{sheet}</style></head><body>\n"
+        "<noscript>This page shows a robot; it needs JavaScript.</noscript>\n"
+        f'<script type="application/json" id="{name}">{in_script(data)}</script>\n'
+        f"<script>{script}</script>\n</body></html>\n"
+    )
+
+
+def in_script(data: Mapping[str, Any]) -> str:
+    """Return JSON that can end no script and begin no comment of HTML."""
+    return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _ascii(code: str) -> str:
+    """Return JavaScript that means the same in any encoding: a notebook may be read in another one."""
+
+    def escaped(found: re.Match[str]) -> str:
+        units = found[0].encode("utf-16-be").hex()
+        return "".join([f"\\u{units[k : k + 4]}" for k in range(0, len(units), 4)])
+
+    return NOT_ASCII.sub(escaped, code)
+
+
+@cache
+def _built() -> tuple[str, str]:
+    """Return script and style sheet as they can stand inside HTML."""
+    try:
+        script, sheet = ((BUILT_PAGE / name).read_text(encoding="utf-8") for name in (SCRIPT, SHEET))
+    except OSError:
+        raise PageError("the page of the browser is not built", how_to_build_page()) from None
+    script = _ascii(script.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
+    return script, NOT_ASCII.sub(lambda found: f"\\{ord(found[0]):06x}", sheet.replace("</style", "<\\/style"))
+
+
+def check_page() -> None:
+    """Raises PageError where the page is not built."""
+    _built()
+
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+ELSEWHERE = (  # where they stand on systems that have no PATH for them
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
+    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
+)
+PATIENCE = 90.0  # [s] until a browser that shows nothing is given up: a slow machine draws the first picture in 10 s
+PAUSE = 0.05  # [s] between two looks whether it has begun
+PORT_FILE = "DevToolsActivePort"  # in its profile: the port, and the path of the address
+MAX_BYTES = 200_000_000  # of one message of the browser
+FLAGS = (
+    "--headless=new",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-dev-shm-usage",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-extensions",
+    "--force-color-profile=srgb",
+    "--force-device-scale-factor=1",
+    "--hide-scrollbars",
+    "--no-first-run",
+    "--remote-debugging-port=0",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # of its own accord it asks nobody either
+)
+
+
+class PictureError(UsageError, text="No picture"):
+    """The scene cannot be shown, recorded or photographed."""
+
+
+def find_browser() -> str:
+    """Return Chromium, Chrome or Edge. Raises PictureError where there is none."""
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    found = found or next((path for path in ELSEWHERE if Path(path).exists()), None)
+    if found is None:
+        raise PictureError(
+            "Chromium, Chrome or Edge draws it, and there is none",
+            "install one (apt-get install chromium), or make a page, which draws itself: --to html",
+        )
+    return found
+
+
+class BrowserPage:
+    """A page in the browser. All raise PictureError where the browser does not do it."""
+
+    def __init__(self, socket: Connection) -> None:
+        self._socket, self._id, self._session = socket, 0, ""
+
+    def open(self, url: str, size: tuple[int, int]) -> None:
+        """Open a page whose view has so many pixels in width and height."""
+        target = self._call("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
+        self._call("Emulation.setDeviceMetricsOverride", **metrics)
+        self._call("Page.enable")
+        self._call("Page.navigate", url=url)
+
+    def evaluate(self, expression: str) -> Any:
+        """Return the value of an expression of JavaScript, awaited if it is a promise."""
+        told = self._call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        if "exceptionDetails" in told:
+            details = told["exceptionDetails"]
+            raise PictureError("the page fails", str(details.get("exception", details).get("description", details)))
+        return told["result"].get("value")
+
+    def picture(self, form: str, **options: Any) -> bytes:
+        """Return what is seen, as `png` or `jpeg`."""
+        return b64decode(self._call("Page.captureScreenshot", format=form, **options)["data"])
+
+    def _call(self, method: str, **parameters: Any) -> Any:
+        self._id += 1
+        session = {"sessionId": self._session} if self._session else {}
+        message = {"id": self._id, "method": method, "params": parameters, **session}
+        try:
+            self._socket.send(json.dumps(message))
+            deadline = time.monotonic() + PATIENCE
+            while True:
+                told = json.loads(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.0)))
+                if told.get("id") == self._id:
+                    break
+        except Exception as error:  # websockets has errors of several families
+            raise PictureError("the browser draws nothing", f"{method}: {error or type(error).__name__}") from error
+        if "error" in told:
+            raise PictureError("the browser draws nothing", f"{method}: {told['error'].get('message')}")
+        return told["result"]
+
+
+@contextmanager
+def browser_page() -> Iterator[BrowserPage]:
+    """Start the browser, with a profile of its own, for one page. Raises PictureError."""
+    from websockets.sync.client import connect
+
+    browser, none = find_browser(), subprocess.DEVNULL
+    root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)  # Chromium gives root none
+    with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = (browser, *FLAGS, *root, f"--user-data-dir={profile}", "about:blank")
+        with subprocess.Popen(command, stdin=none, stdout=none, stderr=none) as running:
+            try:
+                address = _address(Path(profile) / PORT_FILE, running, browser)
+                with connect(address, max_size=MAX_BYTES, open_timeout=PATIENCE, compression=None) as socket:
+                    yield BrowserPage(socket)
+            finally:
+                running.terminate()
+
+
+def _address(file: Path, running: subprocess.Popen[bytes], browser: str) -> str:
+    """Return the address of the browser's protocol once it has begun."""
+    for _ in range(int(PATIENCE / PAUSE)):
+        try:
+            port, path = file.read_text().split()
+        except (OSError, ValueError):
+            if running.poll() is not None:
+                break
+            time.sleep(PAUSE)
+            continue
+        return f"ws://127.0.0.1:{port}{path}"
+    raise PictureError(f"{browser} shows nothing", "does it run with --headless=new and --use-angle=swiftshader?")
+
 
 SIZE, FILM_SIZE, GIF_SIZE = (960, 640), (1280, 720), (640, 420)  # [px]
 FINE, FAST = 1, 3  # quality of the page: with shadows; without

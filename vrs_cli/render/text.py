@@ -6,8 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vrs_cli.render.blocks import PIPE, SCREEN_ROWS, Page, block_lines, text_of
-from vrs_cli.render.control import visible
+from vrs_cli.render.blocks import PIPE, SCREEN_ROWS, Page, block_lines, text_of, visible
 from vrs_cli.values.replies import Message, Reply, StyledLine
 
 

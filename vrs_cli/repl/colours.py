@@ -60,7 +60,7 @@ class ValLexer(Lexer):
         if not self._ready():
             return lambda number: [("", document.lines[number])]
         from vrs_cli.language.text.parser import variables_in
-        from vrs_cli.render.scan import scan
+        from vrs_cli.render.colours import scan
 
         variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()
         return lambda number: [(self._styles[ink], text) for text, ink in scan(document.lines[number], variables)]

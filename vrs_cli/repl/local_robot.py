@@ -34,7 +34,7 @@ from vrs_cli.values.questions import Answer, Confirmation, OnScreen, Question
 from vrs_cli.values.replies import Message, Plot, Reply, Tone, report
 
 if TYPE_CHECKING:
-    from vrs_cli.render.transcript import Transcript
+    from vrs_cli.render.documents import Transcript
 
 ROBOT = "; robot: "  # of which it was: the first line of a file
 SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
@@ -128,7 +128,7 @@ class LoggedTerminal:
 
     def log(self, path: Path | None) -> Path | None:
         """Write to a file from now on, or (None) to none; return the file that was written so far. Raises FileError."""
-        from vrs_cli.render.transcript import Transcript
+        from vrs_cli.render.documents import Transcript
 
         before, self.transcript = self.transcript, None
         if before is not None:
@@ -146,7 +146,7 @@ class LoggedTerminal:
     def typed(self, prompt: str, text: str) -> None:
         """Lines were typed."""
         for line in text.splitlines():
-            self._keep(lambda transcript, line=line: transcript.typed(prompt, line))  # type: ignore[misc]
+            self._keep(lambda transcript, line=line: transcript.add_typed(prompt, line))  # type: ignore[misc]
 
     # --- as a terminal ---
 
@@ -165,7 +165,7 @@ class LoggedTerminal:
         answer = self._terminal.ask(question)
         if not isinstance(question, OnScreen):
             said = answer if isinstance(answer, str) else "Y" if answer else "N"
-            self._keep(lambda transcript: transcript.typed(f"{question.text} ", said))
+            self._keep(lambda transcript: transcript.add_typed(f"{question.text} ", said))
         return answer
 
     # --- writing ---

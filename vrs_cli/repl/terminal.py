@@ -9,9 +9,8 @@ from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.interfaces.dialogue import Reading, Running
-from vrs_cli.render.blocks import shortened
+from vrs_cli.render.blocks import for_stream, shortened, visible
 from vrs_cli.render.colours import COLOURS
-from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended
 from vrs_cli.values import replies

@@ -15,8 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from msgspec import Struct
 
 from vrs_cli.language.text.parser import variables_in
-from vrs_cli.render.colours import Ink
-from vrs_cli.render.scan import scan
+from vrs_cli.render.colours import Ink, scan
 
 RUN = 8  # words
 WINDOW = 4  # of so many runs in a row one is kept

@@ -17,8 +17,8 @@ from vrs_cli.files.atomic import write_atomically
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net.recorded_page import moments, robot
-from vrs_cli.render.html import picture
-from vrs_cli.render.page_export import replay, viewer
+from vrs_cli.render.documents import picture
+from vrs_cli.render.pictures import replay, viewer
 from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import Grading, total_of

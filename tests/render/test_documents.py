@@ -5,8 +5,8 @@ from __future__ import annotations
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.render.blocks import PIPE, Column, Grid, line
 from vrs_cli.render.colours import Ink
+from vrs_cli.render.documents import latex_document, markdown
 from vrs_cli.render.explained import formula, matrices
-from vrs_cli.render.markdown import latex_document, markdown
 
 TABLE = Grid((Column("Name"), Column("x mm", right=True)), (("a|b", "1.000"), ("<i>", "2.000")))
 

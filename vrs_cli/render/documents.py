@@ -1,0 +1,259 @@
+"""Write replies as HTML, Markdown and LaTeX, and sessions as transcripts: text, HTML, or a cast for asciinema."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from html import escape
+from itertools import groupby
+from math import ceil, floor
+from pathlib import Path
+from typing import NamedTuple, TextIO
+
+from vrs_cli.render.blocks import PIPE, Block, Grid, Page, Piece, TextLine, block_lines, line, visible
+from vrs_cli.render.chart import round_step
+from vrs_cli.render.colours import COLOURS, CURVES, GREY, RED, Ink
+from vrs_cli.render.layout import blocks
+from vrs_cli.values.replies import Plot, Reply
+
+WIDTH, HEIGHT = 640, 300  # of the picture of a plot
+LEFT, TOP, RIGHT, BOTTOM = 60, 24, 70, 36  # margins round the drawing
+LINES = 6  # of a scale, about so many
+
+
+def html(replies: Iterable[Reply]) -> str:
+    """All of them, one below the other. The same for the same replies."""
+    return "".join(picture(reply) if isinstance(reply, Plot) else blocks_html(blocks(reply, PIPE)) for reply in replies)
+
+
+def blocks_html(shown: Iterable[Block]) -> str:
+    parts = []
+    for is_grid, run in groupby(shown, lambda block: isinstance(block, Grid)):
+        if is_grid:
+            parts += [_table(grid) for grid in run if isinstance(grid, Grid)]
+        else:
+            lines = "\n".join(pieces_html(line.pieces) for line in run if isinstance(line, TextLine))
+            parts.append(f"<pre>{lines}</pre>")
+    return "".join(parts)
+
+
+def pieces_html(pieces: Iterable[Piece]) -> str:
+    """Pieces of a line, in their colours."""
+    shown = []
+    for text, ink in pieces:
+        colour, bold = COLOURS[ink]
+        style = f"color:{colour};" * bool(colour) + "font-weight:bold" * bold
+        shown.append(f'<span style="{style}">{escape(text)}</span>' if style else escape(text))
+    return "".join(shown)
+
+
+def _table(grid: Grid) -> str:
+    """A table whose numbers, with their units, stay on one line."""
+    styles = ["text-align:right;white-space:nowrap" if column.right else "text-align:left" for column in grid.columns]
+    heads = [column.heading for column in grid.columns]
+    head = f"<thead><tr>{_cells('th', heads, styles)}</tr></thead>" if any(heads) else ""
+    rows = "".join(f"<tr>{_cells('td', row, styles)}</tr>" for row in grid.rows)
+    return f"<table>{head}<tbody>{rows}</tbody></table>"
+
+
+def _cells(tag: str, texts: Iterable[str], styles: Iterable[str]) -> str:
+    pairs = zip(texts, styles, strict=True)
+    return "".join(f'<{tag} style="{style}">{escape(text)}</{tag}>' for text, style in pairs)
+
+
+# --- plots as SVG ---------------------------------------------------------------------------------------------------
+
+
+class SvgScale:
+    """Values from `low` to `high` on a line from `begin` to `end` in the picture."""
+
+    def __init__(self, low: float, high: float, begin: float, end: float) -> None:
+        room = 0.0 if high - low > 1e-9 else 1.0
+        self.low, self.high, self.begin, self.end = low - room, high + room, begin, end
+
+    def place(self, value: float) -> float:
+        return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
+
+    def marks(self) -> Iterator[float]:
+        """Round values along it."""
+        step = round_step((self.high - self.low) / LINES)
+        for number in range(ceil(self.low / step), floor(self.high / step) + 1):
+            yield number * step
+
+
+def picture(plot: Plot, at: float | None = None) -> str:
+    """The plot as an SVG element, with a line at a time [s], where one is given."""
+    values = [value for curve in plot.curves for value in curve.values]
+    across = SvgScale(plot.times[0], plot.times[-1], LEFT, WIDTH - RIGHT)
+    up = SvgScale(min(values), max(values), HEIGHT - BOTTOM, TOP)
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '
+        f'font-family="sans-serif" font-size="11" fill="{GREY}">'
+    )
+    title = _text(LEFT, 14, f"{plot.title} [{plot.unit}]", "start")
+    moment = [] if at is None else [_moment(across.place(min(max(at, plot.times[0]), plot.times[-1])))]
+    parts = [head, title, *_grid(across, up), *_curves(plot, across, up), *moment, "</svg>"]
+    return "\n".join(parts) + "\n"
+
+
+def _grid(across: SvgScale, up: SvgScale) -> Iterator[str]:
+    for value in up.marks():
+        y = up.place(value)
+        yield _stroke(f"M{LEFT} {y:.1f}H{WIDTH - RIGHT}")
+        yield _text(LEFT - 6, y + 4, f"{value + 0.0:.6g}", "end")
+    for value in across.marks():
+        x = across.place(value)
+        yield _stroke(f"M{x:.1f} {TOP}V{HEIGHT - BOTTOM}")
+        yield _text(x, HEIGHT - BOTTOM + 16, f"{value + 0.0:.6g}", "middle")
+    yield _text((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 4, "t [s]", "middle")
+
+
+def _curves(plot: Plot, across: SvgScale, up: SvgScale) -> Iterator[str]:
+    for number, curve in enumerate(plot.curves):
+        colour, _ = COLOURS[CURVES[number % len(CURVES)]]
+        points = zip(plot.times, curve.values, strict=True)
+        path = "M" + "L".join(f"{across.place(t):.1f} {up.place(value):.1f}" for t, value in points)
+        yield f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
+        y = TOP + 10 + 16 * number
+        yield f'<text x="{WIDTH - RIGHT + 8}" y="{y}" fill="{colour}">{escape(curve.label)}</text>'
+
+
+def _moment(x: float) -> str:
+    return f'<path d="M{x:.1f} {TOP}V{HEIGHT - BOTTOM}" stroke="{RED}" stroke-width="2" stroke-dasharray="4 3"/>'
+
+
+def _stroke(path: str) -> str:
+    return f'<path d="{path}" stroke="{GREY}" stroke-opacity="0.25"/>'
+
+
+def _text(x: float, y: float, text: str, anchor: str) -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
+
+
+_MARKDOWN_SIGNS = re.compile(r"[\\`*_{}\[\]<>()#+!|$~&]")
+_LATEX = {"\\": r"\backslash ", "^": r"\^{}", "~": r"\~{}", **{one: f"\\{one}" for one in "{}$&#%_"}}
+
+
+def markdown(shown: Iterable[Block]) -> str:
+    """Blocks as Markdown: formulas between $$, headings of tables in their first row."""
+    parts = []
+    for block in shown:
+        if block.latex:
+            parts.append(f"$${block.latex}$$")
+        elif isinstance(block, Grid):
+            parts.append(_markdown_table(block))
+        else:
+            bold = "**" * all(ink is Ink.HEADING for _, ink in block.pieces)
+            parts.append(f"{bold}{_escape(block.text)}{bold}")
+    return "\n\n".join(parts) + "\n"
+
+
+def _markdown_table(grid: Grid) -> str:
+    sides = ["---:" if column.right else ":---" for column in grid.columns]
+    rows = [[column.heading for column in grid.columns], sides, *grid.rows]
+    return "\n".join(f"| {' | '.join(row if row is sides else map(_escape, row))} |" for row in rows)
+
+
+def _escape(text: str) -> str:
+    return _MARKDOWN_SIGNS.sub(lambda found: f"\\{found[0]}", text.strip())
+
+
+def latex_document(shown: Iterable[Block]) -> str:
+    """Blocks as LaTeX that MathJax draws too: texts as they are, formulas and tables between $$."""
+    parts = []
+    for block in shown:
+        if block.latex:
+            parts.append(f"$${block.latex}$$")
+        elif isinstance(block, Grid):
+            sides = "".join("r" if column.right else "l" for column in block.columns)
+            heads = [column.heading for column in block.columns]
+            rows = [" & ".join(map(_latex_cell, row)) for row in ([heads] if any(heads) else []) + list(block.rows)]
+            parts.append(rf"$$\begin{{array}}{{{sides}}}" + r" \\ ".join(rows) + r"\end{array}$$")
+        else:
+            parts.append(_latex_text(block.text))
+    return "\n\n".join(parts) + "\n"
+
+
+def _latex_cell(text: str) -> str:
+    return rf"\text{{{_latex_text(text)}}}" if text.strip() else ""
+
+
+def _latex_text(text: str) -> str:
+    return "".join(_LATEX.get(one, one) for one in text.strip())
+
+
+CAST_COLUMNS, CAST_ROWS = 100, 30  # characters of a cast
+CAST_PAGE = Page(CAST_COLUMNS, unicode=True)
+
+
+class TranscriptFormat(NamedTuple):
+    """How a transcript begins and ends, and how a line is written that came so many seconds after the beginning."""
+
+    begin: str
+    line: Callable[[TextLine, float], str]
+    end: str
+
+
+def _cast_line(line: TextLine, seconds: float) -> str:
+    """An event of asciicast v2 (docs.asciinema.org/manual/asciicast/v2)."""
+    drawn = "".join(_ansi(text, ink) for text, ink in line.pieces)
+    return json.dumps([round(seconds, 3), "o", f"{drawn}\r\n"]) + "\n"
+
+
+def _ansi(text: str, ink: Ink) -> str:
+    colour, bold = COLOURS[ink]
+    codes = ["1"] * bold
+    if colour:
+        codes.append(f"38;2;{int(colour[1:3], 16)};{int(colour[3:5], 16)};{int(colour[5:7], 16)}")
+    return f"\x1b[{';'.join(codes)}m{text}\x1b[0m" if codes else text
+
+
+TEXT_FORMAT = TranscriptFormat("", lambda line, _seconds: f"{line.text}\n", "")
+HTML_FORMAT = TranscriptFormat(
+    '<!DOCTYPE html>\n<html><head><meta charset="utf-8"><title>vrs</title></head><body><pre>\n',
+    lambda line, _seconds: f"{pieces_html(line.pieces)}\n",
+    "</pre></body></html>\n",
+)
+CAST_FORMAT = TranscriptFormat(
+    json.dumps({"version": 2, "width": CAST_COLUMNS, "height": CAST_ROWS, "title": "vrs"}) + "\n", _cast_line, ""
+)
+FORMATS: Mapping[str, TranscriptFormat] = {".html": HTML_FORMAT, ".htm": HTML_FORMAT, ".cast": CAST_FORMAT}
+
+
+class Transcript:
+    """A file that is being written. Raises OSError."""
+
+    def __init__(self, path: Path, clock: Callable[[], float]) -> None:
+        self.path = path
+        self._clock, self._begun, self._open_line = clock, clock(), ""
+        self._format = FORMATS.get(path.suffix.lower(), TEXT_FORMAT)
+        self._stream: TextIO = path.open("w", encoding="utf-8", newline="\n")
+        self._put(self._format.begin)
+
+    def add_typed(self, prompt: str, text: str) -> None:
+        self._line(TextLine(((prompt, Ink.NOTE), (text, Ink.HEADING))))
+
+    def reply(self, reply: Reply) -> None:
+        for one in block_lines(blocks(reply, CAST_PAGE), CAST_COLUMNS):
+            self._line(one)
+
+    def type(self, text: str) -> None:
+        """Add what a program types; lines are written when they are complete."""
+        *complete, self._open_line = (self._open_line + text).split("\n")
+        for one in complete:
+            self._line(line(one))
+
+    def close(self) -> None:
+        if self._open_line:
+            self._line(line(self._open_line))
+        self._put(self._format.end)
+        self._stream.close()
+
+    def _line(self, one: TextLine) -> None:
+        shown = TextLine(tuple((visible(text), ink) for text, ink in one.pieces))
+        self._put(self._format.line(shown, self._clock() - self._begun))
+
+    def _put(self, text: str) -> None:
+        self._stream.write(text)
+        self._stream.flush()
