@@ -7,8 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from vrs_cli.render.plots import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, curves_svg, ticks
-from vrs_cli.render.plots import Curves
+from vrs_cli.render.plots import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Curves, curves_svg, ticks
 
 SPACE = "{http://www.w3.org/2000/svg}"
 TIMES = [0.0, 1.0, 2.0, 3.0, 4.0]
