@@ -22,7 +22,7 @@ from typing import Any, Self
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from vrs_cli.net.class_folder import ClassFolder
+from vrs_cli.net.tokens import ClassFolder
 
 STUDENTS, SECONDS = 30, 10.0
 RATES = (1.0, 10.0)  # lines of each student in a second

@@ -36,7 +36,7 @@ from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.language.run.signals import Cell
-from vrs_cli.net.recorded_page import recorded_page
+from vrs_cli.net.page_data import recorded_page
 from vrs_cli.render.pictures import FINE, READY, BrowserPage, browser_page, page
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.codec import table_of

@@ -71,7 +71,6 @@ LIVES_IN = {
         "bodies/rosbridge.py",
         "net/client.py",
         "net/http.py",
-        "net/pages.py",
         "net/relay.py",
         "net/server.py",
         "render/pictures.py",
@@ -191,7 +190,7 @@ DEFERRED = (
         "few robots are dragged or steered",
     ),
     Deferred(
-        ("contacts/watch.py", "net/told_course.py", "teach"),
+        ("contacts/watch.py", "net/course_teller.py", "teach"),
         ("vrs_cli.contacts.checker", "vrs_cli.contacts.stages"),
         "it brings mujoco, which is an extra",
     ),
@@ -200,7 +199,7 @@ DEFERRED = (
         ("vrs_cli.world.world", "vrs_cli.world.course"),
         "few robots have a scene",
     ),
-    Deferred(("api/answers.py",), ("vrs_cli.render.pictures", "vrs_cli.net.recorded_page"), "few scripts show a page"),
+    Deferred(("api/answers.py",), ("vrs_cli.render.pictures", "vrs_cli.net.page_data"), "few scripts show a page"),
     Deferred(("render/pictures.py",), ("websockets", "PIL"), "tables are exported without them"),
     Deferred(
         ("files/mesh_file.py",),

@@ -19,7 +19,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joint_state_at
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.body_messages import BodyOrder
+from vrs_cli.net.messages import BodyOrder
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Move

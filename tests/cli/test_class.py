@@ -8,8 +8,7 @@ from urllib.parse import unquote
 import pytest
 
 from vrs_cli.cli.main import run
-from vrs_cli.net.class_folder import ClassFolder
-from vrs_cli.net.tokens import read_tokens
+from vrs_cli.net.tokens import ClassFolder, read_tokens
 
 
 def test_a_class_from_its_names_to_its_programs(

@@ -14,7 +14,7 @@ from vrs_cli.cli import demo
 from vrs_cli.cli.demo import PROGRAM, TRY, DemoPlace, has_browser
 from vrs_cli.errors import NonexistentFile
 from vrs_cli.interfaces.monitor.help import TUTORIAL
-from vrs_cli.net.hosted import Hosted
+from vrs_cli.net.local_server import LocalRobot
 from vrs_cli.repl.place import Place
 
 
@@ -68,9 +68,9 @@ def test_the_page_executes_the_sample_and_the_shell_beside_it_does_not(
 ) -> None:
     first_lines = list[str]()
 
-    def look(_options: object, _stack: object, hosted: Hosted) -> int:
-        (room,) = hosted.hub.rooms.values()
-        port = hosted.hold()  # attended, as the shell beside the page
+    def look(_options: object, _stack: object, local_robot: LocalRobot) -> int:
+        (room,) = local_robot.hub.rooms.values()
+        port = local_robot.hold()  # attended, as the shell beside the page
         first_lines.extend((port.welcome.first_line, room.first_line))
         port.close()
         return 0

@@ -21,7 +21,7 @@ from tests.live import PATIENCE
 from tests.net.serving import Caller
 from vrs_cli.cli.main import run
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net import pages
+from vrs_cli.net import http
 from vrs_cli.net.messages import Closing, Hello, Sample, Subscribe
 from vrs_cli.net.tokens import add_tokens
 
@@ -54,7 +54,7 @@ def test_a_wrong_command_line_is_one_message(
     arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(pages, "BUILT_PAGE", tmp_path / "built")
+    monkeypatch.setattr(http, "BUILT_PAGE", tmp_path / "built")
     Path("file").write_text("")
     Path("t.toml").write_text("")
     assert run(["serve", "--port", "0", *arguments]) == 2

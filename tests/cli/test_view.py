@@ -16,7 +16,7 @@ from tests.net.serving import serving
 from vrs_cli.cli import view
 from vrs_cli.cli.view import News
 from vrs_cli.interfaces.monitor.showing import Sight
-from vrs_cli.net import pages
+from vrs_cli.net import http
 from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line
 from vrs_cli.repl.player import Player
 from vrs_cli.trajectory.timeline import Timeline
@@ -178,7 +178,7 @@ def _page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A page is built, whatever is in it."""
     (tmp_path / "built").mkdir()
     (tmp_path / "built" / "index.html").write_text("")
-    monkeypatch.setattr(pages, "BUILT_PAGE", tmp_path / "built")
+    monkeypatch.setattr(http, "BUILT_PAGE", tmp_path / "built")
 
 
 def test_a_page_that_others_reach_is_refused(vrs: Vrs) -> None:
@@ -197,7 +197,7 @@ def test_a_port_that_is_taken_is_said(vrs: Vrs) -> None:
 
 
 def test_without_the_page_it_is_said_how_to_build_it(vrs: Vrs, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(pages, "BUILT_PAGE", tmp_path / "nothing")
+    monkeypatch.setattr(http, "BUILT_PAGE", tmp_path / "nothing")
     ended = vrs("view")
     assert ended.status == 2
     assert "the page is not built here" in ended.err

@@ -10,8 +10,7 @@ import pytest
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.twin.dynamics import mass_matrix, torques
-from vrs_cli.twin.inertia import inertial_model
+from vrs_cli.twin.dynamics import inertial_model, mass_matrix, torques
 
 ARM = """<robot name="heavy">
   <link name="base"><inertial>

@@ -22,7 +22,7 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net import room as rooms
-from vrs_cli.net.audit import Audit
+from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.room import Room
 from vrs_cli.net.served_robot import Plan
 

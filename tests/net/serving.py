@@ -19,10 +19,10 @@ from tests.live import PATIENCE
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.audit import Audit
+from vrs_cli.net.durable_log import Audit
+from vrs_cli.net.http import ServedPage
 from vrs_cli.net.limits import USUAL, Allowance
 from vrs_cli.net.messages import Bye, Closing, Done, Hello, Line, Request, ServerMessage, Told, Typed, Welcome
-from vrs_cli.net.pages import ServedPage
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan

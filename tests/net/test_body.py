@@ -17,13 +17,27 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import RequestRefused, RoleWanted
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.net.body_client import BodyClient
-from vrs_cli.net.body_messages import Alarm, Embodied, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.messages import BodyOrder, BodyReleased, BodyStatus, Hello, Line, Refused, Subscribe
+from vrs_cli.net.messages import (
+    Alarm,
+    BodyOrder,
+    BodyReleased,
+    BodyStatus,
+    Embodied,
+    Embody,
+    Hello,
+    Line,
+    Measured,
+    MeasuredWindow,
+    Measurements,
+    Refused,
+    ShownMeasured,
+    Subscribe,
+)
 from vrs_cli.net.served_robot import MEASURED_SECONDS
 from vrs_cli.net.socket_port import SocketPort
+from vrs_cli.net.stream import MAX_REMEMBERED, MeasuredTeller
 from vrs_cli.net.tokens import add_tokens
-from vrs_cli.net.told_measured import MAX_REMEMBERED, MeasuredTeller
 from vrs_cli.trajectory.reports import CHUNK
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import BodyMode, Report, ReportCounts

@@ -13,10 +13,8 @@ import pytest
 from tests.live import until
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.errors import LimitReached, UsageError
-from vrs_cli.net import class_folder
-from vrs_cli.net.body_messages import Embodied, Embody, Measured, Measurements
+from vrs_cli.net import tokens
 from vrs_cli.net.class_board import ClassBoard
-from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
 from vrs_cli.net.messages import (
     Abort,
     Announce,
@@ -29,18 +27,22 @@ from vrs_cli.net.messages import (
     Done,
     Drag,
     Drive,
+    Embodied,
+    Embody,
     Fetched,
     Freeze,
     HandIn,
     Hello,
     LeaseAct,
+    Measured,
+    Measurements,
     Put,
     Refused,
     StudentState,
     Subscribe,
     WatchClass,
 )
-from vrs_cli.net.tokens import add_tokens
+from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, add_tokens
 from vrs_cli.values.acts import Survey
 
 
@@ -237,7 +239,7 @@ def test_the_audit_forgets_a_student_and_no_other(tmp_path: Path) -> None:
 
 
 def test_only_so_much_is_handed_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(class_folder, "MAX_HAND_INS", 2)
+    monkeypatch.setattr(tokens, "MAX_HAND_INS", 2)
     folder = ClassFolder(tmp_path)
     for _ in range(2):
         folder.hand_in("ada", "x", "x", time.time())

@@ -230,7 +230,7 @@ ON_THE_WALL = {
     "cli/serve.py": "the audit says when",
     "files/recovery.py": "how old a file is",
     "net/server.py": "tokens end at a time of the calendar",
-    "net/hosted.py": "the audit of its own server",
+    "net/local_server.py": "the audit of its own server",
 }
 
 

@@ -12,7 +12,7 @@ import pytest
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
-from vrs_cli.net.audit import Audit
+from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.tokens import OPEN, Grant

@@ -15,22 +15,38 @@ from msgspec.json import decode
 from websockets.sync.client import connect
 
 from tests.live import PATIENCE, until
+from tests.net.course_sessions import DrawnWorld
 from tests.net.serving import Caller, Serving, serving
 from tests.net.test_cells_afar import CELL, LINES
 from tests.net.test_delayed_robot import behind
-from tests.net.test_served_shapes import URDF
-from tests.net.told_courses import DrawnWorld
+from tests.net.test_page_data import URDF
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.net.body_messages import Alarm, BodyStatus, Embody, Measured, MeasuredWindow, Measurements, ShownMeasured
-from vrs_cli.net.hosted import HERE, LocalServer, PagePlace
-from vrs_cli.net.messages import At, Closing, Delta, Done, Drag, Hello, Line, Replaced, Subscribe, Welcome
+from vrs_cli.net.http import ServedPage
+from vrs_cli.net.local_server import HERE, LocalServer, PagePlace
+from vrs_cli.net.messages import (
+    Alarm,
+    At,
+    BodyStatus,
+    Closing,
+    Delta,
+    Done,
+    Drag,
+    Embody,
+    Hello,
+    Line,
+    Measured,
+    MeasuredWindow,
+    Measurements,
+    Replaced,
+    ShownMeasured,
+    Subscribe,
+    Welcome,
+)
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.overheard import LookAhead, PreviewMessage
-from vrs_cli.net.pages import ServedPage
-from vrs_cli.net.relay import Relay
+from vrs_cli.net.relay import LookAhead, PreviewMessage, Relay
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Go, Goal

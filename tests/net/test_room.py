@@ -16,8 +16,8 @@ from vrs_cli.errors import DeviceNotReady
 from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
-from vrs_cli.net.audit import Audit
 from vrs_cli.net.client_session import MOST_LOOKS, ClientSession
+from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (
     Abort,

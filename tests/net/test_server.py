@@ -489,7 +489,7 @@ def test_an_error_of_vrs_itself_tells_nothing_of_the_server_s_disk(
 
     with serving(tmp_path) as server, server.call() as ada:
         monkeypatch.setattr("vrs_cli.interfaces.session.session.Session.answers", wrong)
-        monkeypatch.setattr("vrs_cli.net.served_robot.ServedRobot.fetch_file", wrong)
+        monkeypatch.setattr("vrs_cli.net.durable_log.RobotFiles.fetch", wrong)
         ada.line("WHERE")
         refused = ada.ask(lambda id: Get(id, "own.v2"))
     assert isinstance(refused, Refused)

@@ -10,7 +10,7 @@ import pytest
 
 from tests.net.serving import Serving, serving
 from tests.page.browser import alone, leave_out, missing, open_robot, page_folder, running_chromium, unwatched, watched
-from vrs_cli.net.pages import ServedPage
+from vrs_cli.net.http import ServedPage
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

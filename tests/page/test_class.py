@@ -12,12 +12,10 @@ import pytest
 from tests.live import until as wait_until
 from tests.net.serving import Serving, serving
 from tests.page.browser import SIZE, axe, changed, drawn, line, picture, until, window
-from vrs_cli.net.body_messages import Embody, Measured
 from vrs_cli.net.class_board import ClassBoard
-from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
-from vrs_cli.net.messages import Hello
-from vrs_cli.net.pages import ServedPage
-from vrs_cli.net.tokens import add_tokens
+from vrs_cli.net.http import ServedPage
+from vrs_cli.net.messages import Embody, Hello, Measured
+from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, add_tokens
 from vrs_cli.teach.served_lessons import ServedLessons
 from vrs_cli.values.measured import DivergenceAlarm, DivergenceCause
 

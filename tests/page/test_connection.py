@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 from tests.live import until as until_here
 from tests.net.serving import Serving, serving
 from tests.page.browser import drawn, line, open_robot, until
-from vrs_cli.net.pages import ServedPage
+from vrs_cli.net.http import ServedPage
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -15,7 +15,7 @@ import pytest
 from tests.live import until as until_here
 from tests.net.serving import Serving, serving
 from tests.page.browser import CHROMIUM, FLAGS, address, drawn, open_robot, until, window
-from vrs_cli.net.pages import ServedPage
+from vrs_cli.net.http import ServedPage
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.render.text import styled_lines
 

@@ -11,7 +11,7 @@ from tests.net.serving import serving
 from tests.page.browser import line, open_robot, until
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.pages import ServedPage
+from vrs_cli.net.http import ServedPage
 from vrs_cli.render.text import styled_lines
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from tests.net.serving import Serving
 from tests.page.browser import changed, drawn, line, picture, until
-from vrs_cli.net.body_messages import Embody, Measured
-from vrs_cli.net.messages import Hello
+from vrs_cli.net.messages import Embody, Hello, Measured
 from vrs_cli.values.measured import DivergenceAlarm, DivergenceCause
 
 if TYPE_CHECKING:

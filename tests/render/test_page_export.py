@@ -19,8 +19,8 @@ from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.recorded_page import moments, recorded_page
-from vrs_cli.net.recorded_page import robot as shown_robot
+from vrs_cli.net.page_data import moments, recorded_page
+from vrs_cli.net.page_data import robot as shown_robot
 from vrs_cli.render import pictures
 from vrs_cli.render.pictures import PageError, in_script, page, replay, viewer
 

@@ -10,8 +10,8 @@ import pytest
 from tests.live import until
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.net.class_board import ClassBoard
-from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
 from vrs_cli.net.messages import ClassState, Closing, Hello, LessonText, Welcome
+from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder
 from vrs_cli.teach.served_lessons import ServedLessons
 
 

@@ -4,18 +4,32 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from vrs_cli.errors import NotAvailable
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.masses import LinkMasses
 from vrs_cli.kinematics.model import RobotModel, link_frames
-from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.twin.dynamics import InertialModel, mass_matrix, regressor, torques
-from vrs_cli.twin.inertia import balanced, inertial_model, masses_of
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
+from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, LinkShape, MeshFile, Slab
+from vrs_cli.kinematics.transform import rotation_about, translation
+from vrs_cli.twin.dynamics import (
+    InertialModel,
+    balanced,
+    inertial_model,
+    mass_matrix,
+    masses_of,
+    point_masses,
+    regressor,
+    solid_of_link,
+    torques,
+)
 
-ROBOTS = ("puma560", "cobra600", "iiwa14", "planar2", "so100")  # one that slides, one that is redundant
+SAMPLE_ROBOTS = ("puma560", "cobra600", "iiwa14", "planar2", "so100")  # one that slides, one that is redundant
 SAMPLES = 50
 
 
@@ -31,7 +45,7 @@ def motions(n: int, seed: int = 0) -> Floats:
     return np.random.default_rng(seed).normal(size=(3, SAMPLES, n))
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", SAMPLE_ROBOTS)
 def test_torques_are_those_of_mujoco(robot: str) -> None:
     mujoco = pytest.importorskip("mujoco")
     from vrs_cli.bodies.mujoco_arm import compiled
@@ -48,7 +62,7 @@ def test_torques_are_those_of_mujoco(robot: str) -> None:
         assert np.max(np.abs(d.qfrc_inverse - found[k])) < 1e-9
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", SAMPLE_ROBOTS)
 def test_torques_are_linear_in_the_parameters(robot: str) -> None:
     model = load_robot(robot)
     inertial, (q, qd, qdd) = random_inertial(model, 2), motions(model.joint_count, 3)
@@ -57,7 +71,7 @@ def test_torques_are_linear_in_the_parameters(robot: str) -> None:
     assert regressor(model, q, qd, qdd) @ inertial.parameters() + rotors == pytest.approx(found, abs=1e-10)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", SAMPLE_ROBOTS)
 def test_power_is_the_rate_of_energy(robot: str) -> None:
     """An oracle that knows kinetic and potential energy alone: masses at the ends of difference quotients."""
     model = load_robot(robot)
@@ -132,3 +146,159 @@ def test_centres_of_the_puma_are_where_the_published_frames_have_them() -> None:
             T = T @ np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
             here = np.array(frame).reshape(3, 4) @ [*own, 1.0]
             assert here == pytest.approx((T @ [*centre, 1.0])[:3], abs=1e-12)
+
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def unit_moments(body: object) -> tuple[float, Floats, Floats]:
+    """Volume, centre and inertia about the centre of one kilogram."""
+    points, volumes = point_masses(body)  # type: ignore[arg-type]
+    shares = volumes / volumes.sum()
+    centre = shares @ points
+    S = (points - centre).T @ (shares[:, None] * (points - centre))
+    return float(volumes.sum()), centre, np.trace(S) * np.eye(3) - S
+
+
+def sampled(inside: object, low: Floats, high: Floats, count: int = 120) -> tuple[float, Floats, Floats]:
+    """The same of a body that is told by which points are in it, from a grid of points."""
+    axes = [np.linspace(a, b, count, endpoint=False) + 0.5 * (b - a) / count for a, b in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    points = points[inside(points)]  # type: ignore[operator]
+    centre = points.mean(axis=0)
+    S = (points - centre).T @ (points - centre) / len(points)
+    return len(points) * float(np.prod((high - low) / count)), centre, np.trace(S) * np.eye(3) - S
+
+
+def test_box_and_cylinder_have_the_moments_of_the_book() -> None:
+    volume, centre, inertia = unit_moments(Box((0.2, 0.3, 0.5), translation(1.0, 2.0, 3.0)))
+    assert (volume, *centre) == pytest.approx((0.03, 1.0, 2.0, 3.0))
+    assert np.diag(inertia) == pytest.approx([0.34 / 12, 0.29 / 12, 0.13 / 12])
+    volume, centre, inertia = unit_moments(Cylinder((0.0, 0.0, -0.2), (0.0, 0.0, 0.4), (0.1, 0.1)))
+    assert (volume, *centre) == pytest.approx((pi * 0.006, 0.0, 0.0, 0.1))
+    across = 0.01 / 4 + 0.36 / 12
+    assert np.diag(inertia) == pytest.approx([across, across, 0.005])
+
+
+def test_cone_and_ball_have_the_moments_of_the_book() -> None:
+    volume, centre, inertia = unit_moments(Cylinder(ORIGIN, (0.0, 0.0, 0.4), (0.3, 1e-12)))
+    assert (volume, centre[2]) == pytest.approx((pi * 0.09 * 0.4 / 3, 0.1))
+    across = 3 / 20 * 0.09 + 3 / 80 * 0.16
+    assert np.diag(inertia) == pytest.approx([across, across, 0.3 * 0.09])
+    for ball in (Capsule(ORIGIN, ORIGIN, (0.2, 0.2)), Capsule(ORIGIN, (0.0, 0.05, 0.0), (0.2, 0.1))):
+        volume, centre, inertia = unit_moments(ball)  # the second holds a smaller ball
+        assert (volume, *centre) == pytest.approx((4 / 3 * pi * 0.008, 0.0, 0.0, 0.0))
+        assert inertia == pytest.approx(0.4 * 0.04 * np.eye(3))
+
+
+def test_capsule_of_two_radii_beside_points_of_a_grid() -> None:
+    r, s, far = 0.2, 0.1, 0.3
+
+    def inside(points: Floats) -> Floats:
+        """In a ball whose centre and radius go from those of one end to those of the other."""
+        part = np.linspace(0.0, 1.0, 60)[:, None]
+        away = np.full(len(points), np.inf)
+        for k in part[:, 0]:
+            away = np.minimum(away, np.linalg.norm(points - [0.0, 0.0, k * far], axis=1) - (r + k * (s - r)))
+        return away < 0.0
+
+    low, high = np.array([-0.2, -0.2, -0.2]), np.array([0.2, 0.2, 0.4])
+    wanted = sampled(inside, low, high, 40)
+    for found, other in zip(unit_moments(Capsule(ORIGIN, (0.0, 0.0, far), (r, s))), wanted, strict=True):
+        assert found == pytest.approx(other, rel=1e-2, abs=3e-4)
+
+
+def test_slab_beside_points_of_a_grid() -> None:
+    r, s, far, thick, thin = 0.2, 0.1, 0.5, 0.1, 0.06
+
+    def inside(points: Floats) -> Floats:
+        x, y, z = points.T
+        away = np.full(len(points), np.inf)
+        for k in np.linspace(0.0, 1.0, 60):
+            away = np.minimum(away, np.hypot(x - k * far, y) - (r + k * (s - r)))
+        half = 0.5 * (thick + (thin - thick) * (x + r) / (far + r + s))
+        return (away < 0.0) & (np.abs(z) < half)
+
+    low, high = np.array([-0.2, -0.2, -0.05]), np.array([0.6, 0.2, 0.05])
+    wanted = sampled(inside, low, high, 40)
+    slab = Slab(ORIGIN, (far, 0.0, 0.0), (0.0, 0.0, 1.0), (r, s), (thick, thin))
+    for found, other in zip(unit_moments(slab), wanted, strict=True):
+        assert found == pytest.approx(other, rel=1e-2, abs=3e-4)
+
+
+def test_mesh_is_weighed_by_its_triangles(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box((0.2, 0.3, 0.5)).export(tmp_path / "box.stl")
+    pose = translation(0.1, 0.0, 0.0)
+    wanted = unit_moments(Box((0.2, 0.3, 0.5), pose))
+    for found, other in zip(unit_moments(MeshFile(str(tmp_path / "box.stl"), pose)), wanted, strict=True):
+        assert found == pytest.approx(other)
+
+
+def test_moments_turn_with_a_body_and_add_up_over_a_link() -> None:
+    R = rotation_about((1.0, 0.0, 0.0), 0.5 * pi)
+    _, _, inertia = unit_moments(Box((0.2, 0.3, 0.5), R))
+    assert np.diag(inertia) == pytest.approx([0.34 / 12, 0.13 / 12, 0.29 / 12])
+    halves = [LinkShape(1, Box((0.2, 0.3, 0.25), translation(0.0, 0.0, z))) for z in (-0.125, 0.125)]
+    model = replace(load_robot("planar2"), shapes=(*halves, LinkShape(2, Box((1.0, 1.0, 1.0)))))
+    found = solid_of_link(model, 1)
+    assert found is not None
+    assert np.diag(found.inertia) == pytest.approx([0.34 / 12, 0.29 / 12, 0.13 / 12])
+
+
+def test_every_inertia_is_that_of_a_body() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        axes, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        a, b, c = np.linalg.eigvalsh(balanced(axes * random.uniform(0.0, 1.0, 3) @ axes.T))
+        assert a > 0.0
+        assert a + b >= c
+    good = np.diag([0.2, 0.3, 0.4])
+    assert np.array_equal(balanced(good), good)
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROBOTS / "masses").glob("*.toml")))
+def test_robots_with_masses_have_bodies_for_links(name: str) -> None:
+    model = load_robot(name)
+    found = inertial_model(model)
+    for inertia in found.inertia:
+        a, b, c = np.linalg.eigvalsh(inertia)
+        assert a > 0.0
+        assert a + b >= c * (1.0 - 1e-12)
+    for row in (found.armature, found.viscous, found.coulomb, found.max_torque):
+        assert row.shape == (model.joint_count,)
+        assert np.all(row >= 0.0)
+    assert np.all(found.max_torque > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "kilograms", "holding"),
+    [
+        ("irb120", 11.931, (0.0, -13.034, -4.855, 0.020, 0.059, 0.0)),
+        ("iiwa14", 25.61, (0.0, -22.289, -5.216, -9.758, 0.035, -0.807, 0.0)),
+        ("kr10", 39.83708, (0.0, -108.272, -13.036, -0.030, 0.499, 0.0)),
+        ("lrmate200id", 19.6994, (0.0, -20.984, 6.621, -0.157, 0.009, 0.0)),
+        ("panda", 16.0621, (0.0, -10.246, -2.784, -12.490, -0.542, 0.227, -0.059)),
+        ("so100", 0.608965, (0.0, 0.321, -0.109, 0.097, -0.001)),
+        ("ur5e", 16.9949, (0.0, -37.279, -3.989, 1.257, -0.056, 0.0)),
+        ("xarm6", 7.7536, (0.0, -0.506, 8.719, 0.168, 0.453, 0.0)),
+    ],
+)
+def test_masses_load_the_joints_as_in_their_source(name: str, kilograms: float, holding: tuple[float, ...]) -> None:
+    """Torques that hold the arm at 0.3, 0.5, 0.7, ... rad: slopes of the potential energy along the source's chain of
+    bodies. The source of the UR5e has lengths in whole millimetres, that of the KR 10 another forearm.
+    """
+    model = load_robot(name)
+    found = inertial_model(model)
+    q = np.array([[0.3 + 0.2 * i for i in range(len(holding))]])
+    assert found.mass.sum() == pytest.approx(kilograms, abs=1e-4)
+    near = {"kr10": 0.75, "ur5e": 0.05}.get(name, 1e-3)
+    assert torques(model, found, q, 0.0 * q, 0.0 * q)[0] == pytest.approx(holding, abs=near)
+
+
+def test_all_links_without_a_mass_are_told_at_once() -> None:
+    model = replace(load_robot("cobra600"), links=load_robot("cobra600").links[:3])
+    with pytest.raises(NotAvailable) as told:
+        inertial_model(replace(model, masses=(LinkMasses(), LinkMasses(2.0), LinkMasses())))
+    assert "links 1 and 3 of Adept Cobra 600" in told.value.detail
+    assert "[[masses]]" in told.value.hint

@@ -146,7 +146,7 @@ class Scene:
     @cached_property
     def html(self) -> str:
         """The whole page, which plays without a server and without the Internet."""
-        from vrs_cli.net.recorded_page import recorded_page
+        from vrs_cli.net.page_data import recorded_page
         from vrs_cli.render.pictures import page
 
         cell = None if self._world is None else self._world.cell

@@ -31,8 +31,7 @@ from vrs_cli.contacts.physics import link_bodies
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.twin.dynamics import GRAVITY, InertialModel, mass_matrix
-from vrs_cli.twin.inertia import inertial_model
+from vrs_cli.twin.dynamics import GRAVITY, InertialModel, inertial_model, mass_matrix
 from vrs_cli.values.measured import BodyMode, Report
 
 STEP = 1e-3  # [s] of the controller and of the simulation

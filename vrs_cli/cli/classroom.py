@@ -12,7 +12,7 @@ from vrs_cli.errors import FileDamaged
 from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
-    from vrs_cli.net.class_folder import ClassFolder
+    from vrs_cli.net.tokens import ClassFolder
 
 ACTIONS = ("new", "links", "collect", "forget")
 
@@ -47,7 +47,7 @@ A link lets in whoever has it: give each student the own one alone. See docs/ser
 
 def class_(options: Namespace) -> None:
     """Do what is asked of a class. Raises CommandLineError, FileError, UsageError."""
-    from vrs_cli.net.class_folder import ClassFolder
+    from vrs_cli.net.tokens import ClassFolder
 
     folder = ClassFolder(Path(options.folder))
     own = {"names": "new", "at": "links", "to": "collect"}
@@ -63,8 +63,7 @@ def class_(options: Namespace) -> None:
 def _make(folder: ClassFolder, options: Namespace) -> None:
     """Make a class, or add students to it."""
     from vrs_cli.files.atomic import write_atomically
-    from vrs_cli.net.class_folder import OWN_ROBOTS, TEACHER_NAME
-    from vrs_cli.net.tokens import NAME_RULE, TokenFile, good_name
+    from vrs_cli.net.tokens import NAME_RULE, OWN_ROBOTS, TEACHER_NAME, TokenFile, good_name
 
     names = [*options.students, *([] if options.names is None else _names_in(Path(options.names)))]
     for name in names:

@@ -49,9 +49,9 @@ def demo(options: Namespace) -> int:
         except NonexistentFile as error:  # the page is not built
             print(f"{options.prog}: {error}")
             return _on_terminal()
-        hosted = host_program(shown, stack, place, view.read_cell)
+        local_robot = host_program(shown, stack, place, view.read_cell)
         print(TRY)
-        return view.run_beside(shown, stack, hosted)
+        return view.run_beside(shown, stack, local_robot)
 
 
 def demo_parser(prog: str) -> Parser:

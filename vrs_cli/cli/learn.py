@@ -17,7 +17,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.repl.shell import at, on_terminal
 
 if TYPE_CHECKING:
-    from vrs_cli.net.hosted import PagePlace
+    from vrs_cli.net.local_server import PagePlace
     from vrs_cli.teach.learn import LearnerRecord
     from vrs_cli.teach.lessons import Lesson
 
@@ -172,10 +172,10 @@ class _Course:
             begin = 0 if standing.finished else standing.passed
             course = {folder: _title(folder) for folder in self.folders}
             learner = Learner(lesson, classroom.look, _shown(attended), progress, course, begin)
-            if self._page is not None and classroom.hosted is not None:
-                self._page = self._page.at_port(classroom.hosted.port)  # that of all lessons
+            if self._page is not None and classroom.local_robot is not None:
+                self._page = self._page.at_port(classroom.local_robot.port)  # that of all lessons
                 if first:
-                    tell_page(options, classroom.hosted.page(classroom.hosted.name))
+                    tell_page(options, classroom.local_robot.page(classroom.local_robot.name))
             at(LessonPlace(classroom, learner, first=first))
         if learner.standing.finished or learner.wanted is not None:
             return OK, learner.wanted

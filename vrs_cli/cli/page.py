@@ -21,7 +21,7 @@ from vrs_cli.errors import UsageError
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
-    from vrs_cli.net.hosted import Hosted, PagePlace
+    from vrs_cli.net.local_server import LocalRobot, PagePlace
     from vrs_cli.values.acts import Define
 
 DATA = "?recording"  # of the address of a page: it shows data, and no robot
@@ -41,8 +41,8 @@ def page_place(options: Namespace) -> PagePlace:
     secret is that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
     NonexistentFile if the page is not built.
     """
-    from vrs_cli.net.hosted import PagePlace, checked_host, kept_secret, new_secret
-    from vrs_cli.net.pages import ServedPage
+    from vrs_cli.net.http import ServedPage
+    from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
     from vrs_cli.net.server import ListenAddress
     from vrs_cli.repl.history import state_folder
 
@@ -73,13 +73,13 @@ def _opened(address: str) -> None:
 
 def host_robot(
     options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
-) -> Hosted:
+) -> LocalRobot:
     """Serve a new robot with its page, until the stack is left. Raises what is wrong with the program."""
-    from vrs_cli.net.hosted import Hosted
+    from vrs_cli.net.local_server import LocalRobot
     from vrs_cli.render.text import styled_lines
 
     with said_of_command_line():
-        hosted = Hosted(
+        local_robot = LocalRobot(
             model,
             at,
             rate=options.rate,
@@ -90,12 +90,12 @@ def host_robot(
             styled=styled_lines,
             tell=teller(options.prog),
         )
-    stack.callback(hosted.close)
-    tell_page(options, hosted.page(hosted.name))
-    return hosted
+    stack.callback(local_robot.close)
+    tell_page(options, local_robot.page(local_robot.name))
+    return local_robot
 
 
-def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Callable[[str], Cell]) -> Hosted:
+def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Callable[[str], Cell]) -> LocalRobot:
     """Serve a new robot with the programs of a file, and the cell around it; the first page executes the first of them.
     Raises FileError, and what is wrong with the file.
     """
@@ -115,8 +115,8 @@ def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Call
 
 def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
     """Serve a saved trajectory. Raises FileError."""
-    from vrs_cli.net.hosted import LocalServer
-    from vrs_cli.net.recorded_page import recorded_page
+    from vrs_cli.net.local_server import LocalServer
+    from vrs_cli.net.page_data import recorded_page
 
     recording = read_recording(options.prog, options.url, lenient=options.lenient)
     name = Path(options.url).name
@@ -133,7 +133,7 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
     refuses.
     """
     from vrs_cli.net.client import hello_of
-    from vrs_cli.net.hosted import BROWSER, LocalServer
+    from vrs_cli.net.local_server import BROWSER, LocalServer
     from vrs_cli.net.mirror import WINDOW
     from vrs_cli.net.relay import Relay
     from vrs_cli.net.socket_port import SocketPort

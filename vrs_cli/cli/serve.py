@@ -37,11 +37,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.net.audit import Audit
-    from vrs_cli.net.class_folder import ClassFolder
+    from vrs_cli.net.durable_log import Audit
     from vrs_cli.net.limits import Allowance
     from vrs_cli.net.room import Hub
     from vrs_cli.net.server import Server
+    from vrs_cli.net.tokens import ClassFolder
 
 
 # [s] after which a thread that computes lets another one go on; by default it is 5 ms, which a line of the prompt waits
@@ -82,9 +82,8 @@ def serve(options: Namespace) -> int:
     from tempfile import TemporaryDirectory
 
     from vrs_cli.language.text.collector import collect_in_small_parts
-    from vrs_cli.net.audit import Audit
-    from vrs_cli.net.http import is_local
-    from vrs_cli.net.pages import ServedPage
+    from vrs_cli.net.durable_log import Audit
+    from vrs_cli.net.http import ServedPage, is_local
     from vrs_cli.net.server import ListenAddress, Server
     from vrs_cli.net.tokens import TokenFile
 
@@ -127,7 +126,7 @@ def _take_class(options: Namespace) -> ClassFolder | None:
     """Take the options of a class: its tokens, its folders, and the page. Raises CommandLineError."""
     if options.class_folder is None:
         return None
-    from vrs_cli.net.class_folder import OWN_ROBOTS, ClassFolder
+    from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder
 
     found = ClassFolder(Path(options.class_folder))
     for name in ("tokens", "journal", "folder"):

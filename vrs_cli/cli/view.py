@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.run.signals import Cell
     from vrs_cli.net.client import Client
     from vrs_cli.net.far_end import Ahead
-    from vrs_cli.net.hosted import Hosted
+    from vrs_cli.net.local_server import LocalRobot
     from vrs_cli.net.messages import ServerMessage
     from vrs_cli.world.world import World
 
@@ -236,13 +236,13 @@ def show(options: Namespace) -> int:
     return 0
 
 
-def run_beside(options: argparse.Namespace, stack: ExitStack, hosted: Hosted) -> int:
+def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
     """Run the shell beside the page; on a pipe, the page stays when the lines are done."""
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.shell import at
 
-    connection = SocketPort(hosted.client(attended=on_terminal()))
+    connection = SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
     if not on_terminal():

@@ -33,9 +33,8 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net import messages, preview
 from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.playout import Playout
 from vrs_cli.net.preview import Flags, FlagWindow, merged
-from vrs_cli.net.timesync import TimeSync
+from vrs_cli.net.timesync import Playout, TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Move, SetParameter, Stamp
 from vrs_cli.values.motion import JointTarget

@@ -14,8 +14,7 @@ from statistics import fmean
 import numpy as np
 from msgspec import Struct
 
-from vrs_cli.bodies.scenario import BlockedJoint, ClockDrift, Disturbance, EmergencyStop, Payload, Push
-from vrs_cli.bodies.servo_arm import ServoArm
+from vrs_cli.bodies.scenario import BlockedJoint, ClockDrift, Disturbance, EmergencyStop, Payload, Push, ServoArm
 from vrs_cli.engine.position import joints_over, position_at
 from vrs_cli.errors import NotAvailable
 from vrs_cli.kinematics.arm import RobotArm

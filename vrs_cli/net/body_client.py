@@ -28,10 +28,9 @@ from vrs_cli.engine.position import joint_state_at
 from vrs_cli.errors import IllegalValue, RequestRefused, VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.net.body_messages import BodyOrder, BodyReleased, Embodied, Embody, Measured
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.far_end import FIRST_PINGS
-from vrs_cli.net.messages import Refused, ServerMessage, Welcome
+from vrs_cli.net.messages import BodyOrder, BodyReleased, Embodied, Embody, Measured, Refused, ServerMessage, Welcome
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline

@@ -24,10 +24,19 @@ from vrs_cli.engine.position import Watched
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages
+from vrs_cli.net.course_teller import CourseTeller, Cut, Heard
 from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
-from vrs_cli.net.stream import DeflatedPlace, Listening, MessageForm, Packet, StateOfWorld, Stream, packet_of
-from vrs_cli.net.told_course import CourseTeller, Cut, Heard
-from vrs_cli.net.told_measured import TOLD_EVERY, MeasuredTeller
+from vrs_cli.net.stream import (
+    TOLD_EVERY,
+    DeflatedPlace,
+    Listening,
+    MeasuredTeller,
+    MessageForm,
+    Packet,
+    StateOfWorld,
+    Stream,
+    packet_of,
+)
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position

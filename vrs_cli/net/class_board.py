@@ -10,10 +10,9 @@ from vrs_cli.errors import LimitReached, RequestRefused
 from vrs_cli.files.store import EVERYTHING, chosen, text_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net import messages
-from vrs_cli.net.class_folder import ClassFolder
 from vrs_cli.net.client_session import ClientSession, commands
 from vrs_cli.net.messages import ClassState, StudentState
-from vrs_cli.net.tokens import Grant
+from vrs_cli.net.tokens import ClassFolder, Grant
 
 MAX_CHARS = 4000  # of what a teacher says to all
 MAX_LISTED = 20  # files that were handed in, of one student

@@ -36,8 +36,8 @@ from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
-from vrs_cli.net.playout import USUAL_PERCENTILE, Playout
 from vrs_cli.net.protocol import SERVER_BYTES
+from vrs_cli.net.timesync import USUAL_PERCENTILE, Playout
 from vrs_cli.wire.codec import Encoding
 
 OPENING = 10.0  # [s] that each of two handshakes takes at most: of the socket, and hello

@@ -28,13 +28,12 @@ from vrs_cli.language.text.source import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
 from vrs_cli.net.broadcast import Listener, Sink
-from vrs_cli.net.delivery_log import DeliveryLog
+from vrs_cli.net.delivery_log import DeliveryLog, is_long, may_hold, parts_of, without
 from vrs_cli.net.limits import SendPace, Share
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.served_robot import ServedRobot
 from vrs_cli.net.stream import MessageForm
 from vrs_cli.net.tokens import Grant
-from vrs_cli.net.told_replies import is_long, may_hold, parts_of, without
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
 from vrs_cli.values.prompt import PromptStatus
@@ -449,14 +448,14 @@ class ClientSession(UserSession):
         match message:
             case messages.Put(name=name, data=data, replace=replace):
                 check_may("to put a file", Role.SUPERVISOR, self.grant.role)
-                put = beside(lambda: robot.put_file(name, data, replace=replace))
+                put = beside(lambda: robot.files.put(name, data, replace=replace))
                 self.ask(message, put, outlet)
             case messages.Get(id, name):
                 check_may("to get a file", Role.SUPERVISOR, self.grant.role)
-                fetch = beside(lambda: robot.fetch_file(name))
+                fetch = beside(lambda: robot.files.fetch(name))
                 self.ask(message, fetch, outlet, partial(messages.Fetched, id, name))
             case messages.Names(id):
-                self.ask(message, beside(robot.list_files), outlet, partial(messages.Listed, id))
+                self.ask(message, beside(robot.files.list), outlet, partial(messages.Listed, id))
 
     # --- what the robot says ---
 

@@ -10,17 +10,24 @@ have replaced most of it.
 
 from __future__ import annotations
 
+import json
+import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+import stat
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from zlib import crc32
 
 from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.settings import Settings
-from vrs_cli.errors import FileError, LimitReached
-from vrs_cli.files.atomic import write_atomically, writing
-from vrs_cli.files.opening import unreadable
+from vrs_cli.errors import FileError, FileExists, LimitReached
+from vrs_cli.files.atomic import atomically, write_atomically, writing
+from vrs_cli.files.disk import BLOCK
+from vrs_cli.files.folder import existing
+from vrs_cli.files.opening import Folder, reason, unreadable
 from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
 from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
@@ -29,6 +36,8 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_file, print_program
+from vrs_cli.net.limits import UNMEASURED, Allowance
+from vrs_cli.net.messages import StoredFile
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Reader, to_json
@@ -255,3 +264,145 @@ def _sound(path: Path) -> str:
             break
         begin = seal.end()
     return (data[:begin] if seals else data).decode("utf-8", "replace")
+
+
+MOST = 10_000_000  # bytes of one file; there are two
+LONGEST = 1000  # characters of one command
+LONGEST_NAME = 40  # characters of a name: a stranger may send any
+ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
+PRIVATE = 0o600
+
+
+class Audit:
+    """Adds lines to a file; without a path it does nothing. `now` tells seconds since 1970. `tell` is called once when
+    the file cannot be written, and once when it can again; commands go on meanwhile.
+
+    Raises FileError if the file cannot be begun.
+    """
+
+    def __init__(
+        self, path: Path | None, now: Callable[[], float], tell: Callable[[str], None], most: int = MOST
+    ) -> None:
+        self._path, self._now, self._tell, self._most = path, now, tell, most
+        self._handle, self._size = -1, 0
+        self._failing = False
+        if path is not None:
+            with writing(path, "name another place"):
+                self._open(path)
+
+    def note(self, robot: str, who: str, address: str, what: str, result: str) -> None:
+        """Add a line: what `who`, at an address, did or tried at a robot, and the result. Never raises."""
+        if self._path is None:
+            return
+        when = datetime.fromtimestamp(self._now(), UTC).isoformat(timespec="milliseconds")
+        row = {
+            "when": when.replace("+00:00", "Z"),
+            "robot": robot[:LONGEST_NAME],
+            "who": who[:LONGEST_NAME],
+            "from": address,
+            "what": what if len(what) <= LONGEST else f"{what[:LONGEST]}... ({len(what)} characters)",
+            "result": result[:LONGEST],
+        }
+        try:
+            self._add(self._path, json.dumps(row).encode() + b"\n")
+        except OSError as error:
+            if not self._failing:
+                self._tell(f"*File error* the audit {self._path} cannot be written: {reason(error)}; commands go on")
+            self._failing = True
+        else:
+            if self._failing:
+                self._tell(f"the audit {self._path} is written again")
+            self._failing = False
+
+    def close(self) -> None:
+        handle, self._handle = self._handle, -1
+        if handle >= 0:
+            os.close(handle)
+
+    def _add(self, path: Path, line: bytes) -> None:
+        if self._handle < 0:
+            self._open(path)
+        if self._size + len(line) > self._most:
+            self.close()
+            os.replace(path, path.with_suffix(f".1{path.suffix}"))
+            self._open(path)
+        written = os.write(self._handle, line)
+        if written < len(line):  # the disk is full: no half of a line stays
+            os.ftruncate(self._handle, self._size)
+            raise OSError(0, "there is no room")
+        self._size += written
+
+    def _open(self, path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._handle = os.open(path, ADDING, PRIVATE)
+        self._size = os.fstat(self._handle).st_size
+
+
+MAX_FETCHED_BYTES = 50_000_000  # of one file
+MAX_LISTED_FILES = 10_000
+
+
+class RobotFiles:
+    """The files in the folder of a served robot, within the limits of the server."""
+
+    def __init__(self, folder: Folder, allowance: Allowance) -> None:
+        self._folder, self._allowance = folder, allowance
+
+    def put(self, name: str, data: bytes, *, replace: bool) -> None:
+        """Write a file, whole or not at all. Raises FileError, FileOutside, FileExists, LimitReached."""
+        path = self._folder.inside(name)
+        if path.is_dir():
+            raise FileError(f"{name} is a folder", "name a file")
+        if os.path.lexists(path) and not replace:
+            raise FileExists(name, "--replace overwrites it")
+        if not path.parent.is_dir():
+            raise FileError(f"{name}: there is no such folder", "a name without folders is always good")
+        self.check_room(len(data))
+        with atomically(path, self._folder) as stream:
+            stream.write(data)
+
+    def fetch(self, name: str) -> bytes:
+        """Read a file. Raises NonexistentFile, FileError, FileOutside."""
+        path = existing(self._folder.inside(name))
+        try:
+            with self._folder.open_to_read(path) as stream:
+                data = stream.read(MAX_FETCHED_BYTES + 1)
+        except OSError as error:
+            raise unreadable(path, error) from None
+        if len(data) > MAX_FETCHED_BYTES:
+            raise FileError(f"{name} has more than {MAX_FETCHED_BYTES} bytes", "fetch it from the server's own disk")
+        return data
+
+    def list(self) -> tuple[StoredFile, ...]:
+        """List all files, those in subfolders with their paths; hidden ones are left out."""
+        found = [StoredFile(path, it.st_size, it.st_mtime) for path, it in islice(self._files(), MAX_LISTED_FILES)]
+        return tuple(sorted(found, key=lambda one: one.name))
+
+    def check_room(self, *new: int) -> None:
+        """Raises LimitReached if the folder holds too much, together with `new` files of these sizes."""
+        allowance = self._allowance
+        if allowance.folder >= UNMEASURED:
+            return
+        there = (found.st_size for _, found in self._files())
+        sizes = [*islice(there, allowance.files + 1), *new]
+        held = sum(max(size, BLOCK) for size in sizes)
+        if len(sizes) > allowance.files:
+            raise LimitReached(f"the robot's folder would hold more than {allowance.files} files", "FDELETE makes room")
+        if held > allowance.folder:
+            what = (
+                f"the robot's folder would hold {held} bytes, {allowance.folder} at most (a file has {BLOCK} at least)"
+            )
+            raise LimitReached(what, "FDELETE makes room")
+
+    def _files(self) -> Iterator[tuple[str, os.stat_result]]:
+        root = self._folder.root
+        for parent, folders, names in os.walk(root):
+            folders[:] = [one for one in folders if not one.startswith(".")]
+            for name in names:
+                path = os.path.join(parent, name)
+                try:
+                    there = os.lstat(path)
+                except OSError:
+                    continue  # it has just been deleted
+                if not name.startswith(".") and stat.S_ISREG(there.st_mode):
+                    yield os.path.relpath(path, root).replace(os.sep, "/"), there

@@ -20,7 +20,7 @@ from math import inf
 from msgspec.structs import replace
 
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net.delivery_log import DeliveryLog, Outbox
+from vrs_cli.net.delivery_log import DeliveryLog, Outbox, joined
 from vrs_cli.net.limits import USUAL
 from vrs_cli.net.messages import (
     VERSION,
@@ -53,7 +53,6 @@ from vrs_cli.net.messages import (
     Welcome,
     Withdrawn,
 )
-from vrs_cli.net.told_replies import joined
 from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.refusal import Refusal

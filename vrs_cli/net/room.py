@@ -35,12 +35,12 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.net import messages
-from vrs_cli.net.audit import Audit
 from vrs_cli.net.client_session import ClientSession, ClientSocket
 from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
+from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.limits import MUCH, Meter
+from vrs_cli.net.page_data import ServedShapes
 from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
-from vrs_cli.net.served_shapes import ServedShapes
 from vrs_cli.net.tokens import BODY, TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import stat
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from itertools import islice
 from math import inf
@@ -19,12 +17,9 @@ from msgspec import Struct
 from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import TimelineReplaced
-from vrs_cli.errors import FileError, FileExists, LimitReached, VrsError
-from vrs_cli.files.atomic import atomically
-from vrs_cli.files.disk import BLOCK
-from vrs_cli.files.folder import existing
+from vrs_cli.errors import IllegalValue, LimitReached, VrsError
 from vrs_cli.files.journal import Journal, keep_journal, take_up
-from vrs_cli.files.opening import Folder, unreadable
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.port.port import Console
@@ -32,6 +27,7 @@ from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
 from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.body import ClockSeen, RobotBody
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.kinematics.model import RobotModel
@@ -39,25 +35,103 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.text.ast import Instruction, ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
-from vrs_cli.net.audit import Audit
 from vrs_cli.net.broadcast import Broadcast
-from vrs_cli.net.durable_log import DurableLog, MemoryFile
-from vrs_cli.net.limits import UNMEASURED, USUAL, Allowance, advice, check_growth
-from vrs_cli.net.messages import StoredFile
-from vrs_cli.net.served_body import ServedBody
+from vrs_cli.net.course_teller import CourseTeller, CourseThread
+from vrs_cli.net.delivery_log import prefixes_of
+from vrs_cli.net.durable_log import Audit, DurableLog, MemoryFile, RobotFiles
+from vrs_cli.net.limits import USUAL, Allowance, Bucket, advice, check_growth
+from vrs_cli.net.messages import BodyStatus, Embodied, Embody, Measured, MeasuredWindow, ShownMeasured
+from vrs_cli.net.timesync import OneWay
 from vrs_cli.net.tokens import Grant
-from vrs_cli.net.told_course import CourseTeller, CourseThread
-from vrs_cli.net.told_replies import prefixes_of
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.measured import Report
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.cells import cell_record
+from vrs_cli.wire.records import RecordError
+from vrs_cli.wire.report_rows import MAX_REPORTS, ReportRows, columns_of, reports_of, row_parts
+
+MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # reports a second; more at once after a cut
+REFUSED_EVERY = 1.0  # [s] between two refusals of reports
+STATUS_EVERY = 1.0  # [s] between two messages of counts and of the clock
+DELAY_SHARE = 1.0 / 16.0  # of a new delay in the mean
+
+
+class ServedBody:
+    """Gives the messages of clients to the `body` of a robot, and what the body measures to those who look."""
+
+    def __init__(self, body: RobotBody, broadcast: Broadcast, wall: Callable[[], float]) -> None:
+        self.body, self._broadcast, self._wall = body, broadcast, wall
+        self._clock, self._budget = OneWay(), Bucket(MAX_RATE, MAX_AT_ONCE, wall())
+        self._refused_at = self._told_at = -inf
+        self._told = BodyStatus()
+
+    # --- what a client asks ---
+
+    def embody(self, name: str, message: Embody) -> Embodied:
+        """Make a client the body, or take that from it. Raises RequestRefused if another one is the body."""
+        body = self.body
+        if not message.held:
+            body.leave(name)
+            return Embodied(message.id, message.first)
+        if body.name != name:
+            self._clock = OneWay()
+        next = body.embody(name, message.first)
+        return Embodied(message.id, next, body.order, body.ordered_at)
+
+    def take(self, name: str, message: Measured) -> None:
+        """Take reports of a client. Raises what is wrong with them, once a second."""
+        try:
+            came = self.body.now()
+            self.body.check_is(name)
+            if not self._budget.left(self._wall()) >= 0.0:
+                raise LimitReached(f"more than {MAX_RATE:g} reports a second", "send fewer, or wait")
+            self._budget.spend(len(message.times), self._wall())
+            try:
+                reports = reports_of(message, self.body.record.joint_count)
+            except RecordError as wrong:
+                raise IllegalValue(f"reports: {wrong}") from None
+            self.body.take(reports, message.first, name)
+            self._clock.heard(message.sent, came, message.round_trip)
+            self._note_clock(came - reports[-1].t)
+        except VrsError:
+            wall = self._wall()
+            if wall >= self._refused_at + REFUSED_EVERY:
+                self._refused_at = wall
+                raise
+
+    def _note_clock(self, age: float) -> None:
+        known, before = self._clock.estimate, self.body.clock
+        assert known is not None, "it has heard of the clock"
+        delay = age if before == ClockSeen() else before.delay + (age - before.delay) * DELAY_SHARE
+        self.body.clock = ClockSeen(known.offset, known.drift, delay)
+
+    def window(self, message: MeasuredWindow) -> ShownMeasured:
+        """Answer what was measured in a stretch of time, as much as fits into one message."""
+        told = self._broadcast.measured.count
+        end = inf if message.end is None else message.end
+        found = list(islice(self.body.record.seen.between(message.begin, end), MAX_REPORTS + 1))
+        parts = tuple(ReportRows(**columns_of(part)) for part in row_parts(found[:MAX_REPORTS]))
+        return ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_REPORTS)
+
+    # --- what all are told ---
+
+    def tick(self, *, changed: bool = False) -> None:
+        """Tell all what is known of the body: at once if it has `changed`, else once a second."""
+        wall, body = self._wall(), self.body
+        unknown = body.unknown_since
+        changed = changed or (unknown is None) != (self._told.unknown is None)
+        if not changed and wall < self._told_at + STATUS_EVERY:
+            return
+        self._told_at = wall
+        status = BodyStatus(body.seen, unknown)
+        if status != self._told:
+            self._told = status
+            self._broadcast.announce(status)
+
 
 MEASURED_SECONDS = 3600.0  # [s] of reports that stay in memory; the journal keeps all
 MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large
 LATELY = 1.0  # [s] in which a user counts as one who asks
-LARGEST = 50_000_000  # bytes of a file that is fetched
-MOST_LISTED = 10_000  # files
 FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed when there is no room
 
 
@@ -188,6 +262,7 @@ class ServedRobot:
         self.asked_at: dict[UserSession, float] = {}  # [s] when each user asked for something last
         self.driving = Driving(wall, driven, by_asking=plan.one_user)
         self.folder = Folder(plan.folder, closed=True)
+        self.files = RobotFiles(self.folder, plan.allowance)
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.console = Console()
         self.session = self._session()
@@ -345,7 +420,7 @@ class ServedRobot:
             self._measured, self._grown = now, None
             try:
                 check_growth(self.allowance, len(self.session.environment.kinds) + len(self.session.programs))
-                self._check_room()
+                self.files.check_room()
             except LimitReached as error:
                 self._grown = error
         if self._grown is not None:
@@ -365,67 +440,6 @@ class ServedRobot:
     def works(self) -> bool:
         """Return whether a program runs or the robot moves."""
         return self.session.running or self._self.now < self.session.engine.end
-
-    # --- its files ---
-
-    def put_file(self, name: str, data: bytes, *, replace: bool) -> None:
-        """Write a file, whole or not at all. Raises FileError, FileOutside, FileExists, LimitReached."""
-        path = self.folder.inside(name)
-        if path.is_dir():
-            raise FileError(f"{name} is a folder", "name a file")
-        if os.path.lexists(path) and not replace:
-            raise FileExists(name, "--replace overwrites it")
-        if not path.parent.is_dir():
-            raise FileError(f"{name}: there is no such folder", "a name without folders is always good")
-        self._check_room(len(data))
-        with atomically(path, self.folder) as stream:
-            stream.write(data)
-
-    def fetch_file(self, name: str) -> bytes:
-        """Read a file. Raises NonexistentFile, FileError, FileOutside."""
-        path = existing(self.folder.inside(name))
-        try:
-            with self.folder.open_to_read(path) as stream:
-                data = stream.read(LARGEST + 1)
-        except OSError as error:
-            raise unreadable(path, error) from None
-        if len(data) > LARGEST:
-            raise FileError(f"{name} has more than {LARGEST} bytes", "fetch it from the server's own disk")
-        return data
-
-    def list_files(self) -> tuple[StoredFile, ...]:
-        """List all files, those in subfolders with their paths; hidden ones are left out."""
-        found = [StoredFile(path, it.st_size, it.st_mtime) for path, it in islice(self._files(), MOST_LISTED)]
-        return tuple(sorted(found, key=lambda one: one.name))
-
-    def _check_room(self, *new: int) -> None:
-        """Raises LimitReached if the folder holds too much, together with `new` files of these sizes."""
-        allowance = self.allowance
-        if allowance.folder >= UNMEASURED:
-            return
-        there = (found.st_size for _, found in self._files())
-        sizes = [*islice(there, allowance.files + 1), *new]
-        held = sum(max(size, BLOCK) for size in sizes)
-        if len(sizes) > allowance.files:
-            raise LimitReached(f"the robot's folder would hold more than {allowance.files} files", "FDELETE makes room")
-        if held > allowance.folder:
-            what = (
-                f"the robot's folder would hold {held} bytes, {allowance.folder} at most (a file has {BLOCK} at least)"
-            )
-            raise LimitReached(what, "FDELETE makes room")
-
-    def _files(self) -> Iterator[tuple[str, os.stat_result]]:
-        root = self.folder.root
-        for parent, folders, names in os.walk(root):
-            folders[:] = [one for one in folders if not one.startswith(".")]
-            for name in names:
-                path = os.path.join(parent, name)
-                try:
-                    there = os.lstat(path)
-                except OSError:
-                    continue  # it has just been deleted
-                if not name.startswith(".") and stat.S_ISREG(there.st_mode):
-                    yield os.path.relpath(path, root).replace(os.sep, "/"), there
 
     # --- the thread of the connections ---
 

@@ -32,9 +32,9 @@ from websockets.typing import ExtensionParameter
 from vrs_cli.errors import LimitReached, NonexistentFile, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net import messages
-from vrs_cli.net.audit import Audit
 from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.client_session import TYPING, ClientSession
+from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.http import (
     BODY_SECONDS,
     REQUEST_SECONDS,
@@ -43,11 +43,12 @@ from vrs_cli.net.http import (
     HttpAnswers,
     HttpSocket,
     OwnNames,
+    ServedPage,
     path_of,
+    refusal_of,
     token_of,
 )
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
-from vrs_cli.net.pages import ServedPage, refusal_of
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.relay import Relay
 from vrs_cli.net.room import Hub, Room

@@ -12,8 +12,8 @@ which leaves the context of a connection alone (RFC 7692, 6 and 7.2).
 from __future__ import annotations
 
 import zlib
-from collections import Counter
-from collections.abc import Callable
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
 from functools import cache, lru_cache, partial
 from itertools import count
 from typing import NamedTuple
@@ -25,12 +25,14 @@ from vrs_cli.engine.feed import Snapshot, TimelineReplaced
 from vrs_cli.engine.settings import Settings
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
-from vrs_cli.net.messages import ServerMessage
+from vrs_cli.net.messages import Measurements, ServerMessage
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.measured import Report
 from vrs_cli.values.world import WorldState
 from vrs_cli.wire.codec import Encoding, encode
 from vrs_cli.wire.line_pieces import LinePieces
 from vrs_cli.wire.records import Motions, delta_record
+from vrs_cli.wire.report_rows import columns_of, row_parts
 from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
 from vrs_cli.wire.steered import steered_record
 
@@ -275,3 +277,44 @@ def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
     if timeline.version != delta.version + 1 or not delta.segments:
         return False
     return len(timeline) > delta.keep and timeline[delta.keep].path is delta.segments[0].path
+
+
+TOLD_EVERY = 0.05  # [s] between two batches
+MAX_REMEMBERED = 4000  # reports; a listener that is farther behind is told no older ones
+
+
+class Batch(Struct, frozen=True):
+    """A message with reports; `end`: the number of the first report after them."""
+
+    message: Measurements
+    end: int
+
+
+class MeasuredTeller:
+    """Reports in the order in which they came. `count`: how many, since the robot was started."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._fresh: list[Report] = []
+        self._batches: deque[Batch] = deque()
+
+    def take(self, reports: Sequence[Report], *, heard: bool) -> bool:
+        """Take reports; `heard`: somebody listens. Return whether there is something to tell."""
+        self.count += len(reports)
+        if heard:
+            self._fresh += reports
+        return bool(self._fresh)
+
+    def gather(self) -> None:
+        """Make batches of the reports that came since the last ones."""
+        number = self.count - len(self._fresh)
+        for part in row_parts(self._fresh):
+            self._batches.append(Batch(Measurements(first=number, **columns_of(part)), number + len(part)))
+            number += len(part)
+        self._fresh = []
+        while self._batches and self._batches[0].end < self.count - MAX_REMEMBERED:
+            self._batches.popleft()
+
+    def after(self, number: int) -> list[Batch]:
+        """Return the batches with reports from that number on."""
+        return [batch for batch in self._batches if batch.end > number]

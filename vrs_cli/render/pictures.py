@@ -24,7 +24,7 @@ from vrs_cli.extras import how_to_install
 from vrs_cli.files.exports import Exporter
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.signals import Cell
-from vrs_cli.net.recorded_page import recorded_page
+from vrs_cli.net.page_data import recorded_page
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.world.world import World

@@ -19,7 +19,7 @@ from vrs_cli.teach.learn import Learner
 from vrs_cli.teach.lessons import Lesson
 
 if TYPE_CHECKING:
-    from vrs_cli.net.hosted import Hosted, PagePlace
+    from vrs_cli.net.local_server import LocalRobot, PagePlace
 
 T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
@@ -43,18 +43,18 @@ class Classroom:
         rate: float = 1.0,
     ) -> None:
         self.lesson = lesson
-        self.hosted: Hosted | None = None
+        self.local_robot: LocalRobot | None = None
         self._session: Session | None = None
         self.place: Place
         if lesson.delays is None and page is None:
             self.place = Local(lesson.robot, cell=lesson.cell_file, dialect=lesson.dialect)
             return
-        self.hosted, self.place = _served(lesson, stack, tell, page, attended=attended, rate=rate)
+        self.local_robot, self.place = _served(lesson, stack, tell, page, attended=attended, rate=rate)
 
     def look(self, ask: Callable[[Session], T]) -> T:
         """Ask the robot for something, between two things that it does."""
-        if self.hosted is not None:
-            session = self.hosted.session
+        if self.local_robot is not None:
+            session = self.local_robot.session
             return session.actor.call(lambda: ask(session)).result()
         assert self._session is not None, "the front end is made first"
         return ask(self._session)
@@ -82,10 +82,10 @@ def _served(
     *,
     attended: bool,
     rate: float,
-) -> tuple[Hosted, Place]:
+) -> tuple[LocalRobot, Place]:
     """Serve the robot of a lesson in a folder of its own, behind a line with the delays that the lesson wants."""
     from vrs_cli.net.client import Client, hello_of
-    from vrs_cli.net.hosted import SHELL, Hosted
+    from vrs_cli.net.local_server import SHELL, LocalRobot
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.render.text import styled_lines
     from vrs_cli.repl.connection import Remote
@@ -93,14 +93,14 @@ def _served(
     folder = Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-")))
     realtime = None if lesson.delays is None else rate
     cell = None if lesson.cell_file is None else lesson.cell
-    hosted = Hosted(
+    local_robot = LocalRobot(
         lesson.robot, page, name=LESSON, rate=realtime, folder=folder, cell=cell, styled=styled_lines, tell=tell
     )
-    stack.callback(hosted.close)
-    url = hosted.url if lesson.delays is None else _delayed(hosted.url, DelayWays(*lesson.delays), stack)
-    port = SocketPort(Client(url, hello_of(hosted.tokens[SHELL], attended=attended), told=tell))
+    stack.callback(local_robot.close)
+    url = local_robot.url if lesson.delays is None else _delayed(local_robot.url, DelayWays(*lesson.delays), stack)
+    port = SocketPort(Client(url, hello_of(local_robot.tokens[SHELL], attended=attended), told=tell))
     stack.callback(port.close)
-    return hosted, Remote(port, tell)
+    return local_robot, Remote(port, tell)
 
 
 def _delayed(url: str, ways: DelayWays, stack: ExitStack) -> str:

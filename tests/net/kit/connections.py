@@ -9,8 +9,7 @@ from tests.net.kit.recorder import Recorder
 from tests.net.kit.timelines import EXACT, PUMA, SUBSCRIBE, moved
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net.body_messages import Alarm, BodyOrder, BodyReleased, BodyStatus, Embodied
-from vrs_cli.net.messages import Clock
+from vrs_cli.net.messages import Alarm, BodyOrder, BodyReleased, BodyStatus, Clock, Embodied
 from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm, DivergenceCause
 from vrs_cli.values.questions import Confirmation
 from vrs_cli.values.replies import Message

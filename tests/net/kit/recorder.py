@@ -16,13 +16,13 @@ from vrs_cli.engine.feed import MissedEvents, TimelineReplaced
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model_data import to_dict
-from vrs_cli.net.body_messages import Embody
 from vrs_cli.net.broadcast import Broadcast, Listener
 from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.messages import (
     At,
     Clock,
     Done,
+    Embody,
     Hello,
     Line,
     Play,

@@ -18,7 +18,7 @@ import "./style/time.css";
 
 const LONG = 300; // [s]: of a robot that has been served for longer, a minute is shown at first
 
-/** A trajectory without a robot: what `recorded_page` in vrs_cli/net/recorded_page.py writes. */
+/** A trajectory without a robot: what `recorded_page` in vrs_cli/net/page_data.py writes. */
 export interface Recording {
   title: string;
   rate: number;

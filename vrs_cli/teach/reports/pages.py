@@ -16,7 +16,7 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.net.recorded_page import moments, robot
+from vrs_cli.net.page_data import moments, robot
 from vrs_cli.render.documents import picture
 from vrs_cli.render.pictures import replay, viewer
 from vrs_cli.teach.evidence import Evidence

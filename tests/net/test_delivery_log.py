@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests.net.serving import serving
+from vrs_cli.net.delivery_log import MOST_ROWS, is_long, joined, may_hold, parts_of, prefixes_of, without
 from vrs_cli.net.messages import Clock, Done, Get, Hello, Names, Put, Refused, Screen, Told, Welcome
 from vrs_cli.net.protocol import ClientConnection
-from vrs_cli.net.told_replies import MOST_ROWS, is_long, joined, may_hold, parts_of, prefixes_of, without
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.text import styled_lines
 from vrs_cli.values.replies import FileText, Message, RealTable, Reply, SegmentRow, TimelineTable

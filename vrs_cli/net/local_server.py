@@ -19,11 +19,11 @@ from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.run.signals import Cell
-from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import LOOPBACK, Client, hello_of, reason_of
+from vrs_cli.net.durable_log import Audit
+from vrs_cli.net.http import VIEW, ServedPage
 from vrs_cli.net.limits import UNMEASURED, Allowance
 from vrs_cli.net.mirror import WINDOW
-from vrs_cli.net.pages import VIEW, ServedPage
 from vrs_cli.net.relay import Relay
 from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan
@@ -145,7 +145,7 @@ class LocalServer:
         self._left.close()
 
 
-class Hosted(LocalServer):
+class LocalRobot(LocalServer):
     """Serves one robot `name`, that of its model if empty, in `folder`, which is its own if there is none. `url` and
     `tokens` are what it takes to hold it; who does is one user, and does not have to let himself drive. `rate`: seconds
     of its time in one second, None for virtual time; `cell`: what is around it. `program`: what is in its memory;

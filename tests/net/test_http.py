@@ -17,9 +17,8 @@ from tests.live import PATIENCE
 from tests.net.serving import Serving, serving
 from vrs_cli.errors import NonexistentFile
 from vrs_cli.net import http
-from vrs_cli.net.http import OwnNames
+from vrs_cli.net.http import OwnNames, ServedPage
 from vrs_cli.net.messages import Closing, Hello, Welcome
-from vrs_cli.net.pages import ServedPage
 from vrs_cli.net.tokens import add_tokens, take_out
 
 INDEX, WALL, SCRIPT = b"<!doctype html>view" + b"." * 900, b"<!doctype html>wall", b"const a = 1;" * 100

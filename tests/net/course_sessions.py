@@ -1,7 +1,7 @@
 """The course of a world as a client draws it that knows the timeline, the robot and what it was told, and the law: it
 is at every time what the world itself says, and what was said of contacts is what the robot's own check finds.
 
-`python -m tests.net.told_courses 300 [first seed]` tries many random sessions.
+`python -m tests.net.course_sessions 300 [first seed]` tries many random sessions.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from vrs_cli.engine.position import joints_at, world_pose
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
+from vrs_cli.net.course_teller import CourseTeller, Cut, Heard, clipped
 from vrs_cli.net.messages import Contacts, Course, FromServer, ServerMessage
-from vrs_cli.net.told_course import CourseTeller, Cut, Heard, clipped
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.contacts import ContactSpan
 from vrs_cli.values.motion import Frames

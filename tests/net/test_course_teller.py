@@ -1,4 +1,4 @@
-"""Parts, sensors and contacts as clients are told of them; `python -m tests.net.told_courses` tries many sessions."""
+"""Parts, sensors and contacts as clients are told of them; `python -m tests.net.course_sessions` tries many."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.net.course_sessions import DrawnWorld, contacts_of, red, told_session
 from tests.net.serving import Caller, serving
-from tests.net.told_courses import DrawnWorld, contacts_of, red, told_session
 from tests.world.cells import BOX, TABLE, Arm
 from vrs_cli.contacts.checker import LOOK
 from vrs_cli.files.cell_file import parse_cell
-from vrs_cli.net import told_course
+from vrs_cli.net import course_teller
 from vrs_cli.net.client import hello_of
+from vrs_cli.net.course_teller import CourseTeller, Heard, whole_course
 from vrs_cli.net.messages import Course, Done, Refused, ServerMessage, Subscribe
-from vrs_cli.net.recorded_page import recorded_page
-from vrs_cli.net.told_course import CourseTeller, Heard, whole_course
+from vrs_cli.net.page_data import recorded_page
 from vrs_cli.values.world import PartBegin, SpanKind
 from vrs_cli.wire.codec import to_json
 from vrs_cli.world.world import World
@@ -49,7 +49,7 @@ def test_what_touches_for_ever_is_said_so() -> None:
 
 
 def test_a_long_course_comes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(told_course, "MAX_ROWS", 2)
+    monkeypatch.setattr(course_teller, "MAX_ROWS", 2)
     arm = Arm("MOVE part")
     for _ in range(3):
         arm.session.perform("CLOSEI")
@@ -85,7 +85,7 @@ def test_a_saved_trajectory_has_the_same_course() -> None:
 
 
 def test_contacts_of_a_long_recording_are_not_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(told_course, "MAX_LOOKED", 0.1)
+    monkeypatch.setattr(course_teller, "MAX_LOOKED", 0.1)
     arm = Arm("MOVE part")
     assert whole_course(World(arm.engine.arm, parse_cell(CELL)), arm.engine.timeline).touches is None
 
