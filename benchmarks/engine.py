@@ -23,8 +23,7 @@ from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
 from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.engine.single_motion import plan_motion
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState

@@ -15,7 +15,7 @@ from benchmarks.engine import straight, wandering
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.dialogue import Notes
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import SetChannels, Stamp
 from vrs_cli.values.events import HAND

@@ -52,7 +52,7 @@ from vrs_cli.files.exports import EXPORTERS
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.analysis.structure import canonical_text
 

@@ -24,9 +24,8 @@ from vrs_cli.engine.straight import straight_segments
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import JointKind, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.motion import Motion, MotionKind, Start

@@ -13,8 +13,7 @@ from ruckig import InputParameter, Result, Ruckig, Trajectory
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.problem import Here, Problem, state_at
 from vrs_cli.engine.single_motion import joint_limits, plan_motion
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.state import JointState

@@ -26,7 +26,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import NotAvailable
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.masses import LinkMasses
+from vrs_cli.kinematics.link_data import LinkMasses
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.values.commands import Move

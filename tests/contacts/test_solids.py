@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from vrs_cli.contacts.solids import Solid, SolidForm, solid_of, solids_of_robot
+from vrs_cli.kinematics.link_data import Capsule, Cylinder, LinkShape, MeshFile, Slab
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.shapes import Capsule, Cylinder, LinkShape, MeshFile, Slab
 from vrs_cli.kinematics.transform import Vector, translation
 
 NEAR = 0.04  # of the largest radius: how far a hull is outside

@@ -15,8 +15,7 @@ from vrs_cli.engine.problem import Here, Problem, state_at
 from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, position
 from vrs_cli.trajectory.laws.law import LAWS

@@ -14,8 +14,7 @@ from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.problem import NoRoomToStop, Problem
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
-from vrs_cli.kinematics.joints import largest_change
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
 from vrs_cli.trajectory.instant import on_grid

@@ -11,7 +11,7 @@ from msgspec import structs
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over, places_at, position_at, positions_at
 from vrs_cli.errors import PathWithoutJoints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, rotation_about, translation
 from vrs_cli.trajectory.segment import CartesianPath

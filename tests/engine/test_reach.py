@@ -13,8 +13,7 @@ from tests.laws.reach_laws import check_reach
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.reach import _across
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, MotionError
-from vrs_cli.kinematics.joints import ALL, Arm, Wrist, joints_outside
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import ALL, Arm, Profile, Wrist, joints_outside
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     Transform,

@@ -11,8 +11,7 @@ from vrs_cli.engine.breaches import breaches, on_lines
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import finish_after, joints_at
 from vrs_cli.errors import MotionError, PowerOff
-from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, Profile, largest_change, put_inside
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.segment import CartesianPath

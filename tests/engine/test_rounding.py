@@ -14,7 +14,7 @@ from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import IllegalValue
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, from_oat, position
 from vrs_cli.values.commands import Move, SetParameter, Stamp

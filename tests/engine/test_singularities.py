@@ -12,7 +12,7 @@ from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, from_oat, position, rotation_z, translation
 from vrs_cli.values.commands import Move, SetBase, SetParameter

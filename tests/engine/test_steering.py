@@ -15,9 +15,8 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, PowerOff, StreamIsOver
-from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.joints import Joints, Profile, largest_change
 from vrs_cli.kinematics.model import PROFILES
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline

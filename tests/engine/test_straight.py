@@ -18,8 +18,8 @@ from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar, MotionError
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.model import PROFILES
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     IDENTITY,

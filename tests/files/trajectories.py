@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from vrs_cli.engine.planner import plan
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import ALL
+from vrs_cli.kinematics.joints import ALL, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid

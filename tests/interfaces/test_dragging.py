@@ -12,7 +12,7 @@ from vrs_cli.errors import PowerOff
 from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Jacobian, Joints
-from vrs_cli.kinematics.nearest import STEPS
+from vrs_cli.kinematics.numeric.search import NEAREST_STEPS
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, at_position, distance, from_oat
 from vrs_cli.values.commands import Move, SetSwitch
@@ -170,8 +170,8 @@ def test_without_a_closed_form_no_wish_costs_a_search_all_over(monkeypatch: pyte
         dragging.to(at_position(here, 0.3, -0.4, -2.0))
         engine.clock.advance(engine.now + 0.02)
     first, *others = counts  # which sees how freely the arm moves as a rule
-    assert max(others) <= 2 * (STEPS + 1), first
-    assert max(others) > STEPS + 3, "nothing is searched at all"
+    assert max(others) <= 2 * (NEAREST_STEPS + 1), first
+    assert max(others) > NEAREST_STEPS + 3, "nothing is searched at all"
 
 
 def test_without_a_closed_form_it_comes_to_where_only_another_way_round_leads() -> None:

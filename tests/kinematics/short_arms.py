@@ -9,9 +9,8 @@ from random import Random
 import numpy as np
 from numpy.typing import NDArray
 
-from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import ArmTask, RobotModel
+from vrs_cli.kinematics.model import ArmTask, Link, RobotModel
 
 Array = NDArray[np.float64]
 RIGHT = pi / 2

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vrs_cli.kinematics.axes import frame
-from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, Slab
+from vrs_cli.kinematics.link_data import Box, Capsule, Cylinder, Slab
+from vrs_cli.kinematics.model import frame
 from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, subtracted, translation, unit
 
 Points = NDArray[np.float64]  # (N, 3) [m]

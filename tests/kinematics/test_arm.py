@@ -9,9 +9,9 @@ from random import Random
 
 import pytest
 
-from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import ALL, NONE
+from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from tests.examples import some
 from tests.kinematics.surfaces import Mesh, Points, mesh_of, moved
 from vrs_cli.kinematics.bodies import capsules, shapes_of
+from vrs_cli.kinematics.link_data import LinkShape, MeshFile
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.shapes import LinkShape, MeshFile
 from vrs_cli.kinematics.transform import compose, inverse
 
 Shares = NDArray[np.float64]

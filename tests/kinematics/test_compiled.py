@@ -7,9 +7,8 @@ from random import Random
 
 import pytest
 
-from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.compiled import formulas
-from vrs_cli.kinematics.model import link_transform
+from vrs_cli.kinematics.model import Link, link_transform
 from vrs_cli.kinematics.transform import IDENTITY, compose, translation
 
 ROUND = (0.0, 1.0, -1.0, 0.1, 10.0, -10.0, 2.0)  # [m] what could be written shorter, or be taken for nothing

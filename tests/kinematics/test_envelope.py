@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.examples import some
-from vrs_cli.kinematics.envelope import outermost
+from vrs_cli.kinematics.bodies import outermost
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import Vector

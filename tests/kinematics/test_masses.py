@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.kinematics.masses import LinkMasses, MassReader
+from vrs_cli.kinematics.link_data import LinkMasses, MassReader
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import load_robot
 

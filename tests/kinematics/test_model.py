@@ -6,7 +6,7 @@ from math import cos, pi, radians, sin
 
 import pytest
 
-from vrs_cli.kinematics.model import _angle, difference
+from vrs_cli.kinematics.clearance import _angle, difference
 from vrs_cli.kinematics.transform import from_oat
 
 

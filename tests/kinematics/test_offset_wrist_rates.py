@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.axes import Link
-from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.forms import MappedArm, arm_for
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.mapped_arm import MappedArm
+from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.offset_wrist.arm import CLEAR, OffsetWristArm
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_x, translation

@@ -10,8 +10,8 @@ import pytest
 from tests.examples import some
 from tests.kinematics.robot_texts import robot_text
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError
-from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 
 PUMA = load_robot("puma560")

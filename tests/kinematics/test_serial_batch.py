@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vrs_cli.kinematics.arrays import stack
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat
-from vrs_cli.kinematics.transform_batch import stack
 
 
 @pytest.mark.parametrize("name", ["cobra600", "planar2", "planar3"])

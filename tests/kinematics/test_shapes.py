@@ -11,9 +11,7 @@ import pytest
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.bodies import SHAPES, shapes_of
-from vrs_cli.kinematics.model_data import from_dict, to_dict
-from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
-from vrs_cli.kinematics.shapes import (
+from vrs_cli.kinematics.link_data import (
     COLOURS,
     KINDS,
     Box,
@@ -26,6 +24,8 @@ from vrs_cli.kinematics.shapes import (
     opened,
     rgb,
 )
+from vrs_cli.kinematics.model_data import from_dict, to_dict
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.transform import IDENTITY, from_oat, position, translation
 
 ALL_KINDS = """

@@ -10,9 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.robots import QUICK
-from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.forms import MappedArm, arm_for
 from vrs_cli.kinematics.joints import ALL, Joints, Steps
-from vrs_cli.kinematics.mapped_arm import MappedArm
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from vrs_cli.kinematics import transform as scalar
-from vrs_cli.kinematics.transform_batch import (
+from vrs_cli.kinematics.arrays import (
     compose_batch,
     rotation_about_batch,
     stack,

@@ -9,10 +9,10 @@ import pytest
 
 from tests.kinematics.test_urdf import written
 from vrs_cli.errors import FileDamaged, NotAvailable
+from vrs_cli.kinematics.link_data import Box, opened
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import Ends, load_robot
-from vrs_cli.kinematics.shapes import Box, opened
 from vrs_cli.kinematics.transform import Vector, compose, position, translation
 from vrs_cli.kinematics.urdf import robot
 from vrs_cli.kinematics.urdf.chain import choice

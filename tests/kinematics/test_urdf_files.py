@@ -10,7 +10,7 @@ import pytest
 from tests.kinematics.test_urdf import ARM, XACRO, written
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.urdf import macros
+from vrs_cli.kinematics.urdf import tree
 
 PLAIN = '<robot name="little">'
 
@@ -218,7 +218,7 @@ def test_a_file_of_macros_alone(tmp_path: Path) -> None:
 
 
 def test_the_command_is_told_where_macros_cannot_be_expanded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(macros, "find_spec", lambda _: None)
+    monkeypatch.setattr(tree, "find_spec", lambda _: None)
     with pytest.raises(
         FileDamaged, match=r"xacro is not installed \(.* install xacro, or expand it first: xacro .* > arm"
     ):
@@ -227,6 +227,6 @@ def test_the_command_is_told_where_macros_cannot_be_expanded(tmp_path: Path, mon
 
 def test_packages_are_looked_for_beside_the_file(tmp_path: Path) -> None:
     path = packaged(tmp_path)
-    assert macros.package_folder(path, "arms") == tmp_path / "arms"
-    assert macros.package_folder(path, "parts") == tmp_path / "parts"
-    assert macros.package_folder(path, "arms_support") == tmp_path / "arms"  # the file's own, under another name
+    assert tree.package_folder(path, "arms") == tmp_path / "arms"
+    assert tree.package_folder(path, "parts") == tmp_path / "parts"
+    assert tree.package_folder(path, "arms_support") == tmp_path / "arms"  # the file's own, under another name

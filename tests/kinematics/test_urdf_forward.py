@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.laws.urdf_files import forward
-from vrs_cli.kinematics.axes import link_transform
+from vrs_cli.kinematics.model import link_transform
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.kinematics.urdf.chain import choice
 from vrs_cli.kinematics.urdf.robot import arm_of

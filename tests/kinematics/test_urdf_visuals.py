@@ -12,10 +12,10 @@ import pytest
 from tests.kinematics.test_urdf import ARM, written
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.bodies import capsules, shapes_of
+from vrs_cli.kinematics.link_data import Box, Capsule, Cylinder, LinkShape, MeshFile
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, LinkShape, MeshFile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, position, rotation_about, rotation_x, translation
 
 VISUALS = """

@@ -20,10 +20,9 @@ import numpy as np
 
 from tests.by_hand import command
 from tests.kinematics.offset_arms import OFFSET_ARMS
-from vrs_cli.kinematics.axes import AxisLine, chain_of
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Arm, Elbow, Flag, Joints, Wrist
-from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
+from vrs_cli.kinematics.model import AxisLine, RobotModel, chain_of, joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 PUMA = load_robot("puma560")

@@ -23,9 +23,8 @@ from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import JointKind, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import (
     IDENTITY,

@@ -20,7 +20,7 @@ from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Configuration, Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.nearest import Aim, Miss
+from vrs_cli.kinematics.numeric.search import Aim, Miss
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import (
     Transform,

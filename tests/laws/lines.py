@@ -15,9 +15,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.problem import Here, NoRoomToStop, Problem
 from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Motion, MotionKind, Start

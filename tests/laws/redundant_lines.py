@@ -28,9 +28,8 @@ from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, at_position, position
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.state import JointState

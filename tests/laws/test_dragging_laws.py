@@ -11,7 +11,7 @@ import pytest
 from tests.examples import in_full, some
 from tests.laws.drags import Hand, follow
 from tests.robots import KINDS
-from vrs_cli.kinematics.nearest import Miss
+from vrs_cli.kinematics.numeric.search import Miss
 from vrs_cli.kinematics.robot_file import load_robot
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"

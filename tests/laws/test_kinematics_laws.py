@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vrs_cli.kinematics.arrays import stack, to_oat_batch
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import ALL
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat
-from vrs_cli.kinematics.transform_batch import stack, to_oat_batch
 
 Floats = NDArray[np.float64]
 

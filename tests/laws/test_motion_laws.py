@@ -14,7 +14,7 @@ from tests.laws.motion_laws import LIMIT, check_continuous, check_edit, check_li
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.laws.law import LAWS

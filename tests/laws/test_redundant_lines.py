@@ -7,7 +7,7 @@ import pytest
 from tests.kinematics.seven_joints import ARMS, seven_joints
 from tests.laws.redundant_lines import LIMIT, followed, largest_load, planned, random_lines
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 
 FEW, STEPS = 2, 25  # the long run takes many and fine ones
 STEP = 0.02  # [s]

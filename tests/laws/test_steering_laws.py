@@ -24,9 +24,8 @@ from vrs_cli.interfaces.jog.jogger import AXES, Jogger, moved
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.repl.jog_panel import JogPanel

@@ -16,9 +16,8 @@ from tests.laws.taught_places import check_way_back, refused
 from tests.robots import KINDS
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import LocationOutOfRange
-from vrs_cli.kinematics.axes import axis_of, frame
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.model import ArmTask
+from vrs_cli.kinematics.model import ArmTask, axis_of, frame
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (

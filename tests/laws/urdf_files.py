@@ -26,8 +26,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
-from vrs_cli.kinematics.urdf.macros import expanded, has_macros
-from vrs_cli.kinematics.urdf.tree import robot_element
+from vrs_cli.kinematics.urdf.tree import expanded, has_macros, robot_element
 from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import NamedTarget, PoseTarget
 

@@ -12,9 +12,9 @@ import pytest
 
 from tests.net.serving import Serving, serving
 from vrs_cli.kinematics.bodies import shapes_of
+from vrs_cli.kinematics.link_data import MeshFile
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.shapes import MeshFile
 from vrs_cli.net.messages import Welcome
 
 URDF = """<robot name="two">

@@ -11,11 +11,9 @@ import pytest
 
 from vrs_cli.errors import NotAvailable
 from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.axes import Link
-from vrs_cli.kinematics.masses import LinkMasses
-from vrs_cli.kinematics.model import RobotModel, link_frames
+from vrs_cli.kinematics.link_data import Box, Capsule, Cylinder, LinkMasses, LinkShape, MeshFile, Slab
+from vrs_cli.kinematics.model import Link, RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
-from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, LinkShape, MeshFile, Slab
 from vrs_cli.kinematics.transform import rotation_about, translation
 from vrs_cli.twin.dynamics import (
     InertialModel,

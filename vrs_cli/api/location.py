@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vrs_cli.api.answers import figures, table
+from vrs_cli.kinematics.arrays import compose_batch, to_oat_batch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.kinematics.transform_batch import compose_batch, to_oat_batch
 from vrs_cli.language.run.operations import trans as of_numbers
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.render.blocks import number_columns

@@ -16,9 +16,9 @@ from vrs_cli.engine.position import PositionArrays
 from vrs_cli.interfaces.port.preview import Expected, Previewed
 from vrs_cli.interfaces.roles.observer import Observer, RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import compose_batch, stack
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import inverse
-from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.render.blocks import Column, number_columns
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames

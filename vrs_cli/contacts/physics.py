@@ -19,8 +19,8 @@ import numpy as np
 from vrs_cli.contacts.solids import LinkSolids, Solid, SolidForm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.link_data import opened
 from vrs_cli.kinematics.model import RobotModel, link_pose
-from vrs_cli.kinematics.shapes import opened
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,

@@ -20,10 +20,9 @@ import numpy as np
 
 from vrs_cli.errors import VrsError
 from vrs_cli.files.mesh_file import load_mesh, metres_of
-from vrs_cli.kinematics.axes import frame
 from vrs_cli.kinematics.bodies import capsules, shapes_of
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening, Slab
+from vrs_cli.kinematics.link_data import Body, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening, Slab
+from vrs_cli.kinematics.model import RobotModel, frame
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,

@@ -13,6 +13,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.position import flange_poses, guide_values
+from vrs_cli.kinematics.arm import LineProof
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps, fourth_of_turn
 from vrs_cli.kinematics.transform import position
@@ -21,7 +22,7 @@ from vrs_cli.trajectory.segment import CartesianPath
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats, Rows
-    from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation, SteadyGaps
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps
 
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
@@ -99,7 +100,7 @@ class Gap(Struct, frozen=True):
 
 
 def check_continuous(
-    continuation: Continuation | SteadyContinuation,
+    continuation: LineProof,
     follower: Follower,
     stretches: Sequence[tuple[CartesianPath, float, list[Sample]]],
 ) -> list[Followed]:
@@ -141,15 +142,13 @@ def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float
     return begin, end
 
 
-def _gaps_without_proof(
-    continuation: Continuation | SteadyContinuation, follower: Follower, gaps: list[Gap]
-) -> list[Gap]:
+def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> list[Gap]:
     if not gaps:
         return []
     left = np.arange(len(gaps))
     arrays = _arrays(continuation, follower, gaps)
     for pieces in PIECES:
-        left = left[~continuation.proved(arrays.some(left), pieces)]  # type: ignore[arg-type]  # both of one kind
+        left = left[~continuation.proved(arrays.some(left), pieces)]
         if not len(left):
             break
     return [gaps[k] for k in left]
@@ -200,7 +199,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
 # --- as arrays -------------------------------------------------------------------------------------------------------
 
 
-def _arrays(continuation: Continuation | SteadyContinuation, follower: Follower, gaps: list[Gap]) -> Gaps | SteadyGaps:
+def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gaps | SteadyGaps:
     paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
     h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
     place, turn = place * h**4, turn * h[:, None] ** POWERS
@@ -212,7 +211,7 @@ def _arrays(continuation: Continuation | SteadyContinuation, follower: Follower,
         place = place + lever * fourth_of_turn(*turn.T)
         way = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
         return Gaps(way, place, turn, guide * h**4, weights)
-    from vrs_cli.kinematics.numeric.steady.continuation import SteadyGaps  # here: few arms need it
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # here: few arms need it
 
     begins = np.array([gap.a.s for gap in gaps])
     paths = {id(gap.of.path): gap.of.path for gap in gaps}

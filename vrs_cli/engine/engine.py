@@ -39,9 +39,8 @@ from vrs_cli.engine.targets import (
 from vrs_cli.errors import AlterNotOn, IllegalValue, LocationOutOfRange, LocationTooFar, MotionError, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Configuration, Joints
+from vrs_cli.kinematics.joints import Configuration, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, angle_between, compose
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.laws.law import LAWS

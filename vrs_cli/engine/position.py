@@ -259,7 +259,7 @@ def _sampled(
 ) -> Sampled:
     import numpy as np
 
-    from vrs_cli.kinematics import transform_batch as batch
+    from vrs_cli.kinematics.arrays import compose_batch, stack
 
     times, back = _sorted(times)
     n = arm.model.joint_count
@@ -281,11 +281,11 @@ def _sampled(
         found.joints[:] = joints
     _fill_hand(timeline, times, found.hand)
     for one, number in frames.items():  # many poses at once
-        T_world_robot, T_flange_tool = batch.stack([inverse(one.base), one.tool])
+        T_world_robot, T_flange_tool = stack([inverse(one.base), one.tool])
         rows_of_frame = np.flatnonzero(which == number)
         for chunk in np.split(rows_of_frame, range(POSES, len(rows_of_frame), POSES)):
-            T_world_flange = batch.compose_batch(T_world_robot, arm.batch.forward(found.joints[chunk]))
-            found.T_world_tool[chunk] = batch.compose_batch(T_world_flange, T_flange_tool)
+            T_world_flange = compose_batch(T_world_robot, arm.batch.forward(found.joints[chunk]))
+            found.T_world_tool[chunk] = compose_batch(T_world_flange, T_flange_tool)
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
 
 
@@ -348,16 +348,16 @@ def flange_poses(path: CartesianPath, s: Floats, T_flange_tool: Transform) -> Fl
     import numpy as np
     from numpy.polynomial.polynomial import polyval
 
-    from vrs_cli.kinematics import transform_batch as batch
+    from vrs_cli.kinematics.arrays import compose_batch, rotation_about_batch, stack
 
     position = np.stack([polyval(s, a) for a in path.position], axis=-1)
-    (R,) = batch.stack([path.orientation])[:, :, :3]
+    (R,) = stack([path.orientation])[:, :, :3]
     for turn in path.turns:
         angle = polyval(s, turn.angle).astype(float)
-        R = R @ batch.rotation_about_batch(np.array(turn.axis), angle)
+        R = R @ rotation_about_batch(np.array(turn.axis), angle)
     T_robot_tool = np.concatenate((np.broadcast_to(R, (len(s), 3, 3)), position[:, :, None]), axis=2)
-    (T_tool_flange,) = batch.stack([inverse(T_flange_tool)])
-    return batch.compose_batch(T_robot_tool, T_tool_flange)
+    (T_tool_flange,) = stack([inverse(T_flange_tool)])
+    return compose_batch(T_robot_tool, T_tool_flange)
 
 
 def twists(path: CartesianPath, s: Floats) -> tuple[Floats, Floats]:

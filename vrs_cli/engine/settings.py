@@ -12,8 +12,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from vrs_cli.errors import IllegalValue, UsageError, did_you_mean
-from vrs_cli.kinematics.joints import NONE, Configuration
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import NONE, Configuration, Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.commands import (

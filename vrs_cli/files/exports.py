@@ -27,9 +27,8 @@ from vrs_cli.engine.position import (
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.samples import CHUNK, NANOSECONDS, check_mcap, joint_names, nanoseconds, sample_times, write_mcap
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.arrays import Flags, Floats, to_oat_batch
 from vrs_cli.kinematics.joints import Joints, JointUnits
-from vrs_cli.kinematics.transform_batch import to_oat_batch
 from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment

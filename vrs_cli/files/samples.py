@@ -23,11 +23,10 @@ from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.arrays import Floats, compose_batch, stack
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse, position
-from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.events import HAND
 from vrs_cli.version import __version__

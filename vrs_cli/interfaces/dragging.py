@@ -4,7 +4,7 @@ A wish is any pose. The goal (the joints that bring the tool there) changes from
 do at full speed, so the arm never jumps:
 
 - Where the pose is in reach, with the arm and elbow of the beginning, the goal is exactly there, or on the way.
-- Where it is not, the goal slides downhill to the nearest pose in reach (`kinematics/nearest.py`).
+- Where it is not, the goal slides downhill to the nearest pose in reach (`kinematics/numeric/search.py`).
 - Where downhill leads no farther, but the pose is in reach another way round, the joints go that way.
 
 The wrist may pass through straight, from FLIP to NOFLIP, where that is nearer: no joint jumps there. The engine steers
@@ -25,9 +25,8 @@ from vrs_cli.errors import CollisionAhead
 from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Arm, Configuration, Joints, largest_change, put_inside
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.nearest import Aim, Nearest, Side
-from vrs_cli.kinematics.numeric.search import some_joints
+from vrs_cli.kinematics.model import RobotModel, some_joints
+from vrs_cli.kinematics.numeric.search import Aim, Nearest, Side
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.hand import Hold, Limit, Shortfall

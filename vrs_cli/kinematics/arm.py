@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from math import dist, inf
 from operator import mul
-from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from vrs_cli.errors import (
     IllegalValue,
@@ -20,9 +20,8 @@ from vrs_cli.errors import (
     LocationTooFar,
     StraightLineSingular,
 )
-from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace
-from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas
-from vrs_cli.kinematics.elimination import solve
+from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, unchanging
+from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, solve
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     NONE,
@@ -42,11 +41,11 @@ from vrs_cli.kinematics.joints import (
     nearest_turn,
     turn_within,
 )
-from vrs_cli.kinematics.model import LEVEL, RobotModel, Unchanging, difference, levers, link_frames, unchanging
+from vrs_cli.kinematics.model import LEVEL, RobotModel, levers, link_frames
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.numeric.continuation import Continuation
+    from vrs_cli.kinematics.arrays import Flags, Floats
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
@@ -85,6 +84,21 @@ class Steady(Protocol):
         """The first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] along a path; `poses`: T_base_flange that
         is asked for, by the time from now [s]; `twist`: of the tool, as the poses have it. Raises StraightLineSingular.
         """
+
+
+class LineProof(Protocol):
+    """Proves that the joints of an arm without a closed form are continuous between samples of a line.
+
+    `sure`: Newton's method finds the proved joints from starts that are this near [rad, m].
+    """
+
+    sure: float
+
+    def proved(self, gaps: Any, pieces: int) -> Flags:
+        """Return for each of k gaps between samples whether it is proved (k,), each looked at in so many pieces."""
+
+    def stepped(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
+        """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
 
 
 _new = tuple.__new__
@@ -400,7 +414,7 @@ class RobotArm:
         return inf
 
     # what proves that joints go on between samples of a way; None for closed forms
-    continuation: Continuation | None = None
+    continuation: LineProof | None = None
 
     # the arm itself where its rates need the pose that is asked for beside the one that it has; else None
     steady: Steady | None = None

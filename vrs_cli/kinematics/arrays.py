@@ -1,9 +1,59 @@
 """Kinds of numpy arrays, for annotations."""
 
+from collections.abc import Iterable
+from math import pi
+
 import numpy as np
 from numpy.typing import NDArray
+
+from vrs_cli.kinematics.transform import POLE, RIGHT_ANGLE, TURN, Transform
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 Singles = NDArray[np.float32]
+
+
+def stack(transforms: Iterable[Transform]) -> Floats:
+    """N transforms -> (N, 3, 4)."""
+    return np.array(list(transforms), dtype=np.float64).reshape(-1, 3, 4)
+
+
+def compose_batch(a: Floats, b: Floats) -> Floats:
+    """(..., 3, 4) and (..., 3, 4) -> (..., 3, 4): T_x_z = T_x_y @ T_y_z."""
+    product: Floats = a[..., :3] @ b
+    product[..., 3] += a[..., 3]
+    return product
+
+
+def rotation_about_batch(axis: Floats, angle: Floats) -> Floats:
+    """Unit axes (..., 3) and angles (...) [rad] -> rotations (..., 3, 3) (Rodrigues)."""
+    x, y, z = axis[..., 0], axis[..., 1], axis[..., 2]
+    s = np.sin(angle)
+    half = np.sin(0.5 * angle)
+    versine = 2.0 * half * half
+    c = 1.0 - versine
+    xy, yz, zx = x * y * versine, y * z * versine, z * x * versine
+    R = np.empty((*np.broadcast(x, angle).shape, 3, 3))
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = x * x * versine + c, xy - z * s, zx + y * s
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = xy + z * s, y * y * versine + c, yz - x * s
+    R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = zx - y * s, yz + x * s, z * z * versine + c
+    return R
+
+
+def to_oat_batch(T: Floats) -> Floats:
+    """(..., 3, 4) -> O, A, T (..., 3) [rad]; ranges and poles as `transform.to_oat`."""
+    ax, ay, az = T[..., 0, 2], T[..., 1, 2], T[..., 2, 2]
+    h = np.hypot(ax, ay)
+    pole = h < POLE
+    x, y = np.where(pole, 1.0, ax), np.where(pole, 0.0, ay)
+    angles = np.empty((*h.shape, 3))  # yaw, pitch, roll
+    angles[..., 0] = np.arctan2(y, x)
+    angles[..., 1] = np.where(pole, np.where(az > 0.0, 0.0, pi), np.arctan2(h, az))
+    angles[..., 2] = np.arctan2(x * T[..., 1, 0] - y * T[..., 0, 0], x * T[..., 1, 1] - y * T[..., 0, 1])
+    angles[angles == -pi] = pi
+    angles[..., 0] += RIGHT_ANGLE
+    angles[..., 0] -= TURN * (angles[..., 0] > pi)
+    angles[..., 1] -= RIGHT_ANGLE
+    angles += 0.0
+    return angles

@@ -5,10 +5,22 @@ A closed form where there is one, else a search that finds all solutions, else t
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache, partial
+from math import atan2
+from typing import TYPE_CHECKING, NamedTuple
 
+from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.model import ArmTask, RobotModel
+from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace
+from vrs_cli.kinematics.compiled import NOTHING
+from vrs_cli.kinematics.joints import ALL, ARM, Configuration, Demands, Joints, Singularity, Steps, Twist
+from vrs_cli.kinematics.model import EXACT, ArmTask, Chain, RobotModel, chain_of, joint_axes, link_frames
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
 @lru_cache
@@ -36,7 +48,6 @@ def _spherical_wrist(model: RobotModel) -> RobotArm | None:
     geometry = geometry_of(model)
     if geometry is not None and not swapped(geometry, down=False, folded=geometry.d4 * geometry.d6 < 0.0):
         return SphericalWristArm(model, geometry)
-    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
 
     way = canonical(model, ALPHAS[:5])
     geometry = None if way is None else geometry_of(way.model)
@@ -48,7 +59,6 @@ def _spherical_wrist(model: RobotModel) -> RobotArm | None:
 
 def _offset_wrist(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.joints import ARM, ELBOW, WRIST
-    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
     from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
     from vrs_cli.kinematics.offset_wrist.inverse import ALPHAS, offsets_of
 
@@ -61,7 +71,6 @@ def _offset_wrist(model: RobotModel) -> RobotArm | None:
 
 
 def _wrist_circle(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.mapped_arm import canonical
     from vrs_cli.kinematics.spherical_wrist.inverse import swapped
     from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
     from vrs_cli.kinematics.wrist_circle.circle import ALPHAS, circle_of
@@ -71,7 +80,7 @@ def _wrist_circle(model: RobotModel) -> RobotArm | None:
     if way is None or circle is None:
         return None
     words = swapped(circle.arm, down=way.down, folded=circle.straight * circle.arm.d4 * way.hand < 0.0)
-    return WristCircleArm(model, way, circle, words)
+    return WristCircleArm(model, way.chain, circle, words)
 
 
 def _parallel_axes(model: RobotModel) -> RobotArm | None:
@@ -80,3 +89,172 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
 
     bars = bars_of(model)
     return None if bars is None else ParallelAxesArm(model, bars)
+
+
+TOOLS = 4  # whose place behind the inner arm is remembered
+
+
+class Canonical(NamedTuple):
+    """A robot's chain with the links of a closed form, and the model that it solves, limits included.
+
+    All of a pose counts for it, whatever counts for the robot.
+    """
+
+    chain: Chain
+    model: RobotModel
+
+    @property
+    def down(self) -> bool:
+        """Whether the axis of joint 1 points down: what is above for the closed form is below for the robot."""
+        return self.chain.base.az < -EXACT
+
+    @property
+    def hand(self) -> float:
+        """1.0 where the flange lies on axis 6 as the axis points, from the wrist, or points so; else -1.0."""
+        flange = self.chain.flange
+        way = self.chain.links[-1].d + flange.pz
+        return -1.0 if way < -EXACT or (abs(way) <= EXACT and flange.az < 0.0) else 1.0
+
+
+def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool = True) -> Canonical | None:
+    """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so. `bare`:
+    a base and a flange that only turn about the first and the last axis, and slide along it, go into the links.
+    """
+    if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
+        return None
+    T_base_flange = link_frames(model, (0.0,) * model.joint_count)[-1]
+    chain = chain_of(joint_axes(model), model.units.kinds, T_base_flange, alphas)
+    if chain is None:
+        return None
+    base, (first, *others, last), flange, signs = chain
+    if bare and _along_axis(base):
+        first = first._replace(theta=first.theta + atan2(base.ny, base.nx), d=first.d + base.pz)
+        base = IDENTITY
+    if bare and _along_axis(flange):
+        last = last._replace(theta=last.theta + atan2(flange.ny, flange.nx), d=last.d + flange.pz)
+        flange = IDENTITY
+    chain = Chain(base, (first, *others, last), flange, signs)
+    ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
+    lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
+    links = tuple(link._replace(theta=0.0) for link in chain.links)
+    inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=ArmTask.POSE)
+    return Canonical(chain, inner)
+
+
+def _along_axis(T: Transform) -> bool:
+    """Whether it leaves the z axis where it is."""
+    return T.az > 0.0 and max(map(abs, (T.px, T.py, T.ax, T.ay, T.nz, T.sz))) <= NOTHING
+
+
+def _there_and_back(signs: Joints, zeros: Joints) -> tuple[Callable[[Joints], Joints], Callable[[Joints], Joints]]:
+    """`Chain.of` of six joints that all turn, and its inverse, written out: each inverse of an arm asks eight times."""
+    s1, s2, s3, s4, s5, s6 = signs
+    z1, z2, z3, z4, z5, z6 = zeros
+
+    def there(q: Joints) -> Joints:
+        q1, q2, q3, q4, q5, q6 = q
+        return s1 * q1 + z1, s2 * q2 + z2, s3 * q3 + z3, s4 * q4 + z4, s5 * q5 + z5, s6 * q6 + z6
+
+    def back(q: Joints) -> Joints:
+        q1, q2, q3, q4, q5, q6 = q
+        return s1 * (q1 - z1), s2 * (q2 - z2), s3 * (q3 - z3), s4 * (q4 - z4), s5 * (q5 - z5), s6 * (q6 - z6)
+
+    return there, back
+
+
+class MappedArm(RobotArm):
+    """Asks the arm that the closed form solves; documented in `arm.RobotArm`. `swapped`: the words whose pair the
+    formulas have the other way round, as bits of a configuration's `index`.
+    """
+
+    def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm, swapped: int) -> None:
+        super().__init__(model)
+        self.way, self.inner, self.ways, self._swapped = way, inner, inner.ways, swapped
+        self.method, self.boundary = inner.method, inner.boundary
+        if inner.fold is not None:
+            joint, value = inner.fold
+            self.fold = joint, way.chain.signs[joint] * (value - way.chain.links[joint].theta)
+        self.to_inner, self.from_flange = inverse(way.chain.base), inverse(way.chain.flange)
+        self._bare = way.chain.base == way.chain.flange == IDENTITY
+        self._same_senses = all(sign > 0.0 for sign in way.chain.signs)
+        zeros = tuple([link.theta for link in way.chain.links])
+        self.senses = tuple(zip(way.chain.signs, zeros, strict=True))
+        self._inner_joints, self._back = _there_and_back(way.chain.signs, zeros)
+        self._order = tuple([i ^ swapped for i in range(len(self.ways))])
+        self._inner_tool = lru_cache(TOOLS)(partial(compose, way.chain.flange))
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        return self.inner.constants
+
+    def _inner_pose(self, T: Transform) -> Transform:
+        """The pose of the flange as the inner arm has it."""
+        return T if self._bare else compose(compose(self.to_inner, T), self.from_flange)
+
+    def _other(self, configuration: Configuration) -> Configuration:
+        """What the formulas call it, and back."""
+        return ALL[configuration.index ^ self._swapped]
+
+    def configuration(self, q: Joints) -> Configuration:
+        return self._other(self.inner.configuration(self._inner_joints(q)))
+
+    def outward(self, q: Joints) -> float:
+        out = self.inner.outward(self._inner_joints(q))
+        return -out if self._swapped & ARM else out
+
+    def twins(self, q: Joints) -> tuple[Configuration, ...]:
+        return tuple(map(self._other, self.inner.twins(self._inner_joints(q))))
+
+    def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        back, found = self._back, self.inner.branches(self._inner_pose(T))
+        return tuple([None if (q := found[i]) is None else back(q) for i in self._order])
+
+    def branch_joints(
+        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
+    ) -> Joints | None:
+        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near), steps)
+        return None if q is None else self._back(q)
+
+    @cached_property
+    def hand(self) -> Hand | None:  # type: ignore[override] # found when asked for
+        hand = self.inner.hand
+        if hand is None:
+            return None
+        x, y, z = rotate(self.from_flange, hand.centre)
+        centre = x + self.from_flange.px, y + self.from_flange.py, z + self.from_flange.pz
+        return Hand(compose(hand.T_axis_base, self.to_inner), centre, rotate(self.from_flange, hand.approach))
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+        return self.inner.clearance(self._inner_pose(T), self._other(configuration))
+
+    def least_clearance(
+        self, a: Clearance, b: Clearance, pace: HandPace, h: float, *, beside_axis: bool = False
+    ) -> Clearance:
+        return self.inner.least_clearance(a, b, pace, h, beside_axis=beside_axis)
+
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
+        return self.inner._out_of_reach(self._inner_pose(T), self._other(configuration), hint)
+
+    def joint_velocity(
+        self,
+        q: Joints,
+        twist: Twist,
+        T_flange_tool: Transform = IDENTITY,
+        demands: Demands = (),  # noqa: ARG002 (no joint is too many)
+    ) -> Joints:
+        if not self._bare:
+            twist = *rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:])
+            T_flange_tool = self._inner_tool(T_flange_tool)
+        rates = self.inner.joint_velocity(self._inner_joints(q), twist, T_flange_tool)
+        if self._same_senses:
+            return rates
+        return tuple([s * rate for s, rate in zip(self.way.chain.signs, rates, strict=True)])
+
+    def singularity(self, q: Joints) -> Singularity:
+        return self.inner.singularity(self._inner_joints(q))
+
+    @cached_property
+    def batch(self) -> SerialBatch:
+        from vrs_cli.kinematics.serial_batch import MappedBatch  # here: it brings numpy
+
+        return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner.batch, self._swapped)

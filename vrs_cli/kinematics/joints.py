@@ -137,6 +137,7 @@ Twist = tuple[float, float, float, float, float, float]
 Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n
 Demands = tuple[tuple[Joints, float], ...]  # of joints that are too many: a sum of all of them by weights, what it is
 
+MAX_RATE_ERROR = 1e-5  # part of the joint rates that may be wrong while a line is planned
 AT_REST = 1e-9  # [m/s, rad/s] a demand on a lost direction that is rounding and no motion
 
 
@@ -274,3 +275,22 @@ WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP me
 NONE = Configuration()  # of an arm that has one way, or too many to be told by words
 SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # of an arm that has no other choice, as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
+
+
+# --- links from axes ---------------------------------------------------------------------------------------------
+
+
+class Profile(Enum):
+    """Words of VAL-II, each with its word in files and what it means. The first is that of a robot that names none."""
+
+    LSPB = "lspb", "linear with parabolic blends"
+    SCURVE = "scurve", "jerk limited"
+    QUINTIC = "quintic", "polynomials of degree 5"
+
+    def __new__(cls, word: str, summary: str) -> Profile:
+        profile = object.__new__(cls)
+        profile._value_ = word
+        profile.summary = summary
+        return profile
+
+    summary: str

@@ -7,39 +7,180 @@ it takes the poses that it can, and refuses the others.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from itertools import accumulate, combinations
-from math import acos, degrees, dist
+from math import atan2, cos, dist, hypot, sin, sqrt
+from random import Random
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import JointOutOfRange
-from vrs_cli.kinematics.axes import EXACT, AxisLine, Link, axis_of, link_transform
-from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits, Profile
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
     Vector,
     along,
-    angle_between,
     any_normal,
-    at_position,
     compose,
     cross,
     dot,
+    inverse,
     position,
-    rotation_about,
     subtracted,
-    to_oat,
     unit,
 )
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.masses import LinkMasses
-    from vrs_cli.kinematics.shapes import LinkShape
+    from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
+
+
+PARALLEL = 1e-8  # [rad] two axes that are
+EXACT = 1e-9  # [rad, m] how near an angle or a length must be to the one that a closed form needs
+
+
+class AxisLine(NamedTuple):
+    """An axis: a point on it [m] and its direction, of length one."""
+
+    point: Vector
+    direction: Vector
+
+
+class Link(NamedTuple):
+    """Standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha). a, d [m], alpha, theta [rad].
+
+    The joint's value is added to theta where it turns, to d where it slides.
+    """
+
+    a: float
+    d: float
+    alpha: float
+    theta: float = 0.0
+    kind: JointKind = JointKind.REVOLUTE
+
+
+class Chain(NamedTuple):
+    """T_base_flange(q) = base . links(signs * q) . flange: signs are +1.0 or -1.0, one a joint."""
+
+    base: Transform
+    links: tuple[Link, ...]
+    flange: Transform
+    signs: Joints
+
+    def of(self, q: Joints) -> Joints:
+        """The variables of the links, from those of the robot: theta of a link that turns, d of one that slides."""
+        return tuple(
+            s * x + (link.d if link.kind is JointKind.PRISMATIC else link.theta)
+            for s, x, link in zip(self.signs, q, self.links, strict=True)
+        )
+
+
+def link_transform(link: Link, q: float) -> Transform:
+    """T_previous_link of one joint."""
+    turns = link.kind is JointKind.REVOLUTE
+    theta, d = (link.theta + q, link.d) if turns else (link.theta, link.d + q)
+    c, s = cos(theta), sin(theta)
+    ca, sa = cos(link.alpha), sin(link.alpha)
+    return Transform(
+        c, -s * ca, s * sa, link.a * c,
+        s, c * ca, -c * sa, link.a * s,
+        0.0, sa, ca, d,
+    )  # fmt: skip
+
+
+def axis_of(T: Transform) -> AxisLine:
+    """The z axis of a frame."""
+    return AxisLine(position(T), (T.ax, T.ay, T.az))
+
+
+def frame(x: Vector, z: Vector, origin: Vector) -> Transform:
+    y = cross(z, x)
+    return Transform(x[0], y[0], z[0], origin[0], x[1], y[1], z[1], origin[1], x[2], y[2], z[2], origin[2])
+
+
+class _Step(NamedTuple):
+    """Frame i, and the way to it from frame i - 1, whose origin may be slid along its axis to `foot`."""
+
+    x: Vector
+    z: Vector
+    origin: Vector
+    foot: Vector
+    alpha: float
+    a: float
+
+
+def chain_of(
+    axes: Sequence[AxisLine],
+    kinds: Sequence[JointKind],
+    T_base_flange: Transform,
+    alphas: Sequence[float | None] | None = None,
+) -> Chain | None:
+    """Links that have these axes, and T_base_flange, when all joints are 0.
+
+    With `alphas` (of all joints but the last; None for any) axes are reversed and normals chosen so that the links have
+    them, with no `a` below zero between parallel axes; None where that cannot be.
+    """
+    z, origin = axes[0].direction, axes[0].point
+    steps: list[_Step] = []
+    for i, axis in enumerate(axes[1:]):
+        step = _next(z, origin, steps[-1].x if steps else None, axis, None if alphas is None else alphas[i])
+        if step is None:
+            return None
+        steps.append(step)
+        z, origin = step.z, step.origin
+    x = steps[0].x if steps else any_normal(z)
+    origin = steps[0].foot if steps else origin
+    base, z = frame(x, axes[0].direction, origin), axes[0].direction
+    links, signs = [], [1.0]
+    for step, axis, kind in zip(steps, axes[1:], kinds, strict=False):
+        theta = atan2(dot(cross(x, step.x), z), dot(x, step.x))
+        links.append(Link(step.a, dot(subtracted(step.foot, origin), z), step.alpha, theta, kind))
+        signs.append(1.0 if dot(step.z, axis.direction) > 0.0 else -1.0)
+        x, z, origin = step.x, step.z, step.origin
+    links.append(Link(0.0, 0.0, 0.0, 0.0, kinds[-1]))
+    flange = compose(inverse(frame(x, z, origin)), T_base_flange)
+    return Chain(base, tuple(links), flange, tuple(signs))
+
+
+def _next(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: float | None) -> _Step | None:
+    """From the axis z through `origin` to the next one. None where it does not lie at the angle `alpha`."""
+    turn = cross(z, axis.direction)
+    sine, cosine = sqrt(dot(turn, turn)), dot(z, axis.direction)
+    if sine < PARALLEL:
+        return _parallel(z, origin, x, axis, alpha)
+    normal = (turn[0] / sine, turn[1] / sine, turn[2] / sine)
+    if alpha is not None and sin(alpha) < 0.0:
+        normal, sine = (-normal[0], -normal[1], -normal[2]), -sine
+    found = atan2(sine, cosine)
+    if alpha is not None and abs(found - alpha) > EXACT:
+        return None
+    between = subtracted(axis.point, origin)  # feet of the common normal, by Cramer's rule
+    p, q = dot(between, z), dot(between, axis.direction)
+    foot = along(origin, z, (p - cosine * q) / (sine * sine))
+    onto = along(axis.point, axis.direction, (cosine * p - q) / (sine * sine))
+    return _Step(
+        normal, axis.direction, onto, foot, found if alpha is None else alpha, dot(subtracted(onto, foot), normal)
+    )
+
+
+def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: float | None) -> _Step | None:
+    if alpha is not None and abs(sin(alpha)) > EXACT:
+        return None
+    direction = axis.direction
+    same = dot(z, direction) > 0.0
+    if alpha is not None and same != (cos(alpha) > 0.0):
+        direction, same = (-direction[0], -direction[1], -direction[2]), not same
+    between = subtracted(axis.point, origin)
+    across = along(between, z, -dot(between, z))
+    a = hypot(*across)
+    normal = (x or any_normal(z)) if a < EXACT else (across[0] / a, across[1] / a, across[2] / a)
+    if a < EXACT:
+        a = 0.0
+    alpha = atan2(0.0, 1.0 if same else -1.0) if alpha is None else alpha
+    return _Step(normal, direction, along(origin, normal, a), origin, alpha, a)
+
 
 ALL_PARTS = 6
 FEWEST = 4  # joints of an arm that may have the whole pose count, though it cannot take every one
@@ -95,8 +236,8 @@ _COUNTS = {task: tuple(letter == "1" for letter in letters) for task, letters in
 PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
 STILL = (0.0, 0.0, 0.0)
 LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] what a location may be beside the arm's plane or tilted: three decimals do it
-AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not
+SEED = 560
+MEASURED = 16  # poses over which freedoms are measured
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
 
 
@@ -233,6 +374,13 @@ def link_pose(model: RobotModel, i: int, x: float) -> Transform:
     return compose(T, model.flange) if i == model.joint_count else T
 
 
+def some_joints(model: RobotModel) -> Iterator[Joints]:
+    """Yield joints in their ranges without end, the same for the same model."""
+    random, limits = Random(SEED), list(zip(model.lower, model.upper, strict=True))
+    while True:
+        yield tuple(random.uniform(low, high) for low, high in limits)
+
+
 def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
     """A point on the axis of joint 1, and for each axis a distance from it that the flange never exceeds [m].
 
@@ -247,82 +395,3 @@ def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
         found.append(far)
         at = foot
     return at, tuple(reversed(found))
-
-
-# --- what no joint of an arm changes -------------------------------------------------------------------------------
-
-
-class Forbidden(NamedTuple):
-    """The part of a pose of the flange that an arm cannot do, in words, and the nearest pose that it can."""
-
-    what: str
-    right: Transform
-
-
-class Unchanging(NamedTuple):
-    """Positions of the flange along some directions [m], and the direction in which it points."""
-
-    places: tuple[tuple[Vector, float], ...] = ()
-    approach: Vector | None = None
-
-    def allows(self, T: Transform) -> bool:
-        """Return whether `forbids` finds nothing."""
-        return all(abs(dot(position(T), way) - value) <= LEVEL for way, value in self.places) and (
-            self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT
-        )
-
-    def forbids(self, T: Transform) -> Forbidden | None:
-        """Return what a pose of the flange asks for that no joint changes."""
-        approach, at = self.approach, position(T)
-        if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
-            upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
-            points = upright if abs(approach[2]) > 1.0 - CONSTANT else "in one direction"
-            what = f"keeps its tool {points}; the location tilts it by {degrees(tilt):.2f} deg"
-            z = axis_of(T).direction  # turned the shortest way until it lies along the approach
-            axis = any_normal(z) if dist(cross(z, approach), STILL) < CONSTANT else cross(z, approach)
-            return Forbidden(what, at_position(compose(rotation_about(unit(axis), tilt), T), *at))
-        for way, value in self.places:
-            beside = dot(at, way) - value
-            if abs(beside) > LEVEL:
-                what = f"moves in one plane, its flange would be {1000.0 * abs(beside):.1f} mm beside that"
-                if way in AXES:
-                    name, plane, flange = "XYZ"[AXES.index(way)], 1000.0 * value, 1000.0 * (value + beside)
-                    what = f"moves in the plane {name} = {plane:.1f} mm of its own frame, "
-                    what += f"its flange would be at {name} = {flange:.1f} mm"
-                return Forbidden(what, at_position(T, *along(at, way, -beside)))
-        return None
-
-
-def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
-    """The parts of a pose that no joint changes, seen on a few poses; none for an arm that has all six freedoms."""
-    if model.joint_count >= ALL_PARTS and all(model.counts):
-        return Unchanging()
-    limits = list(zip(model.lower, model.upper, strict=True))
-    poses = [forward(tuple(low + part * (high - low) for low, high in limits)) for part in SAMPLES]
-    first, approach, normal = position(poses[0]), axis_of(poses[0]).direction, plane_normal(model)
-    kept = [way for way in AXES if _is_kept(way, poses)]
-    if not kept and normal is not None and _is_kept(normal, poses):
-        kept = [normal]
-    steady = all(dist(axis_of(T).direction, approach) < CONSTANT for T in poses)
-    return Unchanging(tuple((way, dot(first, way)) for way in kept), approach if steady else None)
-
-
-def difference(asked: Transform, instead: Transform) -> str:
-    """The angles or coordinates to give in place of those of a location, as the user writes them."""
-    rows = list(zip("OAT", map(degrees, to_oat(instead)), strict=True))
-    if angle_between(asked, instead) <= STRAIGHT:
-        places = zip("XYZ", position(asked), position(instead), strict=True)
-        rows = [(name, 1000.0 * b) for name, a, b in places if abs(a - b) > 0.5 * LEVEL]
-    return ", ".join(f"{name} {round(x, 3) + 0.0:.10g}" for name, x in rows)
-
-
-def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
-    """Return whether all these poses are equally far along a direction."""
-    first, *others = (dot(position(T), way) for T in poses)
-    return all(abs(other - first) < CONSTANT for other in others)
-
-
-def _angle(a: Vector, b: Vector) -> float:
-    """Between two directions [rad]."""
-    sine = dist(cross(a, b), STILL)
-    return sine if dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(dot(a, b), -1.0), 1.0))

@@ -14,29 +14,28 @@ from math import hypot
 from reprlib import repr as brief
 from typing import TYPE_CHECKING, Any
 
-from vrs_cli.kinematics.axes import Link
-from vrs_cli.kinematics.compiled import formulas
+from vrs_cli.kinematics.compiled import formulas, volume
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
-from vrs_cli.kinematics.elimination import volume
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.model import (
     ALL_PARTS,
     FEWEST,
+    MEASURED,
     PROFILES,
     ArmTask,
+    Link,
     RobotModel,
     axes_parallel,
     flange_steady,
     joint_axes,
     levers,
     plane_normal,
+    some_joints,
 )
-from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Vector, cross, dot
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.masses import LinkMasses
-    from vrs_cli.kinematics.shapes import LinkShape
+    from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
 NOTHING = 1e-6  # of the volume that rows of a length of 1 could span: what no pose of an arm exceeds it cannot do
 WELL = 0.1  # of that, on the mean: what an arm does well
@@ -183,12 +182,12 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
     if model.hand_width:
         data["hand"] = {"width": model.hand_width}
     if model.masses:
-        from vrs_cli.kinematics.masses import to_tables as mass_tables  # here: few robots have masses of their own
+        from vrs_cli.kinematics.link_data import mass_tables  # here: few robots have masses of their own
 
         data["masses"] = mass_tables(model.masses)
     for key, shapes in (("shapes", model.shapes), ("collision", model.collision)):
         if shapes:
-            from vrs_cli.kinematics.shapes import to_tables as shape_tables  # here: few robots have their own
+            from vrs_cli.kinematics.link_data import shape_tables  # here: few robots have their own
 
             data[key] = shape_tables(shapes)
     return data
@@ -233,14 +232,14 @@ class ModelReader(DataReader):
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
         if data is None:
             return ()
-        from vrs_cli.kinematics.shapes import ShapeReader  # here: few robots have shapes of their own
+        from vrs_cli.kinematics.link_data import ShapeReader  # here: few robots have shapes of their own
 
         return ShapeReader(self.file, self.human).shapes(data, joints, key)
 
     def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:
         if data is None:
             return ()
-        from vrs_cli.kinematics.masses import MassReader  # here: few robots have masses of their own
+        from vrs_cli.kinematics.link_data import MassReader  # here: few robots have masses of their own
 
         return MassReader(self.file, self.human).masses(data, joints)
 

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from vrs_cli.kinematics.arrays import Flags, Floats
-from vrs_cli.kinematics.axes import Chain
+from vrs_cli.kinematics.arrays import Flags, Floats, compose_batch, stack
+from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.compiled import biases, formulas
 from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration, JointKind
-from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, Unchanging
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, Chain, RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse, position
-from vrs_cli.kinematics.transform_batch import compose_batch, stack
 
 CHUNK = 2048
 

@@ -18,9 +18,9 @@ from vrs_cli.errors import NonexistentFile, VrsError
 from vrs_cli.files.mesh_file import check, glb_of, missing_package
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.bodies import capsules, shapes_of
+from vrs_cli.kinematics.link_data import LinkShape, MeshFile, rgb, shape_tables
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
-from vrs_cli.kinematics.shapes import LinkShape, MeshFile, rgb, to_tables
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.course_teller import WholeCourse, whole_course
 from vrs_cli.trajectory.timeline import Timeline
@@ -49,7 +49,7 @@ class ServedShapes:
         drawn = [one for one in shapes if one.link not in bare]
         drawn += [one for one in capsules(model) if one.link in bare] if bare else []
         for shape in drawn:
-            (table,) = to_tables((shape,))
+            (table,) = shape_tables((shape,))
             if isinstance(shape.body, MeshFile) and (key := keys[shape]) is not None:
                 self._meshes[key] = shape
                 table["glb"] = f"/robots/{quote(name, safe='')}/{MESH}/{key}.glb"

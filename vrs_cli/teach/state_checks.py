@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.files.cell_text import FARTHEST, CellEntry
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.check_kind import REQUIRED, BaseCheck, CheckKind, Key

@@ -21,16 +21,13 @@ import numpy as np
 
 from vrs_cli.errors import NotAvailable, VrsError
 from vrs_cli.files.mesh_file import load_mesh, metres_of
-from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.axes import frame
+from vrs_cli.kinematics.arrays import Floats, rotation_about_batch
 from vrs_cli.kinematics.bodies import file_of_built_in, shapes_of
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.masses import LinkMasses, MassReader
-from vrs_cli.kinematics.model import RobotModel, link_pose
+from vrs_cli.kinematics.link_data import Body, Box, Capsule, Cylinder, LinkMasses, MassReader, MeshFile, Slab
+from vrs_cli.kinematics.model import RobotModel, frame, link_pose
 from vrs_cli.kinematics.robot_file import ROBOTS
-from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, MeshFile, Slab
 from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, subtracted, unit
-from vrs_cli.kinematics.transform_batch import rotation_about_batch
 
 GRAVITY: Vector = (0.0, 0.0, -9.81)  # [m/s2]
 PARAMETERS = 10  # inertial parameters of a link

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 

@@ -14,8 +14,7 @@ import msgspec
 from msgspec import structs
 
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import Configuration
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Configuration, Profile
 from vrs_cli.kinematics.transform import IDENTITY, ORTHONORMAL, Transform, is_rotation
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
 from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn

@@ -7,8 +7,8 @@ from math import floor, inf
 from typing import NamedTuple
 
 from vrs_cli.kinematics.bodies import shapes_of
+from vrs_cli.kinematics.link_data import Box, MeshFile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.shapes import Box, MeshFile
 from vrs_cli.kinematics.transform import Transform, moved_point
 from vrs_cli.values.scene import CellScene
 from vrs_cli.world.history import WorldHistory

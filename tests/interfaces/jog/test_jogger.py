@@ -23,8 +23,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, HeldDown, Jogger, axis_of
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.kinematics.joints import largest_change
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
 from vrs_cli.repl.jog_panel import JogPanel

@@ -18,7 +18,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.diagnostics import LineRefused, Severity
 from vrs_cli.values.replies import Message

@@ -68,7 +68,7 @@ def of_closed(
 
 
 def of_steady(arm: RobotArm, q: np.ndarray, way: np.ndarray, bounds: list[float]) -> Callable[[float, int], bool]:
-    from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation, SteadyGaps
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyContinuation, SteadyGaps
 
     proof = arm.continuation
     assert isinstance(proof, SteadyContinuation)

@@ -14,7 +14,7 @@ from msgspec import structs
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.elimination import solve, squares, volume
+from vrs_cli.kinematics.compiled import solve, squares, volume
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import NONE
 from vrs_cli.kinematics.model import ArmTask

@@ -10,8 +10,7 @@ from tests.kinematics.random_arms import draw_arm
 from tests.kinematics.seven_joints import seven_joints
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.newton import newton
-from vrs_cli.kinematics.numeric.search import missing
+from vrs_cli.kinematics.numeric.search import missing, newton
 
 FEW = 20
 

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
 from vrs_cli.kinematics.numeric.steady.batch import STEPS
-from vrs_cli.kinematics.numeric.steady.starts import FIRST_SAMPLES, OTHERS
+from vrs_cli.kinematics.numeric.steady.conditions import FIRST_SAMPLES, OTHERS
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     IDENTITY,

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from tests.examples import some
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.arrays import stack
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import ALL, Configuration
+from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
-from vrs_cli.kinematics.transform_batch import stack
 
 PUMA = load_robot("puma560")
 ARM = arm_for(PUMA)

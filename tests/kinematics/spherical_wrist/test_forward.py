@@ -9,9 +9,8 @@ from math import degrees, pi, radians
 
 import pytest
 
-from vrs_cli.kinematics.axes import link_transform
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.model import link_frames
+from vrs_cli.kinematics.model import link_frames, link_transform
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, angle_between, compose, from_oat, inverse, position, to_oat
 

@@ -8,10 +8,9 @@ from math import cos, pi, radians, sin
 
 import pytest
 
-from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import ALL, Joints
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import Link, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance, rotation_y, translation
 

@@ -10,9 +10,9 @@ import pytest
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints, Twist
+from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, axis_angle, compose, from_oat, inverse
 

@@ -115,7 +115,7 @@ def test_solutions_with_the_wrist_next_to_the_axis_of_joint_1_are_found(name: st
 
 def with_wrist_at(arm: WristCircleArm, q: Joints, away: float) -> Joints | None:
     """The joints with another joint 3, so that the wrist is so far [m] from the axis of joint 1."""
-    chain, g = arm.way.chain, arm.circle.arm
+    chain, g = arm.chain, arm.circle.arm
     q2 = chain.of(q)[1]
     cosine = (away - g.a1 - g.a2 * cos(q2)) / g.forearm
     if abs(cosine) > 1.0:

@@ -12,7 +12,7 @@ from random import Random
 
 from tests.by_hand import command
 from tests.recording import numbers, write_record
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.transform import Vector, at_position, compose, rotation_about, translation
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import value

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from tests.trajectory.laws.test_straight_states import LIMITS, moving
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, compose, position, rotation_about
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes

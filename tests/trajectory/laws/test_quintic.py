@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.quintic import Bounds, from_rest, joint_motion, quintic
 from vrs_cli.trajectory.polynomial import derivative, extremes, value

@@ -6,7 +6,7 @@ import pytest
 
 from tests.recording import check_recorded
 from tests.trajectory.laws.recorded import CASES, RECORDED, lines
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 
 ROUNDING = 3e-7  # [s, rad, m]
 

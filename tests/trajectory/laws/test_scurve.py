@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.examples import examples
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import NONE, Change, Course, NoTimes
 from vrs_cli.trajectory.laws.lspb import Component

@@ -12,8 +12,7 @@ import pytest
 from tests.examples import some
 from vrs_cli.engine.single_motion import hardest_limits, joint_limits
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.scurve import joint_motion

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.trajectory.laws.law import ramps
 from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,

@@ -7,8 +7,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.kinematics.joints import NONE
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import NONE, Profile
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import derived

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.engine.approximation import ToolPath
 from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.envelope import outermost
+from vrs_cli.kinematics.bodies import outermost
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
 from vrs_cli.trajectory.timeline import Timeline

@@ -24,8 +24,9 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.elimination import damped, gram, squares, volume
+from vrs_cli.kinematics.compiled import damped, gram, squares, volume
 from vrs_cli.kinematics.joints import (
+    MAX_RATE_ERROR,
     NONE,
     Asked,
     Configuration,
@@ -37,8 +38,7 @@ from vrs_cli.kinematics.joints import (
     Twist,
     Walk,
 )
-from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask, RobotModel, levers
-from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
+from vrs_cli.kinematics.model import LEVEL, MEASURED, STRAIGHT, ArmTask, RobotModel, levers, some_joints
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
     DAMPING,
@@ -47,13 +47,13 @@ from vrs_cli.kinematics.numeric.search import (
     LARGEST_STEP,
     LAST,
     LEAST_DAMPING,
-    MEASURED,
     NEWTON,
-    RATES,
+    NO_TWIST,
     SHORT,
     STEPS,
+    Newton,
     missing,
-    some_joints,
+    newton,
 )
 from vrs_cli.kinematics.transform import Transform, position
 
@@ -157,7 +157,7 @@ class NumericArm(RobotArm):
                 return None
             q = tuple(map(add, q, step))
             shrunk = (largest / before) ** 2  # what is left of steps that shrink so, and of the rates what is wrong
-            if shrunk < RATES and shrunk * largest < CONVERGED:
+            if shrunk < MAX_RATE_ERROR and shrunk * largest < CONVERGED:
                 return q, qd
             before = largest
         return None

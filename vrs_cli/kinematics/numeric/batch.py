@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.joints import NONE, Configuration, Joints
-from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask, RobotModel, Unchanging
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask, RobotModel
 from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, FREE_STEPS, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform

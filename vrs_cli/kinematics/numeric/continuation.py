@@ -32,9 +32,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats, Rows
+from vrs_cli.kinematics.joints import MAX_RATE_ERROR
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
-from vrs_cli.kinematics.numeric.search import RATES
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
 MOST = 0.5  # of beta L eta
@@ -148,7 +148,7 @@ class Continuation:
         place = place + 4.0 * far3 * first + gaps.place / self.length
         sums = np.linalg.norm(gaps.weights * self.units)
         fourth = np.sqrt(fourth_of_turn(*turn) ** 2 + place * place + gaps.guide**2)
-        missed = HERMITE * fourth + SLOPES * RATES * ((1.0 + sums) * first + far1)
+        missed = HERMITE * fourth + SLOPES * MAX_RATE_ERROR * ((1.0 + sums) * first + far1)
         size = hypot(float(np.linalg.norm(self.longest)), sqrt(float(self.turns.sum())))
         return missed, size * (first**2 + second)
 

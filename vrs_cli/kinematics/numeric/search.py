@@ -15,14 +15,32 @@ are then a function of the pose and the instant alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from itertools import islice
-from math import atan2, hypot
-from random import Random
+from math import atan2, cos, hypot, sin, sqrt
+from typing import Any, NamedTuple, cast
 
-from vrs_cli.kinematics.joints import Joints, Twist
-from vrs_cli.kinematics.model import ArmTask, RobotModel
-from vrs_cli.kinematics.transform import Transform, Vector, cross, dot
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.compiled import (
+    LARGE,
+    SMALL,
+    STILL,
+    Column,
+    Entry,
+    Writer,
+    elimination_lines,
+    function,
+    gram,
+    listed,
+    minus,
+    positive,
+    text_of,
+    tilted,
+)
+from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
+from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot, inverse
 
 CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
@@ -33,11 +51,8 @@ HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not 
 NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
 SHORT, FEW = 0.35, 6  # [rad, m], of steps of Newton's method alone, which converges from there
 LAST = 1e-6  # [rad, m] of a step after which the error is none
-RATES = 1e-5  # of the rates of joints: so much of them may be wrong where they are planned
 ROUNDS = (40, 160, 640)  # starts, of which later ones are tried where earlier ones found nothing
 FEW_JOINTS = 2  # rounds of an arm that reaches few poses, and those by the first starts: most of its searches find none
-SEED = 560
-MEASURED = 16  # poses of a range over which freedoms are measured
 
 
 def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
@@ -47,13 +62,6 @@ def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
     first, *later = ROUNDS[:FEW_JOINTS] if model.joint_count < model.task.size else ROUNDS
     yield [near, middle, *islice(others, first)]
     yield from (list(islice(others, count)) for count in later)
-
-
-def some_joints(model: RobotModel) -> Iterator[Joints]:
-    """A fixed sequence of joints in their ranges, without an end."""
-    random, limits = Random(SEED), list(zip(model.lower, model.upper, strict=True))
-    while True:
-        yield tuple(random.uniform(low, high) for low, high in limits)
 
 
 def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
@@ -91,3 +99,264 @@ def as_long_as_angle(v: Vector, cosine: float) -> Vector:
         return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
     factor = atan2(sine, cosine) / sine
     return v[0] * factor, v[1] * factor, v[2] * factor
+
+
+SEEN_FROM = 2  # the frame with the axis of the third joint
+SIDES = 2  # of the equations: what is missing, and the rates
+NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+Table = list[list[Entry]]
+Newton = Callable[[Joints, Transform, Demands, Twist, Sequence[float]], tuple[Joints, Joints] | None]
+
+
+@cache
+def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newton:
+    """`newton(q, T, demands, twist, rates)`: the step from joints q to the pose T of the flange, with the sums that are
+    demanded; and the rates of the joints at q for the twist of the flange and the rates of the sums. None where q is
+    singular. There are as many demands as joints more than six.
+    """
+    names: dict[str, Any] = {"cos": cos, "sin": sin, "turned": as_long_as_angle, "SMALL": SMALL, "LARGE": LARGE}
+    exec(compile(_StepWriter(links, base, flange).step_text(), "<newton>", "exec"), names)
+    return cast(Newton, names["newton"])
+
+
+class _StepWriter(Writer):
+    """The arm from `SEEN_FROM` on, and back from there to its base; then the equations."""
+
+    def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
+        super().__init__(links[SEEN_FROM:], IDENTITY, flange, SEEN_FROM)
+        self.flange, self.columns = self.columns, self.columns_of(IDENTITY)
+        for i in reversed(range(SEEN_FROM)):
+            self._joint_before(i, links[i])
+        self.columns = self.product(self.columns_of(inverse(base)))
+        self.all, self.guides = links, len(links) - 6
+
+    def _joint_before(self, i: int, link: Link) -> None:
+        """The inverse of `_joint`."""
+        n, s, a, p = self.columns
+        c, z, d = self.moved(i, link)
+        ca, sa = tilted(link)
+        s, a = self.mix((ca, s), (-sa, a)), self.mix((ca, a), (sa, s))
+        p = self.mix((1.0, p), (-link.a, n))
+        self.axes.insert(0, (a, p))
+        n, s = self.mix((c, n), (minus(z), s)), self.mix((c, s), (z, n))
+        self.columns = n, s, a, self.mix((1.0, p), (minus(d), a))
+
+    def step_text(self) -> str:
+        joints, guides = range(len(self.all)), range(self.guides)
+        weights = [[f"g{k}_{i}" for i in joints] for k in guides]
+        head = [f"{listed(f'q{i}' for i in joints)} = q", f"{listed(f'p{i}' for i in range(12))} = T"]
+        head += [f"{listed(f'u{i}' for i in range(6))} = twist"]
+        if self.guides:
+            head += [f"{listed(f'(({listed(row)}), v{k})' for k, row in enumerate(weights))} = demands"]
+            head += [f"{listed(f'r{k}' for k in guides)} = rates"]
+        sums = [self.sum([(1.0, f"v{k}"), *((minus(w), f"q{i}") for i, w in enumerate(weights[k]))]) for k in guides]
+        n, s, a, _ = self.columns
+        v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
+        twist = *self.crossed(v, (self.flange[3], w)), *w  # of the flange as one of the origin
+        wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
+        columns = list[tuple[Entry, ...]]()  # of the Jacobian: the velocity of the origin, and the angular velocity
+        for link, (z, o) in zip(self.all, self.axes, strict=True):
+            columns.append((*z, *STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
+        rows = (*zip(*columns, strict=True), *weights)
+        table = [[*row, *sides] for row, sides in zip(rows, wanted, strict=True)]
+        found = (f"({listed(map(text_of, side))})" for side in zip(*self._solved(table), strict=True))
+        return function("newton(q, T, demands, twist, rates)", [*head, *self.lines, f"return {listed(found)}"])
+
+    def _missing(self) -> tuple[Entry, ...]:
+        """The way of the origin, if it went with the flange, and the turn to the pose that is wanted."""
+        n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
+        *want, p = self.product((n, s, a, origin))
+        *have, o = self.flange
+        x, y, z = map(text_of, self.crossed(STILL, *zip(have, want, strict=True)))
+        trace = self.sum([pair for a, b in zip(have, want, strict=True) for pair in zip(a, b, strict=True)])
+        self.lines.append(f"x, y, z = turned((0.5 * {x}, 0.5 * {y}, 0.5 * {z}), 0.5 * ({text_of(trace)} - 1.0))")
+        turn: Column = ("x", "y", "z")
+        return *self.crossed(self.mix((1.0, p), (-1.0, o)), (o, turn)), *turn
+
+    # --- equations ---
+
+    def _solved(self, table: Table) -> Table:
+        """The unknowns, each on both sides, of rows of coefficients and sides."""
+        n = len(table)
+        entries = ((r, c, table[r][c]) for r in range(n) for c in range(n))
+        r, c, pivot = next(((r, c, x) for r, c, x in entries if isinstance(x, float) and abs(x) >= LARGE), (n, n, 0.0))
+        if r == n:  # the rest is solved where the function runs
+            table = sorted(table, key=lambda row: row[0] == 0.0)
+            self.lines += [f"a{r}_{c} = {text_of(x)}" for r, row in enumerate(table) for c, x in enumerate(row)]
+            self.lines += elimination_lines(n, SIDES)
+            return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(n)]
+        row = [self.sum([(1.0 / pivot, x)]) for x in table[r]]
+        others = list[list[Entry]]()  # each less so much of that row that it has none of its unknown
+        for other in (*table[:r], *table[r + 1 :]):
+            pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
+            others.append([self.sum([(1.0, x), (minus(other[c]), y)]) for x, y in pairs])
+        found = self._solved(others)
+        known = [minus(x) for x in row[:c] + row[c + 1 : n]]
+        sides = zip(row[n:], zip(*found, strict=True), strict=True)
+        own = [self.sum([(1.0, wanted), *zip(known, values, strict=True)]) for wanted, values in sides]
+        return [*found[:c], own, *found[c:]]
+
+
+LEVER = 0.1  # of the arm's length: by that a turn [rad] weighs as much as a way [m]
+SLIGHT = 0.05  # of that, where the tool is to be turned as nearly as can be: the place is not given up for it
+NEAREST_STEPS = 6  # at most, of one search
+FLAT = 1e-4  # of the squared miss: a step that gains less is the last
+CLOSE = 1e-18  # [m2] a miss that is none
+NEAREST_DAMPING = 0.05  # of the squared miss
+MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2]
+HEAVY = 100.0  # times the weight of a way, to stay on a side
+DIFFERENCE = 1e-7  # [rad, m] of a joint, to see a slope
+DAMPING_GROWTH = 10.0  # times as much, after a step that led uphill
+
+
+class Miss(NamedTuple):
+    """How far a tool is from a pose, in what counts for the robot [m, rad]."""
+
+    away: float
+    turned: float
+
+    def within(self, away: float, turned: float) -> bool:
+        return self.away <= away and self.turned <= turned
+
+
+class Nearest(NamedTuple):
+    """The joints, by how much they gain on where they began (1: they are there), and those that their bounds hold
+    back: below (-1), above (1).
+    """
+
+    joints: Joints
+    gain: float
+    pressed: tuple[int, ...]
+
+
+class Side(NamedTuple):
+    """Of the axis of joint 1, on which an arm stays: RIGHTY (-1) or LEFTY (1), and by how much at least [m]."""
+
+    arm: RobotArm
+    sign: float
+    margin: float
+
+    def room(self, q: Joints) -> float:
+        """How far it is away from passing over [m]."""
+        return self.sign * self.arm.outward(q) - self.margin
+
+    def slope(self, q: Joints) -> Joints:
+        room = self.room(q)
+        return tuple((self.room((*q[:i], x + DIFFERENCE, *q[i + 1 :])) - room) / DIFFERENCE for i, x in enumerate(q))
+
+
+class Aim:
+    """A pose of the flange for a tool, T_base_flange T_flange_tool; an arm that has a `side` stays on it."""
+
+    def __init__(
+        self, arm: RobotArm, T_base_flange: Transform, T_flange_tool: Transform = IDENTITY, side: Side | None = None
+    ) -> None:
+        self.arm, self.flange, self.tool, self.side = arm, T_base_flange, T_flange_tool, side
+        self.pose = compose(T_base_flange, T_flange_tool)
+        self.task = arm.model.task
+        self.places = sum(arm.model.counts[:3])
+        self.lever = LEVER * arm.length * (SLIGHT if self.task is ArmTask.STEADY else 1.0)
+
+    def miss(self, q: Joints) -> Miss:
+        have = compose(self.arm.forward(q), self.tool)
+        _, error = self.arm.rows_that_count(q, _NO_ROWS, missing(self.task, have, self.pose))
+        turned = 0.0 if self.task is ArmTask.STEADY else hypot(*error[self.places :])
+        return Miss(hypot(*error[: self.places]), turned)
+
+    def nearest(self, q: Joints, lower: Joints, upper: Joints) -> Nearest:
+        """From joints q, which are within the bounds."""
+        rows, error = self._linear(q)
+        first = cost = self._cost(q, error)
+        damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), MAX_DAMPING_M2)
+        for _ in range(NEAREST_STEPS):
+            if cost <= CLOSE:
+                break
+            there = self._step(q, rows, error, damping, lower, upper)
+            rows_there, error_there = self._linear(there)
+            after = self._cost(there, error_there)
+            if after >= cost:
+                damping *= DAMPING_GROWTH
+                continue
+            gained, q, rows, error, cost = cost - after, there, rows_there, error_there, after
+            if gained < FLAT * cost:
+                break
+            damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), damping)
+        downhill = (sum([a * e for a, e in zip(column, error, strict=True)]) for column in zip(*rows, strict=True))
+        pressed = tuple(
+            [
+                1 if x >= high and fall > 0.0 else -1 if x <= low and fall < 0.0 else 0
+                for x, low, high, fall in zip(q, lower, upper, downhill, strict=True)
+            ]
+        )
+        return Nearest(q, 1.0 - sqrt(cost / first) if first > CLOSE else 1.0, pressed)
+
+    def _step(
+        self, q: Joints, rows: Sequence[Joints], error: Sequence[float], damping: float, lower: Joints, upper: Joints
+    ) -> Joints:
+        """Where a step leads; one that would pass over to the other side is made along it."""
+        room = [(low - x, high - x) for x, low, high in zip(q, lower, upper, strict=True)]
+        there = _moved(q, bounded_step(rows, error, damping, room), lower, upper)
+        if self.side is None or self.side.room(there) >= min(left := self.side.room(q), 0.0):
+            return there
+        beside = tuple([HEAVY * x for x in self.side.slope(q)])
+        return _moved(q, bounded_step([*rows, beside], [*error, -HEAVY * left], damping, room), lower, upper)
+
+    def _cost(self, q: Joints, error: Sequence[float]) -> float:
+        beyond = 0.0 if self.side is None else min(self.side.room(q), 0.0)
+        return sum([e * e for e in error]) + (HEAVY * beyond) ** 2
+
+    def _linear(self, q: Joints) -> tuple[list[Joints], list[float]]:
+        """The rows of the Jacobian that count and what the tool misses, both as lengths."""
+        arm, lever, places = self.arm, self.lever, self.places
+        twist = missing(self.task, compose(arm.forward(q), self.tool), self.pose)
+        rows, error = arm.rows_that_count(q, arm.jacobian(q, self.tool), twist)
+        turns = [tuple([lever * x for x in row]) for row in rows[places:]]
+        return [*rows[:places], *turns], [*error[:places], *[lever * e for e in error[places:]]]
+
+
+_NO_ROWS = ((0.0,),) * 6
+
+
+def _moved(q: Joints, change: Sequence[float], lower: Joints, upper: Joints) -> Joints:
+    rows = zip(q, change, lower, upper, strict=True)
+    return tuple([min(max(x + dx, low), high) for x, dx, low, high in rows])
+
+
+def bounded_step(
+    rows: Sequence[Sequence[float]], error: Sequence[float], damping: float, room: Sequence[tuple[float, float]]
+) -> list[float]:
+    """The step d that makes |rows d - error|^2 + damping |d|^2 least, each d within its room, which holds 0."""
+    columns = list(zip(*rows, strict=True))
+    table = gram(columns)
+    for k, row in enumerate(table):
+        row[k] += damping
+    slope = [sum([a * e for a, e in zip(column, error, strict=True)]) for column in columns]
+    n = len(columns)
+    d, held = [0.0] * n, [0] * n
+    for _ in range(4 * n):
+        free = [i for i in range(n) if not held[i]]
+        wanted = [slope[i] - sum([table[i][k] * d[k] for k in range(n) if held[k]]) for i in free]
+        best = positive([[table[i][k] for k in free] for i in free], wanted)
+        part, blocking = (
+            1.0,
+            0,
+        )  # of the way that is within the room, and the joint that ends it, counted from 1, signed
+        for i, x in zip(free, best, strict=True):
+            low, high = room[i]
+            if x < low and (low - d[i]) > part * (x - d[i]):
+                part, blocking = (low - d[i]) / (x - d[i]), -1 - i
+            elif x > high and (high - d[i]) < part * (x - d[i]):
+                part, blocking = (high - d[i]) / (x - d[i]), 1 + i
+        for i, x in zip(free, best, strict=True):
+            d[i] += part * (x - d[i])
+        if blocking:
+            held[abs(blocking) - 1] = 1 if blocking > 0 else -1
+            d[abs(blocking) - 1] = room[abs(blocking) - 1][blocking > 0]
+            continue
+        pull = [held[i] * (sum([a * b for a, b in zip(table[i], d, strict=True)]) - slope[i]) for i in range(n)]
+        inwards = max(range(n), key=lambda i: pull[i] if held[i] else 0.0)
+        if not held[inwards] or pull[inwards] <= 0.0:
+            break
+        held[inwards] = 0
+    return d

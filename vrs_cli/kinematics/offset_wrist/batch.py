@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
+from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR, Unchanging
 from vrs_cli.kinematics.joints import ALL, Configuration
-from vrs_cli.kinematics.model import RobotModel, Unchanging
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.offset_wrist.inverse import Offsets
 from vrs_cli.kinematics.serial_batch import SerialBatch, chunks, columns
 

@@ -17,9 +17,8 @@ from cmath import phase
 from dataclasses import dataclass
 from functools import cached_property
 
-from vrs_cli.kinematics.axes import EXACT, frame
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import ArmTask, RobotModel, axes_parallel, joint_axes, link_frames
+from vrs_cli.kinematics.model import EXACT, ArmTask, RobotModel, axes_parallel, frame, joint_axes, link_frames
 from vrs_cli.kinematics.transform import Transform, any_normal, compose, dot, inverse
 
 TASKS = {

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
+from vrs_cli.kinematics.arrays import Floats, compose_batch, stack
+from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Unchanging
 from vrs_cli.kinematics.joints import SIDES, Configuration
-from vrs_cli.kinematics.model import RobotModel, Unchanging
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.parallel_axes.bars import Bars
 from vrs_cli.kinematics.serial_batch import SerialBatch
-from vrs_cli.kinematics.transform_batch import compose_batch, stack
 
 
 class ParallelAxesBatch(SerialBatch):

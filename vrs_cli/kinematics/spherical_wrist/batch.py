@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
-from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
+from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR, Unchanging
 from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration
-from vrs_cli.kinematics.model import RobotModel, Unchanging
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.serial_batch import SerialBatch, chunks, columns
 from vrs_cli.kinematics.spherical_wrist.inverse import Geometry
 

@@ -35,7 +35,6 @@ from math import acos, atan2, cos, dist, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.arm import Branch
-from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.joints import (
     ALL,
@@ -50,7 +49,7 @@ from vrs_cli.kinematics.joints import (
     Steps,
     six_turned_near,
 )
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import EXACT, RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)

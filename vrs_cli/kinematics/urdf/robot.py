@@ -11,39 +11,58 @@ understood are left out, for an arm moves without them. Format: http://wiki.ros.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
-from math import copysign, pi
-from pathlib import Path, PurePosixPath
+from math import copysign, dist, pi, sqrt
+from pathlib import Path
 from typing import Any, NamedTuple, cast
-from urllib.parse import unquote, urlsplit
-from xml.etree.ElementTree import Element
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.kinematics.axes import PARALLEL, AxisLine, Chain, chain_of, link_transform
-from vrs_cli.kinematics.data_reader import TINY
-from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import FEWEST, Origin, RobotModel
+from vrs_cli.kinematics.compiled import volume
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.link_data import Opening
+from vrs_cli.kinematics.model import (
+    FEWEST,
+    PARALLEL,
+    AxisLine,
+    Chain,
+    Origin,
+    RobotModel,
+    axis_of,
+    chain_of,
+    levers,
+    link_frames,
+    link_transform,
+)
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
-from vrs_cli.kinematics.shapes import MOST_SHAPES, Body, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
+    Vector,
     compose,
+    cross,
     dot,
     inverse,
     position,
     rotate,
     scaled,
+    subtracted,
     translation,
 )
-from vrs_cli.kinematics.urdf.chain import Choice, choice
-from vrs_cli.kinematics.urdf.hand import Fingers, Z, fingers_of, moved, other_than_z, pointing_note
-from vrs_cli.kinematics.urdf.inertial import completed, masses_of_bodies
-from vrs_cli.kinematics.urdf.macros import expanded, has_macros
-from vrs_cli.kinematics.urdf.ready import better_ready
-from vrs_cli.kinematics.urdf.tree import ENDLESS, HUGE, MOVING, Joint, Mimic, Tree, named, robot_element
+from vrs_cli.kinematics.urdf.bodies import LinkPlace, completed, link_shapes, masses_of_bodies
+from vrs_cli.kinematics.urdf.chain import Choice, Fingers, Z, choice, fingers_of, moved, other_than_z, pointing_note
+from vrs_cli.kinematics.urdf.tree import (
+    ENDLESS,
+    HUGE,
+    MOVING,
+    Joint,
+    Mimic,
+    Tree,
+    expanded,
+    has_macros,
+    robot_element,
+)
 
 WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
 
@@ -51,16 +70,7 @@ WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn e
 USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] where none is given
 FULL_SPEED_IN = 0.3  # [s] accelerations: full velocity in this time
 FULL_ACCELERATION_IN = 0.1  # [s] jerks: full acceleration in this time
-USUAL_COLOUR = "grey"
 USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
-
-
-class LinkPlace(NamedTuple):
-    """Where a link is: in which body (0 is the base), T_body_link, and how it moves as the hand opens."""
-
-    body: int
-    T: Transform
-    opens: tuple[Opening, ...] = ()
 
 
 class UrdfArm(NamedTuple):
@@ -261,87 +271,135 @@ def _model(
     return ModelReader(reader.file, human=False).model({**data, **options})
 
 
-# --- its looks -----------------------------------------------------------------------------------------------------
+MOST_JOINTS = 12  # of an arm whose pose is looked for
+SINGULAR = 0.02  # isotropy below which a pose is no place to begin from
+END = 0.01  # of a joint's range: so near to an end it is there
+STEP = pi / 12  # [rad] of the joints of a pose that is looked for
+FAR = 2 * pi / 3  # [rad] no joint is turned farther for it
+MARGIN = 0.05  # of a joint's range, at either end
+STARTS, TRIED, SWEEPS = 150, 3, 3  # poses looked at first, those of them that are bettered, and how often
+
+# what a pose is worth beside its isotropy: few joints turned, and little; the tool pointing down, in front, and high
+TURNED, TURNS = 0.05, 0.03  # for each joint, and for each half turn
+DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
+STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # the Z of where it points; what that may cost
+NEAR = 0.3  # of the reach: nearer to the first axis is too near
 
 
-def link_shapes(
-    folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
-) -> tuple[LinkShape, ...]:
-    """Return the looks of the links that have a place; files of meshes are seen from `folder`. `collision`: what stands
-    for the links when contacts are looked for instead, which is the looks of a link that has nothing else; empty if no
-    link has.
+class Ready(NamedTuple):
+    """Joints in which an arm may begin, and what is told of them."""
+
+    joints: Joints
+    note: str
+
+
+def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
+    """Another READY, in whole steps, for an arm that is singular there or has a joint at its end; None for one that is
+    not, or that is singular everywhere. The same arm has the same one, always. `ahead`: where its tool points, as the
+    flange sees it.
     """
-    said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
-    colours = {name: colour for name, colour in said if colour is not None}  # wherever they stand
-    found, other = list[LinkShape](), not collision
-    for link in tree.robot.findall("link"):
-        for tag in ("collision", "visual") if collision else ("visual",):
-            place = places.get(named(link))
-            rows = [] if place is None else [_shape(folder, tree, one, place, colours) for one in link.findall(tag)]
-            if shapes := [shape for shape in rows if shape is not None]:
-                found += shapes
-                other = other or tag == "collision"
+    if model.joint_count > MOST_JOINTS:
+        return None
+    wanted = _Wanted(model, ahead)
+    fault = wanted.fault()
+    if not fault:
+        return None
+    starts = sorted(wanted.starts(), key=wanted.worth, reverse=True)
+    best = wanted.levelled(max((wanted.bettered(q) for q in starts[:TRIED]), key=wanted.worth))
+    if wanted.isotropy(link_frames(model, best)) <= SINGULAR:
+        return None
+    values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(best))
+    return Ready(best, f"READY: at its zeros {fault}, ours is {values} ([poses] ready of a TOML file is another)")
+
+
+class _Wanted:
+    """The worth of poses to begin from."""
+
+    def __init__(self, model: RobotModel, ahead: Vector) -> None:
+        self.model, self.rest, self.ahead = model, model.poses["ready"], ahead
+        _, (self.reach, *_) = levers(model)
+        self.rows = 6 if model.task.turns else 3
+        self.choices = [self._choices(i) for i in range(model.joint_count)]
+
+    def fault(self) -> str:
+        """The fault of READY; empty if there is none."""
+        if self.isotropy(link_frames(self.model, self.rest)) <= SINGULAR:
+            return "the arm is singular"
+        rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)
+        at_end = (
+            f"joint {i} is at its end"
+            for i, (link, lower, upper, x) in enumerate(rows, 1)
+            if link.kind is JointKind.REVOLUTE and min(x - lower, upper - x) < END * (upper - lower)
+        )
+        return next(at_end, "")
+
+    def _choices(self, i: int) -> list[float]:
+        lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
+        margin = MARGIN * (upper - lower)
+        if not i and self.model.links[i].kind is JointKind.REVOLUTE:
+            return [min(max(rest, lower + margin), upper - margin)]  # it turns all alike
+        if self.model.links[i].kind is JointKind.PRISMATIC:
+            return [rest, 0.5 * (lower + upper)]
+        low, high = max(lower + margin, rest - FAR), min(upper - margin, rest + FAR)
+        steps = (k * STEP for k in range(round(low / STEP) - 1, round(high / STEP) + 2))
+        inside = [x for x in (rest, *steps) if low <= x <= high]
+        return list(dict.fromkeys(inside)) or [0.5 * (lower + upper)]
+
+    def starts(self) -> Iterator[Joints]:
+        """READY as near as may be, and poses with some of its joints turned, spread evenly (a Weyl sequence)."""
+        near = [min(xs, key=lambda x: abs(x - rest)) for xs, rest in zip(self.choices, self.rest, strict=True)]
+        yield tuple(near)
+        roots = [sqrt(prime) for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)]
+        for k in range(1, STARTS):
+            parts = (2.0 * (k * roots[i % len(roots)] % 1.0) - 1.0 for i in range(len(near)))
+            rows = zip(self.choices, parts, near, strict=True)
+            yield tuple(x if part < 0.0 else xs[int(len(xs) * part)] for xs, part, x in rows)
+
+    def bettered(self, q: Joints) -> Joints:
+        """One joint after the other where it is worth most, until none can be bettered."""
+        for _ in range(SWEEPS):
+            before = q
+            for i, xs in enumerate(self.choices):
+                q = max(((*q[:i], x, *q[i + 1 :]) for x in (q[i], *xs)), key=self.worth)
+            if q == before:
                 break
-    return tuple(found[:MOST_SHAPES]) if other else ()
+        return q
 
+    def levelled(self, q: Joints) -> Joints:
+        """With the tool straight down, where one joint turns it so and that costs little."""
+        turned = [(*q[:i], x, *q[i + 1 :]) for i, xs in enumerate(self.choices) for x in xs]
+        down = [other for other in turned if rotate(link_frames(self.model, other)[-1], self.ahead)[2] < STRAIGHT_DOWN]
+        best = max(down, key=self.worth, default=q)
+        return best if self.worth(best) > self.worth(q) - LITTLE else q
 
-def _shape(folder: Path, tree: Tree, visual: Element, place: LinkPlace, colours: Mapping[str, str]) -> LinkShape | None:
-    try:
-        body = _body(folder, tree, visual, compose(place.T, tree.origin(visual)))
-    except FileDamaged:
-        return None
-    material = visual.find("material")
-    own = None if material is None else _colour(tree, material) or colours.get(material.get("name", ""))
-    return None if body is None else LinkShape(place.body, body, own or USUAL_COLOUR, place.opens)
+    def worth(self, q: Joints) -> float:
+        frames = link_frames(self.model, q)
+        base, tip = position(frames[0]), position(frames[-1])
+        turned = [abs(x - y) for x, y in zip(q, self.rest, strict=True) if x != y]
+        heights = [position(T)[2] for T in frames]
+        low = min(*heights, 0.0) - min(base[2], 0.0)
+        return (
+            self.isotropy(frames)
+            - TURNED * len(turned)
+            - TURNS * sum(turned) / pi
+            - DOWN * rotate(frames[-1], self.ahead)[2]
+            + AHEAD * (tip[0] - base[0]) / self.reach
+            + HIGH * (sum(heights) / len(heights) - base[2]) / self.reach
+            + min(low, 0.0) / self.reach
+            - max(0.0, NEAR - dist(tip[:2], base[:2]) / self.reach)
+        )
 
-
-def _body(folder: Path, tree: Tree, visual: Element, T: Transform) -> Body | None:
-    for form in visual.iterfind("geometry/*"):
-        if form.tag == "box":
-            x, y, z = _sizes(tree, form, "size", 3)
-            return Box((x, y, z), T)
-        if form.tag == "cylinder":
-            (r,), (high,) = _sizes(tree, form, "radius", 1), _sizes(tree, form, "length", 1)
-            ends = (position(compose(T, translation(0.0, 0.0, z))) for z in (-0.5 * high, 0.5 * high))
-            return Cylinder(next(ends), next(ends), (r, r))
-        if form.tag == "sphere":
-            (r,) = _sizes(tree, form, "radius", 1)
-            return Capsule(position(T), position(T), (r, r))
-        if form.tag == "mesh":
-            x, y, z = tree.numbers(visual, "mesh scale", form.get("scale", "1 1 1"), 3)
-            if min(abs(x), abs(y), abs(z)) < TINY:
-                return None
-            return MeshFile(str(found(folder, form.get("filename", ""))), T, (x, y, z))
-    return None
-
-
-def _sizes(tree: Tree, form: Element, key: str, count: int) -> tuple[float, ...]:
-    values = tree.numbers(form, f"{form.tag} {key}", form.get(key, ""), count)
-    if min(values) < TINY:
-        raise FileDamaged(f"{form.tag} {key} is {form.get(key)}", "give what is above zero")
-    return values
-
-
-def _colour(tree: Tree, material: Element) -> str | None:
-    colour = material.find("color")
-    try:
-        parts = () if colour is None else tree.numbers(material, "color rgba", colour.get("rgba", ""), 4)[:3]
-    except FileDamaged:
-        return None
-    return "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in parts) if parts else None
-
-
-def found(folder: Path, name: str) -> Path:
-    """The file of a mesh: beside the URDF file, or of a package in a folder above it. Where none is, the likeliest."""
-    try:
-        address = urlsplit(name)
-    except ValueError:
-        return folder / name
-    if address.scheme == "file":
-        return Path(unquote(address.path))
-    if address.scheme != "package":
-        return folder / name
-    inside = PurePosixPath(address.netloc + unquote(address.path))
-    above: Sequence[Path] = (folder, *folder.parents)
-    tries = [base / part for base in above for part in (inside, PurePosixPath(*inside.parts[1:]))]
-    return next((path for path in tries if path.is_file()), folder / inside)
+    def isotropy(self, frames: Sequence[Transform]) -> float:
+        at, unit = position(frames[-1]), 0.5 * self.reach
+        columns = list[list[float]]()  # of the Jacobian at the flange
+        for link, frame in zip(self.model.links, frames, strict=False):
+            axis = axis_of(frame)
+            if link.kind is JointKind.PRISMATIC:
+                columns.append([*axis.direction, 0.0, 0.0, 0.0][: self.rows])
+            else:
+                x, y, z = cross(axis.direction, subtracted(at, axis.point))
+                columns.append([x / unit, y / unit, z / unit, *axis.direction][: self.rows])
+        by_rows = [list(row) for row in zip(*columns, strict=True)]
+        vectors = by_rows if len(by_rows) <= len(columns) else columns
+        count, mean = len(vectors), sum(x * x for row in vectors for x in row) / len(vectors)
+        return float(volume(vectors) ** (2.0 / count) / mean) if mean > 0.0 else 0.0

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
 from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints, Steps, turned_near
-from vrs_cli.kinematics.mapped_arm import Canonical
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import Chain, RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.spherical_wrist.inverse import configuration_of
 from vrs_cli.kinematics.transform import Transform
@@ -30,13 +29,13 @@ class WristCircleArm(NumericArm):
     lines_keep_words = False
     method = "search along the circle of the wrist, all solutions"
 
-    def __init__(self, model: RobotModel, way: Canonical, circle: Circle, swapped: int) -> None:
+    def __init__(self, model: RobotModel, chain: Chain, circle: Circle, swapped: int) -> None:
         super().__init__(model)
-        self.way, self.circle, self._swapped = way, circle, swapped
+        self.chain, self.circle, self._swapped = chain, circle, swapped
         self.solutions = lru_cache(REMEMBERED)(lambda T: self.batch.solutions_of(T))  # noqa: PLW0108 (`batch` brings numpy)
 
     def configuration(self, q: Joints) -> Configuration:
-        return ALL[configuration_of(self.circle.arm, self.way.chain.of(q)).index ^ self._swapped]
+        return ALL[configuration_of(self.circle.arm, self.chain.of(q)).index ^ self._swapped]
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         return tuple([self._best(T, way) for way in self.ways])
@@ -89,4 +88,4 @@ class WristCircleArm(NumericArm):
     def batch(self) -> WristCircleBatch:
         from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch  # here: it brings numpy
 
-        return WristCircleBatch(self.model, self.unchanging, self.way.chain, self.circle, self.configuration)
+        return WristCircleBatch(self.model, self.unchanging, self.chain, self.circle, self.configuration)

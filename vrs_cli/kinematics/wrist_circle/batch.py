@@ -14,13 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vrs_cli.kinematics.arrays import Flags, Floats
-from vrs_cli.kinematics.axes import Chain
+from vrs_cli.kinematics.arrays import Flags, Floats, compose_batch, stack
+from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints
-from vrs_cli.kinematics.model import RobotModel, Unchanging
+from vrs_cli.kinematics.model import Chain, RobotModel
 from vrs_cli.kinematics.numeric.batch import NumericBatch
 from vrs_cli.kinematics.transform import Transform, inverse
-from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.kinematics.wrist_circle.circle import Circle
 
 GRID = 96  # values of joint 6 in a turn

@@ -29,8 +29,7 @@ from __future__ import annotations
 from math import atan2, hypot, pi, sin
 from typing import NamedTuple
 
-from vrs_cli.kinematics.axes import EXACT
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import EXACT, RobotModel
 from vrs_cli.kinematics.spherical_wrist.inverse import Geometry
 
 ALPHAS = (-pi / 2, 0.0, pi / 2, None, None)

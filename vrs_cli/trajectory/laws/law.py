@@ -8,8 +8,7 @@ from itertools import repeat
 from math import sqrt
 from typing import NamedTuple
 
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,

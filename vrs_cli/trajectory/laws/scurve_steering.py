@@ -18,8 +18,7 @@ from itertools import pairwise
 from math import copysign, inf, nextafter, sqrt
 from typing import NamedTuple
 
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, Profile
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws.law import Change, Coming, Pieces, Row, ramps
 from vrs_cli.trajectory.laws.lspb import COASTING, SPARE

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Steps, Twist
-from vrs_cli.kinematics.model import RobotModel, Unchanging, levers
-from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
+from vrs_cli.kinematics.model import MEASURED, RobotModel, levers, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch
-    from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch, SteadyContinuation
 
 SAME_TURN = 1e-5  # [rad] two turns that are missing and are one: then the joints that are reached sooner are taken
 
@@ -117,7 +116,7 @@ class SteadyArm(RobotArm):
 
     @cached_property
     def continuation(self) -> SteadyContinuation:  # type: ignore[override] # made when asked for: it brings numpy
-        from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation
+        from vrs_cli.kinematics.numeric.steady.batch import SteadyContinuation
 
         return SteadyContinuation(self.batch.conditions)
 

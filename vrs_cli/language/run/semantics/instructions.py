@@ -19,8 +19,7 @@ from vrs_cli.engine.settings import (
     ROTATION_SPEED,
 )
 from vrs_cli.errors import IllegalJoint, IllegalSignal, IllegalValue
-from vrs_cli.kinematics.joints import Arm, Elbow, Flag, Joints, Wrist
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Arm, Elbow, Flag, Joints, Profile, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_x, rotation_y, rotation_z, translation
 from vrs_cli.language.run.effects import (
     DEFAULT_PRIORITY,

@@ -9,16 +9,49 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
+from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.kinematics.masses import Inertia, LinkMasses
-from vrs_cli.kinematics.transform import Transform, Vector, added, compose, position, rotate, scaled, subtracted
+from vrs_cli.kinematics.data_reader import TINY
+from vrs_cli.kinematics.link_data import (
+    MOST_SHAPES,
+    Body,
+    Box,
+    Capsule,
+    Cylinder,
+    Inertia,
+    LinkMasses,
+    LinkShape,
+    MeshFile,
+    Opening,
+)
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    added,
+    compose,
+    position,
+    rotate,
+    scaled,
+    subtracted,
+    translation,
+)
 from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, named
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # in the order of `Inertia`
 ZERO: Inertia = (0.0,) * 6
+USUAL_COLOUR = "grey"
+
+
+class LinkPlace(NamedTuple):
+    """Where a link is: in which body (0 is the base), T_body_link, and how it moves as the hand opens."""
+
+    body: int
+    T: Transform
+    opens: tuple[Opening, ...] = ()
 
 
 class _Solid(NamedTuple):
@@ -117,3 +150,89 @@ def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
             if 0.0 < value < HUGE:
                 said[key] = value
     return said
+
+
+# --- its looks -----------------------------------------------------------------------------------------------------
+
+
+def link_shapes(
+    folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
+) -> tuple[LinkShape, ...]:
+    """Return the looks of the links that have a place; files of meshes are seen from `folder`. `collision`: what stands
+    for the links when contacts are looked for instead, which is the looks of a link that has nothing else; empty if no
+    link has.
+    """
+    said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
+    colours = {name: colour for name, colour in said if colour is not None}  # wherever they stand
+    found, other = list[LinkShape](), not collision
+    for link in tree.robot.findall("link"):
+        for tag in ("collision", "visual") if collision else ("visual",):
+            place = places.get(named(link))
+            rows = [] if place is None else [_shape(folder, tree, one, place, colours) for one in link.findall(tag)]
+            if shapes := [shape for shape in rows if shape is not None]:
+                found += shapes
+                other = other or tag == "collision"
+                break
+    return tuple(found[:MOST_SHAPES]) if other else ()
+
+
+def _shape(folder: Path, tree: Tree, visual: Element, place: LinkPlace, colours: Mapping[str, str]) -> LinkShape | None:
+    try:
+        body = _body(folder, tree, visual, compose(place.T, tree.origin(visual)))
+    except FileDamaged:
+        return None
+    material = visual.find("material")
+    own = None if material is None else _colour(tree, material) or colours.get(material.get("name", ""))
+    return None if body is None else LinkShape(place.body, body, own or USUAL_COLOUR, place.opens)
+
+
+def _body(folder: Path, tree: Tree, visual: Element, T: Transform) -> Body | None:
+    for form in visual.iterfind("geometry/*"):
+        if form.tag == "box":
+            x, y, z = _sizes(tree, form, "size", 3)
+            return Box((x, y, z), T)
+        if form.tag == "cylinder":
+            (r,), (high,) = _sizes(tree, form, "radius", 1), _sizes(tree, form, "length", 1)
+            ends = (position(compose(T, translation(0.0, 0.0, z))) for z in (-0.5 * high, 0.5 * high))
+            return Cylinder(next(ends), next(ends), (r, r))
+        if form.tag == "sphere":
+            (r,) = _sizes(tree, form, "radius", 1)
+            return Capsule(position(T), position(T), (r, r))
+        if form.tag == "mesh":
+            x, y, z = tree.numbers(visual, "mesh scale", form.get("scale", "1 1 1"), 3)
+            if min(abs(x), abs(y), abs(z)) < TINY:
+                return None
+            return MeshFile(str(found(folder, form.get("filename", ""))), T, (x, y, z))
+    return None
+
+
+def _sizes(tree: Tree, form: Element, key: str, count: int) -> tuple[float, ...]:
+    values = tree.numbers(form, f"{form.tag} {key}", form.get(key, ""), count)
+    if min(values) < TINY:
+        raise FileDamaged(f"{form.tag} {key} is {form.get(key)}", "give what is above zero")
+    return values
+
+
+def _colour(tree: Tree, material: Element) -> str | None:
+    colour = material.find("color")
+    try:
+        parts = () if colour is None else tree.numbers(material, "color rgba", colour.get("rgba", ""), 4)[:3]
+    except FileDamaged:
+        return None
+    return "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in parts) if parts else None
+
+
+def found(folder: Path, name: str) -> Path:
+    """The file of a mesh: beside the URDF file, or of a package in a folder above it. Where none is, the likeliest."""
+    try:
+        address = urlsplit(name)
+    except ValueError:
+        return folder / name
+    if address.scheme == "file":
+        return Path(unquote(address.path))
+    if address.scheme != "package":
+        return folder / name
+    inside = PurePosixPath(address.netloc + unquote(address.path))
+    above: Sequence[Path] = (folder, *folder.parents)
+    tries = [base / part for base in above for part in (inside, PurePosixPath(*inside.parts[1:]))]
+    return next((path for path in tries if path.is_file()), folder / inside)
