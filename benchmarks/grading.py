@@ -16,12 +16,11 @@ from pathlib import Path
 from msgspec import structs
 
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.grading import Grader, by_student
+from vrs_cli.teach.exercise_text import find_exercise
+from vrs_cli.teach.grading import Grader, Submission, by_student
 from vrs_cli.teach.many import Graded, grade_many
 from vrs_cli.teach.pool import core_count
 from vrs_cli.teach.reports.results import results_object
-from vrs_cli.teach.shipped import find_exercise
-from vrs_cli.teach.submission import Submission
 from vrs_cli.teach.variants import Variant
 
 SUBMISSIONS, RUNS = 300, 5

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from vrs_cli.teach.check_kind import REQUIRED, CheckKind, Key
+from vrs_cli.teach.exercise_text import REQUIRED, CheckKind, Key
 from vrs_cli.teach.kinds import COMMON_KEYS, KINDS
 
 PAGE = Path(__file__).parent / "kinds.md"

@@ -16,9 +16,8 @@ from vrs_cli.engine.position import places_at
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector, length
-from vrs_cli.teach.evidence import Evidence, evidence_of
-from vrs_cli.teach.search import greatest, nearest, within
-from vrs_cli.teach.tip import Piece, tip_pieces
+from vrs_cli.teach.judging.basis import Evidence, evidence_of
+from vrs_cli.teach.tip import Piece, greatest, nearest, tip_pieces, within
 
 ROBOTS = ("puma560", "cobra600", "ur5e", "panda", "so100", "planar3")
 PROFILES = ("LSPB", "SCURVE", "QUINTIC")

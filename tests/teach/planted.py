@@ -20,8 +20,7 @@ from typing import NamedTuple
 
 from tests.by_hand import command
 from vrs_cli.teach.exercise import read_exercise
-from vrs_cli.teach.grading import Grader
-from vrs_cli.teach.submission import Submission
+from vrs_cli.teach.grading import Grader, Submission
 
 EXERCISES = Path(__file__).parents[2] / "programs" / "exercises"
 CORRECT = Path(__file__).parent / "correct"

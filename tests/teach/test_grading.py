@@ -11,10 +11,9 @@ import pytest
 
 from tests.teach.runs import PICK
 from vrs_cli.teach.exercise import read_exercise
-from vrs_cli.teach.grading import Grader, Grading, by_student, total_of
+from vrs_cli.teach.grading import Grader, Grading, Submission, by_student, total_of
 from vrs_cli.teach.many import grade_many
 from vrs_cli.teach.reports.results import canonical_json, grading_from, grading_object, results_object
-from vrs_cli.teach.submission import Submission
 
 LOOP = ".PROGRAM pick()\n  x = 0\n  WHILE TRUE DO\n    x = x+1\n  END\n.END\n"
 COPIED = """\

@@ -11,9 +11,8 @@ from msgspec import structs
 from benchmarks.grading import HOSTILE
 from tests.teach.runs import PICK
 from vrs_cli.teach.exercise import read_exercise
-from vrs_cli.teach.grading import Grader
+from vrs_cli.teach.grading import Grader, Submission
 from vrs_cli.teach.many import grade_many
-from vrs_cli.teach.submission import Submission
 
 LIMIT, OUTSIDE = "*Program limit reached*", "*File outside the folder of the run*"
 REASONS = {

@@ -7,8 +7,8 @@ import pytest
 from tests.teach.runs import PICK, evidence
 from vrs_cli.errors import FileDamaged
 from vrs_cli.teach.exercise import Exercise, read_exercise
+from vrs_cli.teach.exercise_text import shipped
 from vrs_cli.teach.marking import mark
-from vrs_cli.teach.shipped import shipped
 
 
 @pytest.fixture(scope="module")

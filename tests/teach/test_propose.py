@@ -11,8 +11,8 @@ from vrs_cli.errors import FileDamaged, FileExists, NonexistentFile
 from vrs_cli.kinematics.transform import position
 from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.findings import findings_of
+from vrs_cli.teach.grading import Submission, SubmissionRuns
 from vrs_cli.teach.propose import propose
-from vrs_cli.teach.submission import Submission, SubmissionRuns
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 

@@ -7,9 +7,8 @@ import pytest
 from tests.teach.runs import SilentTerminal
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.teach.checks import AnyCheck
-from vrs_cli.teach.evidence import evidence_of
 from vrs_cli.teach.exercise_text import ExerciseText
-from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.judging.basis import Basis, evidence_of
 from vrs_cli.teach.kinds import read_check
 from vrs_cli.teach.marking import Mark, mark_checks
 

@@ -20,10 +20,9 @@ from vrs_cli.values.numbers import count
 if TYPE_CHECKING:
     from vrs_cli.render.blocks import Block
     from vrs_cli.teach.exercise import Exercise
-    from vrs_cli.teach.grading import Grader, Grading
+    from vrs_cli.teach.grading import Grader, Grading, Submission
     from vrs_cli.teach.many import Graded
-    from vrs_cli.teach.similar import Likeness
-    from vrs_cli.teach.submission import Submission
+    from vrs_cli.teach.reports.results import Likeness
 
 FILES = ("json", "junit", "csv", "gradescope", "check50")  # options that name a file
 FOR_ONE = ("gradescope", "check50")  # of these a file is about one submission
@@ -43,7 +42,7 @@ def grade(options: Namespace) -> int:
         raise CommandLineError("an exercise and submissions are wanted", "vrs grade pick class")
     from vrs_cli.cli.submissions import find_submissions
     from vrs_cli.teach.exercise import read_exercise
-    from vrs_cli.teach.shipped import find_exercise
+    from vrs_cli.teach.exercise_text import find_exercise
 
     exercise = read_exercise(find_exercise(options.exercise).resolve())
     submissions = find_submissions(options.files)
@@ -57,9 +56,9 @@ def _checked(options: Namespace) -> int:
     from tempfile import TemporaryDirectory
 
     from vrs_cli.teach.exercise import read_exercise
+    from vrs_cli.teach.exercise_text import find_exercise
     from vrs_cli.teach.findings import findings_of
-    from vrs_cli.teach.shipped import find_exercise
-    from vrs_cli.teach.submission import Submission, SubmissionRuns
+    from vrs_cli.teach.grading import Submission, SubmissionRuns
 
     try:
         exercise = read_exercise(find_exercise(options.check).resolve())
@@ -95,8 +94,7 @@ def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submis
     """Grade all, show a table, and write all files."""
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.teach.grading import Grader, by_student
-    from vrs_cli.teach.reports.results import results_object
-    from vrs_cli.teach.similar import similar
+    from vrs_cli.teach.reports.results import results_object, similar
 
     grader = Grader(exercise)
     pages = None
@@ -142,7 +140,7 @@ def _yielded(options: Namespace, grader: Grader, submissions: Sequence[Submissio
     replays = options.html is not None
     if options.dask is None:
         return grade_many(grader, submissions, options.jobs or core_count(), replays=replays)
-    from vrs_cli.teach.cluster import grade_on_cluster
+    from vrs_cli.teach.many import grade_on_cluster
 
     return grade_on_cluster(options.dask, grader.exercise, submissions, replays=replays)
 
@@ -182,10 +180,8 @@ def _check_outputs(options: Namespace, several: bool) -> None:
 
 def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], results: dict[str, object]) -> None:
     """Write all files. Raises FileError."""
-    from vrs_cli.teach.reports.results import written_json
-    from vrs_cli.teach.reports.students import FOR_STUDENTS
-    from vrs_cli.teach.reports.tables import gradebook, junit
-    from vrs_cli.teach.reports.texts import file_stem
+    from vrs_cli.teach.reports.results import gradebook, junit, written_json
+    from vrs_cli.teach.reports.students import FOR_STUDENTS, file_stem
 
     if options.json is not None:
         _write_text(options.json, written_json(results))
@@ -236,7 +232,7 @@ def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Liken
 def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> Iterator[Block]:
     from vrs_cli.render.blocks import Column, Grid, line, number_column
     from vrs_cli.teach.grading import total_of
-    from vrs_cli.teach.reports.texts import plain, points_text
+    from vrs_cli.teach.reports.students import plain, points_text
 
     of = points_text(total_of(exercise))
     columns = (Column("student"), number_column("points", 6), number_column("of", 4), Column("why", fold=True))

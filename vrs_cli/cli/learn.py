@@ -211,8 +211,8 @@ def _shown(attended: bool) -> Callable[[str], None]:
 
 def _check(folder: Path) -> int:
     """Tell what is wrong with a lesson, or with all lessons in a folder; returns the exit status."""
+    from vrs_cli.teach.classroom import faults
     from vrs_cli.teach.lessons import lesson_folders
-    from vrs_cli.teach.rehearsal import faults
 
     if not folder.is_dir():
         raise NonexistentFile(str(folder), "name the folder of a lesson, or of several")

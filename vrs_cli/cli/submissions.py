@@ -12,8 +12,8 @@ from vrs_cli.cli.sources import is_program
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 from vrs_cli.files.opening import Folder, reason
 from vrs_cli.files.program_file import decode_program
-from vrs_cli.teach.submission import Submission
-from vrs_cli.teach.surroundings import MAX_PROGRAM_BYTES
+from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES
+from vrs_cli.teach.grading import Submission
 
 MAX_NAME_CHARS = 200
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from msgspec import Struct
 
 from vrs_cli.kinematics.transform import Vector
-from vrs_cli.teach.check_kind import BaseCheck
-from vrs_cli.teach.places import ModelPlace, Place
+from vrs_cli.teach.exercise_text import BaseCheck, ModelPlace, Place
 from vrs_cli.teach.state_checks import StateCheck
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.dialect import Dialect

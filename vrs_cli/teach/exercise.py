@@ -31,11 +31,10 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
 from vrs_cli.language.run.variables import Item
 from vrs_cli.teach.checks import AnyCheck
-from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, ExerciseText, SurroundingsReader
+from vrs_cli.teach.judging.basis import Rounding
 from vrs_cli.teach.kinds import read_checks
-from vrs_cli.teach.surroundings import MAX_PROGRAM_BYTES, SurroundingsReader
 from vrs_cli.teach.variants import Situation, Variant, moved, read_variants
-from vrs_cli.teach.verdict import Rounding
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
 

@@ -3,16 +3,52 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import radians
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from vrs_cli.errors import did_you_mean
+from msgspec import Struct
+
+from vrs_cli.errors import FileError, NonexistentFile, VrsError, did_you_mean
+from vrs_cli.extras import shipped_folder
+from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.cell_text import FARTHEST, UPRIGHT, CellEntry, CellText
-from vrs_cli.kinematics.transform import IDENTITY, from_oat
+from vrs_cli.files.opening import text_at
+from vrs_cli.interfaces.station.loaded_file import LoadedFile
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
+from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.run.variables import Item
+from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import key_of
-from vrs_cli.teach.places import MODEL, FixedPlace, GivenPlace, ModelPlace, Place
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.dialect import Dialect
+
+
+class FixedPlace(Struct, frozen=True, tag=True):
+    """T_world_place as numbers. `turned`: its orientation was given too."""
+
+    T: Transform
+    turned: bool
+
+
+class GivenPlace(Struct, frozen=True, tag=True):
+    """A location of `given.v2`, or a compound of several, `pallet:corner`. `text`: as it was written."""
+
+    text: str
+    items: tuple[Item, ...]
+
+
+class ModelPlace(Struct, frozen=True, tag=True):
+    """The place that the model's run has."""
+
+
+Place = FixedPlace | GivenPlace | ModelPlace
+MODEL = "model"
+
 
 MAX_TEXT_CHARS = 2000
 MAX_LIST_ITEMS = 200
@@ -139,3 +175,122 @@ def _cut(given: Any) -> str:
 
 
 Read = Callable[[ExerciseText, CellEntry, str], Any]
+
+
+class BaseCheck(Struct, frozen=True, kw_only=True):
+    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason. `needs`: names
+    of checks that must earn something, or this one earns nothing.
+    """
+
+    name: str
+    points: float = 1.0
+    hint: str = ""
+    hidden: bool = False
+    partial: bool = True
+    needs: tuple[str, ...] = ()
+
+    @property
+    def needs_model(self) -> bool:
+        """Return whether it compares with the run of the model solution."""
+        return any(isinstance(one, ModelPlace) for name in self.__struct_fields__ for one in _flat(getattr(self, name)))
+
+
+def _flat(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+class Key(NamedTuple):
+    """A key of a kind: how its value is read, what it means; `default`: what holds without it, REQUIRED: it must be
+    there. `field`: of the check, where that is called otherwise.
+    """
+
+    name: str
+    read: Read
+    what: str
+    default: Any
+    field: str = ""
+
+
+class CheckKind(NamedTuple):
+    """A kind of check. `what`: what it looks at. `partial`: how a part of the points is earned; "": all or nothing."""
+
+    check: type[BaseCheck]
+    what: str
+    partial: str
+    keys: tuple[Key, ...]
+
+
+REQUIRED = "required"
+
+
+MAX_PROGRAM_BYTES = 1_000_000  # of a submission, the model, and what is given
+
+
+class SurroundingsReader:
+    """Reads the files in the folder `around` and collects the mistakes in them."""
+
+    def __init__(self, around: Path) -> None:
+        self.around, self.wrong = around, list[str]()
+
+    def robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
+        """Load the robot, a built-in one or a file in the folder; None where there is none."""
+        given = table.get("robot", "puma560")
+        if not isinstance(given, str):
+            reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
+            return None
+        beside = self.around / given
+        try:
+            return load_robot(beside if beside.suffix in (".toml", ".urdf") and beside.is_file() else given)
+        except VrsError as error:
+            reader.fault(reader.whole, "robot", str(error))
+            return None
+
+    def dialect(self, reader: ExerciseText, table: Mapping[str, Any]) -> Dialect:
+        """Read the dialect of what is typed and loaded."""
+        entry = reader.whole._replace(given=table)
+        if "dialect" not in table:
+            return Dialect.VPLUS
+        word = reader.one_of(entry, "dialect", (one.value for one in Dialect))
+        return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
+
+    def cell(self) -> Cell:
+        """Read cell.toml."""
+        path = self.around / "cell.toml"
+        try:
+            return read_cell(str(path)) if path.exists() else NO_CELL
+        except FileError as error:
+            self.wrong.append(error.detail)
+            return NO_CELL
+
+    def given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
+        """Read given.v2: its programs and locations."""
+        path = self.around / "given.v2"
+        if not path.exists():
+            return None
+        try:
+            text = text_at(str(path), MAX_PROGRAM_BYTES)
+        except FileError as error:
+            self.wrong.append(error.detail)
+            return None
+        file, unreadable = parse_file(text, dialect)
+        loaded = LoadedFile.of(file, text, Memory(units=robot.units), vplus=True)
+        for one in (*unreadable, *loaded.diagnostics):
+            if one.severity is Severity.ERROR:
+                self.wrong.append(f"{path}:{one.span.line}: {one.message}")
+        return loaded
+
+
+def shipped(kind: str) -> Path:
+    """Return the folder of a kind, `exercises` or `lessons`."""
+    return shipped_folder("programs") / kind
+
+
+def find_exercise(named: str) -> Path:
+    """Return the folder of an exercise: a folder, or a shipped one by its name. Raises NonexistentFile."""
+    if Path(named).is_dir():
+        return Path(named)
+    names = sorted(path.name for path in shipped("exercises").glob("*") if path.is_dir())
+    if named in names:
+        return shipped("exercises") / named
+    hint = did_you_mean(named, names, f"it is a folder, or one of {', '.join(names)}" if names else "it is a folder")
+    raise NonexistentFile(f"there is no exercise {named}", hint)

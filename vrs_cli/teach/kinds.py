@@ -13,7 +13,6 @@ from vrs_cli.files.cell_text import FARTHEST, CellEntry
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.values import INPUTS, OUTPUTS
-from vrs_cli.teach.check_kind import REQUIRED, CheckKind, Key
 from vrs_cli.teach.checks import (
     NO_OFFSET,
     AccelerationCheck,
@@ -40,8 +39,7 @@ from vrs_cli.teach.checks import (
     TypedText,
     WordsCheck,
 )
-from vrs_cli.teach.exercise_text import ExerciseText
-from vrs_cli.teach.places import MODEL, ModelPlace, Place
+from vrs_cli.teach.exercise_text import MODEL, REQUIRED, CheckKind, ExerciseText, Key, ModelPlace, Place
 from vrs_cli.teach.state_checks import STATE_KINDS
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.dialect import DIALECTS, Dialect

@@ -20,8 +20,7 @@ from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Notes, Terminal
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.teach.evidence import Evidence, evidence_of
-from vrs_cli.teach.judging.basis import Basis
+from vrs_cli.teach.judging.basis import Basis, Evidence, evidence_of
 from vrs_cli.teach.lessons import Lesson, LessonStep, chosen_folder, progress_key
 from vrs_cli.teach.marking import Mark, mark_checks
 from vrs_cli.teach.state_checks import VariableCheck

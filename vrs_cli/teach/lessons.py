@@ -26,10 +26,8 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.run.variables import Item
 from vrs_cli.net.delay_line import Delays, parse_delays
 from vrs_cli.teach.checks import AnyCheck
-from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.exercise_text import ExerciseText, SurroundingsReader, shipped
 from vrs_cli.teach.kinds import read_check
-from vrs_cli.teach.shipped import shipped
-from vrs_cli.teach.surroundings import SurroundingsReader
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import Value
 

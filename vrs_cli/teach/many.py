@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Sequence
-from typing import NamedTuple
+import subprocess
+import sys
+from collections.abc import Generator, Mapping, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
 from msgspec import structs
 
-from vrs_cli.teach.grading import Grader, Grading, lost_grading
+from vrs_cli.errors import UsageError
+from vrs_cli.extras import how_to_install
+from vrs_cli.teach.exercise import Exercise, read_exercise
+from vrs_cli.teach.grading import Grader, Grading, Submission, lost_grading
 from vrs_cli.teach.pool import Fence, work_apart
 from vrs_cli.teach.reports.pages import Replay, replay_of
 from vrs_cli.teach.reports.results import grading_from, grading_object
-from vrs_cli.teach.submission import Submission
+from vrs_cli.version import __version__
 
 FENCE = Fence(cpu=30.0, wall=120.0)
 
@@ -62,3 +71,114 @@ def grade_many(
             yield Graded(lost_grading(readable[worked.number], worked.lost))
         else:
             yield graded_from(worked.result)
+
+
+SCHEDULER_TIMEOUT_S = 15  # [s] for the scheduler, and for its first worker
+MIN_BATCH, MAX_BATCH = 4, 32  # submissions: each batch begins with a process of its own
+BATCHES_A_CORE = 4
+MAX_MESSAGE_CHARS = 500  # characters of what a process that failed has said
+
+
+class ClusterError(UsageError, text="No cluster"):
+    """There is no scheduler, or its workers cannot grade."""
+
+
+def grade_on_cluster(
+    address: str, exercise: Exercise, submissions: Sequence[Submission], *, replays: bool
+) -> Generator[Graded, None, None]:
+    """Grade submissions on the workers of a scheduler; yields as they end. When it is closed all tasks are cancelled.
+
+    Raises ClusterError.
+    """
+    yield from (Graded(lost_grading(one, one.unread)) for one in submissions if one.unread)
+    readable = [one for one in submissions if not one.unread]
+    with _client(address) as client:
+        cores = _cores(client)
+        size = max(MIN_BATCH, min(MAX_BATCH, len(readable) // (BATCHES_A_CORE * cores)))
+        batches = [readable[first : first + size] for first in range(0, len(readable), size)]
+        files = client.scatter(_files_of(Path(exercise.folder)), broadcast=True, hash=False)
+        futures = {
+            client.submit(grade_batch, files, exercise.name, [*map(structs.asdict, one)], replays, pure=False): one
+            for one in batches
+        }
+        try:
+            distributed: Any = import_module("distributed")
+            for future in distributed.as_completed(futures, raise_errors=False):
+                if future.status == "finished":
+                    yield from map(graded_from, future.result())
+                else:
+                    why = f"the task on the cluster failed: {future.exception()}"[:MAX_MESSAGE_CHARS]
+                    yield from (Graded(lost_grading(one, why)) for one in futures[future])
+        finally:
+            client.cancel(list(futures))
+
+
+def _client(address: str) -> Any:
+    """Raises ClusterError."""
+    if find_spec("distributed") is None:
+        raise ClusterError("--dask needs distributed, which is not installed", how_to_install("dask distributed"))
+    distributed: Any = import_module("distributed")
+    try:
+        return distributed.Client(address, timeout=SCHEDULER_TIMEOUT_S)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise ClusterError(f"no scheduler answers at {address}: {error}", "dask scheduler tells its address") from None
+
+
+def _cores(client: Any) -> int:
+    """The cores of all workers. Raises ClusterError where there is none, or a worker has another vrs."""
+    try:
+        client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT_S)
+    except TimeoutError:
+        raise ClusterError("the scheduler has no workers", "dask worker ADDRESS starts one") from None
+    try:
+        versions = client.run(_version)
+    except Exception as error:  # whatever a worker without vrs says
+        raise ClusterError(f"a worker has no vrs: {error}", "install the same vrs on all machines") from None
+    others = {worker: one for worker, one in versions.items() if one != __version__}
+    if others:
+        worker, other = next(iter(others.items()))
+        raise ClusterError(f"the worker {worker} has vrs {other}, and this is {__version__}", "install the same on all")
+    cores: Mapping[str, int] = client.ncores()
+    return max(1, sum(cores.values()))
+
+
+def _version() -> str:
+    return __version__
+
+
+def _files_of(folder: Path) -> dict[str, bytes]:
+    """All files of an exercise, by their paths in its folder: a worker may have no such folder."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for part in ("exercise", "teacher")
+        for path in sorted((folder / part).rglob("*"))
+        if path.is_file()
+    }
+
+
+# --- on a worker -----------------------------------------------------------------------------------------------------
+
+
+def grade_batch(files: Mapping[str, bytes], name: str, submissions: list[dict[str, str]], replays: bool) -> list[str]:
+    """Grade a batch in a process of its own: a worker has threads, and does not fork. Return JSON for `graded_from`."""
+    with TemporaryDirectory(prefix="vrs-grade-", ignore_cleanup_errors=True) as root:
+        folder = Path(root, name)
+        for path, content in files.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(content)
+        command = [sys.executable, "-m", __name__, str(folder), *["--replays"] * replays]
+        done = subprocess.run(command, input=json.dumps(submissions), capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise RuntimeError(done.stderr[-MAX_MESSAGE_CHARS:].strip())
+        return done.stdout.splitlines()
+
+
+def main(folder: str, replays: bool) -> None:
+    """Grade the submissions on standard input, and print an object of each on a line."""
+    submissions = [Submission(**one) for one in json.load(sys.stdin)]
+    for one in grade_many(Grader(read_exercise(folder)), submissions, 1, replays=replays, fence=FENCE):
+        print(json.dumps(object_of(one)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], "--replays" in sys.argv[2:])

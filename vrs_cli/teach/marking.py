@@ -8,7 +8,6 @@ from typing import Any
 from msgspec import Struct, structs
 
 from vrs_cli.errors import VrsError
-from vrs_cli.teach.check_kind import BaseCheck
 from vrs_cli.teach.checks import (
     AccelerationCheck,
     AnyCheck,
@@ -30,30 +29,29 @@ from vrs_cli.teach.checks import (
     TypedCheck,
     WordsCheck,
 )
-from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise
-from vrs_cli.teach.judging.basis import Basis, JudgedRun
-from vrs_cli.teach.judging.contacts import judge_clearance, judge_contact
-from vrs_cli.teach.judging.ends import (
+from vrs_cli.teach.exercise_text import BaseCheck
+from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, rounded
+from vrs_cli.teach.judging.outcomes import (
+    judge_clearance,
+    judge_contact,
     judge_cycle_time,
     judge_held,
     judge_no_error,
     judge_part_at,
     judge_tool_at,
 )
-from vrs_cli.teach.judging.likeness import judge_like_model
-from vrs_cli.teach.judging.signals import judge_signals
+from vrs_cli.teach.judging.outputs import judge_dialect, judge_signals, judge_typed, judge_words
 from vrs_cli.teach.judging.state import STATE_JUDGES
-from vrs_cli.teach.judging.texts import judge_dialect, judge_typed, judge_words
 from vrs_cli.teach.judging.ways import (
     judge_acceleration,
     judge_keep_out,
+    judge_like_model,
     judge_no_stop,
     judge_path,
     judge_places,
     judge_speed,
 )
-from vrs_cli.teach.verdict import Verdict, rounded
 
 POINT_STEP = 0.01
 

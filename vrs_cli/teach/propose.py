@@ -27,17 +27,14 @@ from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.text.source import named_above
 from vrs_cli.language.words.values import numbers_of
-from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.grading import Grader
-from vrs_cli.teach.judging.basis import Basis, JudgedRun
-from vrs_cli.teach.judging.ends import final_part
-from vrs_cli.teach.judging.signals import output_changes
-from vrs_cli.teach.judging.texts import words_of
+from vrs_cli.teach.findings import mutants_of
+from vrs_cli.teach.grading import Grader, Submission, SubmissionRuns
+from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun
+from vrs_cli.teach.judging.outcomes import final_part
+from vrs_cli.teach.judging.outputs import output_changes, words_of
 from vrs_cli.teach.marking import mark
-from vrs_cli.teach.mutants import mutants_of
-from vrs_cli.teach.search import greatest
-from vrs_cli.teach.submission import Submission, SubmissionRuns
+from vrs_cli.teach.tip import greatest
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import count

@@ -14,9 +14,7 @@ from vrs_cli.files.cell_text import FARTHEST, CellEntry
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.words.values import key_of
-from vrs_cli.teach.check_kind import REQUIRED, BaseCheck, CheckKind, Key
-from vrs_cli.teach.exercise_text import ExerciseText, item_of_text
-from vrs_cli.teach.places import Place
+from vrs_cli.teach.exercise_text import REQUIRED, BaseCheck, CheckKind, ExerciseText, Key, Place, item_of_text
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.motion import MotionKind

@@ -14,9 +14,8 @@ from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.settings import Settings
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compose, distance, position
-from vrs_cli.teach.check_kind import BaseCheck
-from vrs_cli.teach.evidence import Evidence
-from vrs_cli.teach.judging.basis import Basis, JudgedRun
+from vrs_cli.teach.exercise_text import BaseCheck
+from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, exceeds, falls_short, rounded, written
 from vrs_cli.teach.state_checks import (
     ConfigurationCheck,
     JointsCheck,
@@ -31,7 +30,6 @@ from vrs_cli.teach.state_checks import (
     VariableCheck,
     When,
 )
-from vrs_cli.teach.verdict import Verdict, exceeds, falls_short, rounded, written
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.motion import Motion, MotionKind
 

@@ -19,12 +19,11 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net.page_data import moments, robot
 from vrs_cli.render.documents import picture
 from vrs_cli.render.pictures import replay, viewer
-from vrs_cli.teach.evidence import Evidence
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import Grading, total_of
-from vrs_cli.teach.reports.students import ShownMark, shown_marks
-from vrs_cli.teach.reports.texts import file_stem, plain, points_text
-from vrs_cli.teach.similar import Likeness
+from vrs_cli.teach.judging.basis import Evidence
+from vrs_cli.teach.reports.results import Likeness
+from vrs_cli.teach.reports.students import ShownMark, file_stem, plain, points_text, shown_marks
 
 BEFORE, AFTER = 3.0, 1.0  # [s] of a replay, round its moment
 LONGEST = 20.0  # [s] of a replay without a moment: the end of the run

@@ -7,11 +7,10 @@ import pytest
 
 from tests.teach.lesson_files import CHECKS, lesson
 from vrs_cli.interfaces.dialogue import Notes
-from vrs_cli.teach.classroom import Classroom
-from vrs_cli.teach.evidence import evidence_of
+from vrs_cli.teach.classroom import Classroom, faults
+from vrs_cli.teach.judging.basis import evidence_of
 from vrs_cli.teach.learn import marks_of
 from vrs_cli.teach.lessons import Lesson, lesson_folders, lessons_folder, read_lesson
-from vrs_cli.teach.rehearsal import faults
 
 LESSONS = [read_lesson(folder) for folder in lesson_folders(lessons_folder())]
 

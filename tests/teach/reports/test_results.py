@@ -7,7 +7,7 @@ import re
 from time import process_time
 
 from tests.teach.test_grading import COPIED
-from vrs_cli.teach.similar import Likeness, similar
+from vrs_cli.teach.reports.results import Likeness, similar
 
 OTHER = """\
 .PROGRAM stack()

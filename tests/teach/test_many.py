@@ -12,12 +12,10 @@ from msgspec import structs
 
 from tests.teach.runs import PICK
 from tests.teach.test_grading import COPIED, LOOP
-from vrs_cli.teach import cluster
-from vrs_cli.teach.cluster import ClusterError, grade_on_cluster
+from vrs_cli.teach import many
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.grading import Grader, by_student
-from vrs_cli.teach.many import grade_many
-from vrs_cli.teach.submission import Submission
+from vrs_cli.teach.grading import Grader, Submission, by_student
+from vrs_cli.teach.many import ClusterError, grade_many, grade_on_cluster
 
 needs_dask = pytest.mark.skipif(
     find_spec("distributed") is None, reason="no distributed: pip install 'vrs-cli[cluster]'"
@@ -61,12 +59,12 @@ def test_a_cluster_gives_the_same_gradings(address: str) -> None:
 
 @needs_dask
 def test_who_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "PATIENCE", 1)
+    monkeypatch.setattr(many, "SCHEDULER_TIMEOUT_S", 1)
     with pytest.raises(ClusterError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9"):
         list(grade_on_cluster("tcp://127.0.0.1:9", an_exercise(), [Submission("a", "a.v2", LOOP)], replays=False))
 
 
 def test_without_dask_one_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "find_spec", lambda _name: None)
+    monkeypatch.setattr(many, "find_spec", lambda _name: None)
     with pytest.raises(ClusterError, match=r"which is not installed.*pip install.* dask distributed"):
         list(grade_on_cluster("tcp://x:1", an_exercise(), [Submission("a", "a.v2", LOOP)], replays=False))
