@@ -12,7 +12,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.values.scene import Beam, BoxShape, CellScene, Fixture, ScenePart, Sensor
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World
 
 COLUMNS, ROWS = 40, 25  # of parts, 20 mm wide
 TAKEN = 100

@@ -26,7 +26,7 @@ from vrs_cli.render.console import TerminalRenderer, rich_text
 from vrs_cli.repl.interactive import IDLE
 from vrs_cli.repl.place import BANNER
 from vrs_cli.repl.terminal import ShellTerminal
-from vrs_cli.repl.toolbar import toolbar
+from vrs_cli.repl.colours import toolbar
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"

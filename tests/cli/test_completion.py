@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
-from vrs_cli.cli.settings import SHELLS
+from vrs_cli.cli.tools import SHELLS
 
 TRIED = {  # words before the Tab key, and what completes the last of them
     "ch": ["check"],

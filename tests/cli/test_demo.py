@@ -10,8 +10,8 @@ import pytest
 
 from tests.cli.conftest import Vrs
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.cli import demo
-from vrs_cli.cli.demo import PROGRAM, TRY, DemoPlace, has_browser
+from vrs_cli.cli import view
+from vrs_cli.cli.view import PROGRAM, TRY, DemoPlace, has_browser
 from vrs_cli.errors import NonexistentFile
 from vrs_cli.interfaces.monitor.help import TUTORIAL
 from vrs_cli.net.local_server import LocalRobot
@@ -22,9 +22,9 @@ from vrs_cli.repl.place import Place
 def places(monkeypatch: pytest.MonkeyPatch) -> list[Place]:
     """A terminal without a browser; the places at which the shell was to run."""
     found = list[Place]()
-    monkeypatch.setattr(demo, "on_terminal", lambda: True)
-    monkeypatch.setattr(demo, "has_browser", lambda: False)
-    monkeypatch.setattr(demo, "at", lambda place: found.append(place) or 0)
+    monkeypatch.setattr(view, "on_terminal", lambda: True)
+    monkeypatch.setattr(view, "has_browser", lambda: False)
+    monkeypatch.setattr(view, "at", lambda place: found.append(place) or 0)
     return found
 
 
@@ -57,7 +57,7 @@ def test_where_the_page_is_not_built_the_arm_is_shown_on_the_terminal(
     def refuse(_options: object) -> NoReturn:
         raise NonexistentFile("the page", "build it")
 
-    monkeypatch.setattr("vrs_cli.cli.page.page_place", refuse)
+    monkeypatch.setattr("vrs_cli.cli.view.page_place", refuse)
     assert "build it" in vrs("demo", "--no-open").out
     assert len(places) == 1
 
@@ -76,7 +76,7 @@ def test_the_page_executes_the_sample_and_the_shell_beside_it_does_not(
         return 0
 
     monkeypatch.setattr("vrs_cli.cli.view.run_beside", look)
-    monkeypatch.setattr("vrs_cli.cli.page.page_place", lambda _options: None)
+    monkeypatch.setattr("vrs_cli.cli.view.page_place", lambda _options: None)
     assert vrs("demo", "--no-open").status == 0
     assert first_lines == ["", f"EXECUTE {PROGRAM}"]
 

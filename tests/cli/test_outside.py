@@ -13,8 +13,8 @@ import pytest
 
 from tests.cli.conftest import Vrs
 from tests.live import PATIENCE
+from vrs_cli.cli.command_line import chosen_outside
 from vrs_cli.cli.main import OK, USAGE
-from vrs_cli.cli.outside import chosen_outside
 from vrs_cli.cli.run import run_parser
 from vrs_cli.errors import DeviceNotReady, NetworkTimeout
 

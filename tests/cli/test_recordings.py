@@ -26,7 +26,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.render.pictures import PICTURES
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.values.measured import Report
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World
 
 pytestmark = pytest.mark.usefixtures("saved")
 

@@ -13,7 +13,7 @@ from vrs_cli.contacts.checker import Checker
 from vrs_cli.contacts.stages import stages
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.contacts import Contact
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World
 
 CELL = """
 [[fixture]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.devices.outside import LONGEST, Address, read_address
+from vrs_cli.devices.device import LONGEST, Address, read_address
 from vrs_cli.errors import IllegalValue
 
 

@@ -6,8 +6,7 @@ import random
 
 import pytest
 
-from vrs_cli.devices.device import ENOUGH, FULL, YET, Device, Waits
-from vrs_cli.devices.outside import Address, Arrival, DeviceEvent, Outside
+from vrs_cli.devices.device import ENOUGH, FULL, YET, Address, Arrival, Device, DeviceEvent, Outside, Waits
 from vrs_cli.errors import DeviceNotReady, FileNotOpened, FileOpened, NetworkClosed, NoDataReceived
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 

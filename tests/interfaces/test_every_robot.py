@@ -24,7 +24,7 @@ from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import distance
 from vrs_cli.render.text import plain_text
-from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.repl.player import JogPanel
 from vrs_cli.values.replies import LocationTable, Plot, Whereabouts
 from vrs_cli.values.results import RunOutcome
 

@@ -15,7 +15,7 @@ from vrs_cli.files.opening import Folder
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.repl.player import JogPanel
 
 MEDDLE = """.PROGRAM meddle()
     ATTACH (lun, 4) "DISK"

@@ -25,7 +25,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.transform import translation
-from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.repl.player import JogPanel
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.acts import Go, Goal, Redo, Undo

@@ -28,7 +28,7 @@ from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import from_oat, translation
-from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.repl.player import JogPanel
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.commands import Move, SetAcceleration, SetParameter, SetTool, Stamp
 from vrs_cli.values.motion import JointTarget, PoseTarget

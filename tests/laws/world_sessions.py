@@ -20,8 +20,7 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Delay, Move, OperateHand, SetChannels, SetParameter
 from vrs_cli.values.motion import PoseTarget
-from vrs_cli.world.course import WorldCourse
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World, WorldCourse
 
 CELL = """
 floor = -600

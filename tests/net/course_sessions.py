@@ -23,8 +23,8 @@ from vrs_cli.values.contacts import ContactSpan
 from vrs_cli.values.motion import Frames
 from vrs_cli.values.world import SpanKind
 from vrs_cli.wire.codec import Encoding, Reader, encode
+from vrs_cli.world.course import World
 from vrs_cli.world.sensing import GRAVITY
-from vrs_cli.world.world import World
 
 READER: Reader[ServerMessage] = Reader(FromServer)
 

@@ -23,7 +23,7 @@ from vrs_cli.net.messages import Course, Done, Refused, ServerMessage, Subscribe
 from vrs_cli.net.page_data import recorded_page
 from vrs_cli.values.world import PartBegin, SpanKind
 from vrs_cli.wire.codec import to_json
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World
 
 CELL = f"{TABLE}{BOX}"
 

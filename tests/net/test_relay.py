@@ -55,7 +55,7 @@ from vrs_cli.values.world import SpanKind
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import to_json
 from vrs_cli.wire.records import Form, Motions, delta_of
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World
 
 SECRET = "a secret of the address"
 HELLO = Hello((1,), SECRET, attended=True)

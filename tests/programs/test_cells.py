@@ -16,8 +16,7 @@ from vrs_cli.files.cell_file import read_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import position
 from vrs_cli.language.run.signals import Cell
-from vrs_cli.world.course import WorldCourse
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World, WorldCourse
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 Places = Mapping[str, tuple[tuple[float, float, float], str]]  # of parts: X, Y, Z [mm], and what they stand on

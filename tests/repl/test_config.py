@@ -9,7 +9,7 @@ import pytest
 
 from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.repl.config import Config, config_of, config_path, read_config, shown
-from vrs_cli.repl.pager import pager_of, shown_by
+from vrs_cli.repl.terminal import pager_of, shown_by
 
 HOME = Path("~").expanduser()
 

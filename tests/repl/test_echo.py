@@ -10,7 +10,7 @@ import pytest
 termios = pytest.importorskip("termios")
 pty = pytest.importorskip("pty")
 
-from vrs_cli.repl.echo import unechoed  # noqa: E402 (Windows has neither of them)
+from vrs_cli.repl.interactive import unechoed  # noqa: E402 (Windows has neither of them)
 
 
 @pytest.mark.parametrize("signals", [True, False])

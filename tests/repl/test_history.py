@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from prompt_toolkit.history import InMemoryHistory
 
-from vrs_cli.repl.history import open_history, state_folder
+from vrs_cli.repl.config import open_history, state_folder
 
 
 def test_it_follows_the_state_folder(tmp_path: Path) -> None:

@@ -27,8 +27,8 @@ from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, ink_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.colours import ValLexer
+from vrs_cli.repl.config import state_folder
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.history import state_folder
 from vrs_cli.repl.interactive import FromHistory, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.place import Local

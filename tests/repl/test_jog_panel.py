@@ -17,7 +17,7 @@ from vrs_cli.files.cell_file import read_cell
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.repl.player import JogPanel
 from vrs_cli.values.replies import ArmPicture, BodyKind
 
 PROGRAMS = Path(__file__).parents[2] / "programs"

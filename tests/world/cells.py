@@ -9,8 +9,7 @@ from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.events import HAND, Event
-from vrs_cli.world.course import WorldCourse
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World, WorldCourse
 
 TABLE = """
 floor = -600

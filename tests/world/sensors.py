@@ -24,8 +24,7 @@ from vrs_cli.values.scene import (
     SphereShape,
     Zone,
 )
-from vrs_cli.world.course import WorldCourse
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World, WorldCourse
 
 NEAR = 1e-6  # [s] the state at a change is that of either side
 LARGEST = 0.06  # [m] from the middle of a part or of the hand to its corners

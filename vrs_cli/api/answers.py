@@ -25,7 +25,7 @@ from vrs_cli.values.replies import Plot, Reply, is_error
 from vrs_cli.values.results import RunOutcome, RunResult
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
 
 class Replies(tuple[Reply, ...]):

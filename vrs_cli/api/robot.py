@@ -740,7 +740,7 @@ class Robot:
         """
         world = self._robot.port.world
         if cell is not None:
-            from vrs_cli.world.world import World
+            from vrs_cli.world.course import World
 
             world = World(self._robot.arm, cell if isinstance(cell, Cell) else read_cell(str(cell)))
         return Scene(self._robot.arm, timeline or self.timeline, height, world)

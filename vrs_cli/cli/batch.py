@@ -17,11 +17,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 
 from msgspec import Struct, field, structs
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_dialect, chosen_robot, clock_of, teller
+from vrs_cli.cli.command_line import (
+    STANDARD_STREAM,
+    CommandLineError,
+    chosen_dialect,
+    chosen_outside,
+    chosen_robot,
+    clock_of,
+    teller,
+)
 from vrs_cli.cli.fence import Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
-from vrs_cli.cli.outside import chosen_outside
 from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, robot_of, sources_of, tidy
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
@@ -49,6 +56,7 @@ from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
+
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
 MOST_TOLD = 20  # diagnostics of a file

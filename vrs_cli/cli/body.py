@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.body_client import BodyClient
     from vrs_cli.trajectory.state import JointState
 
+
 MAX_TOLD = 5  # wrong lines that are named
 MAX_LINE_CHARS = 1 << 16
 MAX_JUMP = 5.0  # [s] of the robot's clock that a simulated arm makes up for

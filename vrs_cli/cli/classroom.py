@@ -14,6 +14,7 @@ from vrs_cli.values.numbers import count
 if TYPE_CHECKING:
     from vrs_cli.net.tokens import ClassFolder
 
+
 ACTIONS = ("new", "links", "collect", "forget")
 
 class_parser = command(

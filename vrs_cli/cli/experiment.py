@@ -8,20 +8,17 @@ from __future__ import annotations
 import argparse
 import gc
 import json
-import os
-import signal
 from argparse import Namespace
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from importlib import import_module
 from itertools import groupby, product
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct, structs
 
+from vrs_cli.cli import other_experiments
 from vrs_cli.cli.command_line import (
     ROBOT,
     STANDARD_STREAM,
@@ -33,29 +30,26 @@ from vrs_cli.cli.command_line import (
     size,
 )
 from vrs_cli.cli.main import FAILED, OK
+from vrs_cli.cli.other_experiments import lines_of, outcomes
 from vrs_cli.cli.remote import KINDS, LINE_OPTIONS, duration
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
     from vrs_cli.lab.delays import Error, Trial, TrialOutcome
-    from vrs_cli.net.delay_line import Delays
     from vrs_cli.render.blocks import Block, Grid
     from vrs_cli.render.plots import Curves
 
-A = TypeVar("A")
-B = TypeVar("B")
 
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
-USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
 
 
 class Experiment(NamedTuple):
-    """An experiment: the module whose `run(options)` does it (None: this one), which options of its own it has, and
-    their defaults where they are not the usual ones.
+    """An experiment, which `run_NAME(options)` of `other_experiments.py` does (None: this module); the names of its own
+    options, and their defaults if they are not the usual ones.
     """
 
-    module: str | None
+    name: str | None
     options: tuple[str, ...]
     defaults: Mapping[str, object]
 
@@ -78,16 +72,16 @@ OWN_DEFAULTS: dict[str, object] = {  # of options that not every experiment has
 EXPERIMENTS: dict[str, Experiment] = {
     "delays": Experiment(None, ("lead", "policy", "seeds", "seconds", "rate", "plot"), {}),
     "methods": Experiment(
-        "experiment_methods",
+        "methods",
         ("viewer", "controller", "scenario", "seeds", "seconds", "rate"),
         {"seeds": 5, "seconds": 30.0},
     ),
     "twin": Experiment(
-        "experiment_twin",
+        "twin",
         ("lead", "policy", "scenario", "seeds", "seconds", "plot"),
         {"lead": (0.2, 0.6), "policy": ("ABORT",), "seeds": 2, "seconds": 40.0},
     ),
-    "study": Experiment("experiment_study", ("file", "participant", "out", "dry_run"), {}),
+    "study": Experiment("study", ("file", "participant", "out", "dry_run"), {}),
 }
 CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
 
@@ -108,9 +102,9 @@ def experiment(options: Namespace) -> int:
                 raise CommandLineError(f"--{name.replace('_', '-')} is of vrs lab experiment {others}", "leave it out")
         elif getattr(options, name) is None:
             setattr(options, name, kind.defaults.get(name, default))
-    if kind.module is None:
+    if kind.name is None:
         return _delays(options)
-    return int(import_module(f"vrs_cli.cli.{kind.module}").run(options))
+    return int(getattr(other_experiments, f"run_{kind.name}")(options))
 
 
 def _delays(options: Namespace) -> int:
@@ -302,39 +296,6 @@ def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
         yield name, Trial(robot, ways, lead, policy, options.seconds, options.rate)
 
 
-def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
-    """The delays of both ways, with a name. Raises CommandLineError."""
-    from vrs_cli.net.delay_line import Constant, Gamma, with_loss
-
-    lost = f", loss {options.loss:.1%}" if options.loss else ""
-    if options.forward or options.backward:
-        if options.delay or options.jitter:
-            raise CommandLineError("--delay and --jitter are of both ways", "leave out --forward and --backward")
-        (there, forward), (back, backward) = (
-            way or ("0", Constant(0.0)) for way in (options.forward, options.backward)
-        )
-        name = f"Forward {there}, backward {back}{lost}"
-        yield name, with_loss(forward, options.loss), with_loss(backward, options.loss)
-        return
-    for mean, deviation in product(options.delay or (USUAL_DELAY,), options.jitter or (USUAL_JITTER,)):
-        each = with_loss(Gamma(mean, deviation), options.loss)
-        yield f"Gamma {1e3 * mean:g}ms {1e3 * deviation:g}ms each way{lost}", each, each
-
-
-def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -> list[B]:
-    """Return what comes of each trial, tried in processes: `jobs`, or one for each core."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    jobs = min(jobs or cores, len(trials))
-    if jobs == 1:
-        return list(map(outcome, trials))
-    with ProcessPoolExecutor(jobs, initializer=_leave_signals) as pool:
-        try:
-            return list(pool.map(outcome, trials))
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
 def _outcome(trial: Trial) -> TrialOutcome:
     """While it is tried nothing of it is garbage: not to look for that again and again saves a tenth of the time."""
     from vrs_cli.lab.delays import outcome_of
@@ -345,12 +306,6 @@ def _outcome(trial: Trial) -> TrialOutcome:
     finally:
         gc.enable()
         gc.collect()
-
-
-def _leave_signals() -> None:
-    """Ctrl-C is for the process that waits for this one."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 # --- what is told ------------------------------------------------------------------------------------------------

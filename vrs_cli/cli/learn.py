@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import command, group, option, teller
-from vrs_cli.cli.page import page_place, tell_page
 from vrs_cli.cli.serve import port
+from vrs_cli.cli.view import page_place, tell_page
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.repl.shell import at, on_terminal
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.local_server import PagePlace
     from vrs_cli.teach.learn import LearnerRecord
     from vrs_cli.teach.lessons import Lesson
+
 
 OK, FAILED = 0, 1
 PROGRESS = "learn.json"
@@ -78,7 +79,7 @@ def learn(options: Namespace) -> int:
 
 def _progress_file() -> Path | None:
     """The file that keeps where the user is; None where there is no home."""
-    from vrs_cli.repl.history import state_folder
+    from vrs_cli.repl.config import state_folder
 
     try:
         return state_folder(os.environ) / PROGRESS

@@ -35,7 +35,7 @@ class Subcommand(NamedTuple):
 GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
     "work": {
         "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
-        "demo": Subcommand("demo", "", "see the arm move, then try it yourself"),
+        "demo": Subcommand("view", "", "see the arm move, then try it yourself"),
         "run": Subcommand("run", "FILE.v2 [PROGRAM]", "execute a program of a file, or all files of a folder"),
         "convert": Subcommand("convert", "FILE.v2 --to TARGET", "a program for another robot"),
         "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files"),
@@ -60,13 +60,13 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
         "body": Subcommand("body", "URL", "be the body of a served robot: a simulated arm, or a program"),
     },
     "more": {
-        "robots": Subcommand("robots", "[NAME|FILE]", "all robots, or all about one"),
+        "robots": Subcommand("tools", "[NAME|FILE]", "all robots, or all about one"),
         "lab experiment": Subcommand("experiment", "[KIND]", "try what delays do: delays, methods, twin, study"),
         "lab delay": Subcommand("remote", "LISTEN TARGET", "a line with delays between a client and a server"),
         "lab steer": Subcommand("steer", "FILE.csv", "follow a stream of targets"),
-        "tools lsp": Subcommand("settings", "", "the language server, which editors start"),
-        "tools completion": Subcommand("settings", "SHELL", "the script of a shell that completes vrs with Tab"),
-        "tools config": Subcommand("settings", "", "the settings of the shell, and their file"),
+        "tools lsp": Subcommand("tools", "", "the language server, which editors start"),
+        "tools completion": Subcommand("tools", "SHELL", "the script of a shell that completes vrs with Tab"),
+        "tools config": Subcommand("tools", "", "the settings of the shell, and their file"),
     },
 }
 SUBCOMMANDS: Mapping[str, Subcommand] = {name: row for rows in GROUPS.values() for name, row in rows.items()}

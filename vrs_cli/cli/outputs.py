@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from vrs_cli.files.exports import Exporter
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.trajectory.timeline import Timeline
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
+
 
 PAGES = (".html", ".htm")
 MOST_COMMANDS = 1000  # in the table

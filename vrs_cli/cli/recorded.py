@@ -281,7 +281,7 @@ def export(options: Namespace) -> None:
         given = exporter.usual(timeline) if exporter.usual else DEFAULT_RATE
     if options.cell is not None:
         from vrs_cli.files.cell_file import read_cell
-        from vrs_cli.world.world import World
+        from vrs_cli.world.course import World
 
         exporter = replace(exporter, write=partial(exporter.write, world=World(recording.arm, read_cell(options.cell))))
     if exporter.name == "html":

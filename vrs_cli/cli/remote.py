@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.delay_proxy import Endpoint
     from vrs_cli.net.messages import Request, ServerMessage
 
+
 LOOPBACK = "127.0.0.1"
 LAST_PORT = 65535
 TOKEN = "VRS_TOKEN"

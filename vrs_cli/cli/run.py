@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from vrs_cli.cli.command_line import (
     CELL,
     DIALECT,
+    OUTSIDE,
     REALTIME,
     ROBOT,
     CommandLineError,
@@ -23,7 +24,6 @@ from vrs_cli.cli.command_line import (
     whole,
 )
 from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs
-from vrs_cli.cli.outside import OUTSIDE
 from vrs_cli.cli.sources import PROJECT, are_together, is_program, program_files, sources_of
 
 FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the system has such

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING
 from vrs_cli.cli.command_line import (
     CELL,
     DIALECT,
+    OUTSIDE,
     REALTIME,
     ROBOT,
     CommandLineError,
     chosen_dialect,
+    chosen_outside,
     chosen_robot,
     clock_of,
     command,
     option,
     teller,
 )
-from vrs_cli.cli.outside import OUTSIDE, chosen_outside
 from vrs_cli.cli.sources import Source, cell_file, read_source, robot_of
 from vrs_cli.errors import FileError
 

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.repl.interrupt import Stoppable
 
+
 KEPT = 1000  # targets after which what they left is not looked through for garbage any more
 MOST_TOLD = 5  # lines that are no targets, or out of reach, that are named
 LONGEST_LINE = 1 << 16  # characters: a longer one is no target, and is not kept whole

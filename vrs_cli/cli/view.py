@@ -4,35 +4,50 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import json
+import os
+import webbrowser
 from argparse import Namespace
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from math import inf
+from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from vrs_cli.cli.command_line import (
     ROBOT,
     CommandLineError,
     Parser,
     chosen_robot,
+    clock_of,
     clock_rate,
     group,
     option,
     positive,
     teller,
 )
-from vrs_cli.cli.remote import ADDRESS, CONNECTION, client_of, duration, signal_comes
+from vrs_cli.cli.remote import ADDRESS, CONNECTION, client_of, duration, signal_comes, token_of
 from vrs_cli.cli.serve import port
-from vrs_cli.cli.sources import LENIENT, is_program, is_recording, read_recording
-from vrs_cli.repl.shell import on_terminal
+from vrs_cli.cli.sources import LENIENT, cell_file, is_program, is_recording, read_recording, read_source, robot_of
+from vrs_cli.errors import NonexistentFile, UsageError
+from vrs_cli.extras import shipped_folder
+from vrs_cli.repl.place import Local
+from vrs_cli.repl.shell import at, on_terminal
 
 if TYPE_CHECKING:
+    from vrs_cli.interfaces.dialogue import Terminal
     from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
     from vrs_cli.net.client import Client
     from vrs_cli.net.far_end import Ahead
-    from vrs_cli.net.local_server import LocalRobot
+    from vrs_cli.net.local_server import LocalRobot, PagePlace
     from vrs_cli.net.messages import ServerMessage
-    from vrs_cli.world.world import World
+    from vrs_cli.repl.front_end import FrontEnd
+    from vrs_cli.values.acts import Define
+    from vrs_cli.world.course import World
 
 
 CELL_HELP = "what is around it (see docs/cell.md)"
@@ -126,7 +141,7 @@ def _world(options: Namespace, arm: RobotArm) -> World | None:
     """The world of --cell, for pictures on the terminal. Raises FileError."""
     if options.cell is None:
         return None
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
     return World(arm, read_cell(options.cell))
 
@@ -219,7 +234,6 @@ def show(options: Namespace) -> int:
     """Serve the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
     VrsError.
     """
-    from vrs_cli.cli.page import host_program, host_robot, page_place, relay_robot, serve_recording
 
     at_page, url = page_place(options), options.url or ""
     cell = None if is_program(url) or options.cell is None else read_cell(options.cell)
@@ -240,7 +254,6 @@ def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: Local
     """Run the shell beside the page; on a pipe, the page stays when the lines are done."""
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
-    from vrs_cli.repl.shell import at
 
     connection = SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
@@ -254,3 +267,221 @@ def read_cell(path: str) -> Cell:
     from vrs_cli.files.cell_file import read_cell
 
     return read_cell(path)
+
+
+DATA = "?recording"  # of the address of a page: it shows data, and no robot
+
+
+@contextmanager
+def said_of_command_line() -> Iterator[None]:
+    """Raise what is wrong with an option as CommandLineError."""
+    try:
+        yield
+    except UsageError as error:
+        raise CommandLineError(error.detail, error.hint) from None
+
+
+def page_place(options: Namespace) -> PagePlace:
+    """Return where the page of a command is to be: at its options `--host` and `--port`. At a port that was chosen the
+    secret is that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
+    NonexistentFile if the page is not built.
+    """
+    from vrs_cli.net.http import ServedPage
+    from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
+    from vrs_cli.net.server import ListenAddress
+    from vrs_cli.repl.config import state_folder
+
+    with said_of_command_line():
+        address = ListenAddress(checked_host(options.host), options.port)
+    secret = new_secret()
+    with suppress(RuntimeError):  # there is no home
+        if options.port:
+            secret = kept_secret(state_folder(os.environ) / "view" / str(options.port))
+    return PagePlace(address, secret, ServedPage.read())
+
+
+def tell_page(options: Namespace, address: str) -> None:
+    """Print the address of a page, and open it."""
+    print(f"{options.prog}: {address}", flush=True)
+    if not options.no_open:
+        Thread(target=_opened, args=(address,), daemon=True).start()
+
+
+def _opened(address: str) -> None:
+    """Open a browser; without one the printed address is enough."""
+    with suppress(webbrowser.Error):
+        webbrowser.open(address)
+
+
+# --- a new robot ------------------------------------------------------------------------------------------------------
+
+
+def host_robot(
+    options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
+) -> LocalRobot:
+    """Serve a new robot with its page, until the stack is left. Raises what is wrong with the program."""
+    from vrs_cli.net.local_server import LocalRobot
+    from vrs_cli.render.text import styled_lines
+
+    with said_of_command_line():
+        local_robot = LocalRobot(
+            model,
+            at,
+            rate=options.rate,
+            folder=Path.cwd(),
+            cell=cell,
+            program=program,
+            runs=not options.no_run,
+            styled=styled_lines,
+            tell=teller(options.prog),
+        )
+    stack.callback(local_robot.close)
+    tell_page(options, local_robot.page(local_robot.name))
+    return local_robot
+
+
+def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Callable[[str], Cell]) -> LocalRobot:
+    """Serve a new robot with the programs of a file, and the cell around it; the first page executes the first of them.
+    Raises FileError, and what is wrong with the file.
+    """
+    from vrs_cli.values.acts import Define
+
+    source = read_source(options.url)
+    found = cell_file(options, source)
+    cell = None if found is None else read(found[0])
+    if found is not None and options.cell is None:
+        teller(options.prog)("the cell is {} ({})".format(*found))
+    model = chosen_robot(options, robot_of(options.prog, source))
+    return host_robot(options, stack, at, model, cell, Define(source.text, f"{source.path}:"))
+
+
+# --- what others did, or do -------------------------------------------------------------------------------------------
+
+
+def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
+    """Serve a saved trajectory. Raises FileError."""
+    from vrs_cli.net.local_server import LocalServer
+    from vrs_cli.net.page_data import recorded_page
+
+    recording = read_recording(options.prog, options.url, lenient=options.lenient)
+    name = Path(options.url).name
+    shown = recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
+    at.pages.add(f"/recording/{quote(name, safe='')}.json", "application/json", json.dumps(shown).encode())
+    with said_of_command_line():
+        server = LocalServer(at, tell=teller(options.prog))
+    stack.callback(server.close)
+    tell_page(options, server.page(name, DATA))
+
+
+def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
+    """Serve the page of a robot that is served elsewhere; in `cell` where its server tells none. Raises what it
+    refuses.
+    """
+    from vrs_cli.net.client import hello_of
+    from vrs_cli.net.local_server import BROWSER, LocalServer
+    from vrs_cli.net.mirror import WINDOW
+    from vrs_cli.net.relay import Relay
+    from vrs_cli.net.socket_port import SocketPort
+    from vrs_cli.wire.cells import cell_record
+
+    token, called = token_of(options.token_file), options.name or BROWSER
+    with said_of_command_line():
+        found = SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
+    name, world = found.welcome.robot, found.far.world
+    found.close()
+    told = None if cell is None or world is not None else cell_record(cell)
+    if cell is not None and told is None:
+        why = "it is too large for a page" if world is None else "the server tells what is around the robot"
+        teller(options.prog)(f"--cell is left out: {why}")
+    window = None if options.window == WINDOW else options.window
+    relay = Relay(
+        options.url,
+        name,
+        at.secret,
+        token=token,
+        name=called,
+        ca=options.ca,
+        ahead=options.ahead,
+        window=window,
+        cell=told,
+    )
+    with said_of_command_line():
+        server = LocalServer(at, relays={name: relay}, tell=teller(options.prog))
+    stack.callback(server.close)
+    tell_page(options, server.page(name))
+
+
+SAMPLE, PROGRAM = "pick_and_place.v2", "pick.and.place"
+TRY = """\
+Try these lines:
+
+  MOVE #PPOINT(30, -60, 120, 0, 0, 0)
+  WHERE AT 1.5
+  HELP TUTORIAL
+"""
+
+
+def demo(options: Namespace) -> int:
+    """Show the sample, and run the shell until the user leaves; returns the exit status. Without a terminal the program
+    runs as in `vrs run`. Raises VrsError.
+    """
+    if not on_terminal():
+        from vrs_cli.cli import run
+
+        return run.run(run.run_parser(options.prog).parse([SAMPLE]))
+    if options.terminal or not (options.no_open or has_browser()):
+        return _on_terminal()
+
+    arguments = [SAMPLE, "--no-open"] if options.no_open else [SAMPLE]
+    shown = view_parser(options.prog).parse(arguments)
+    with ExitStack() as stack:
+        try:
+            place = page_place(shown)
+        except NonexistentFile as error:  # the page is not built
+            print(f"{options.prog}: {error}")
+            return _on_terminal()
+        local_robot = host_program(shown, stack, place, read_cell)
+        print(TRY)
+        return run_beside(shown, stack, local_robot)
+
+
+def demo_parser(prog: str) -> Parser:
+    return Parser(
+        prog,
+        "A sample program moves the arm, in the browser or on the terminal; then you type.",
+        "",
+        option("--terminal", action="store_true", help="open no browser"),
+        option("--no-open", rare=True, action="store_true", help="print the address of the page alone"),
+    )
+
+
+def has_browser() -> bool:
+    """Return whether the page would open in a window of its own: browsers that work in the terminal do not show it."""
+    try:
+        found = webbrowser.get()
+    except webbrowser.Error:
+        return False
+    return "BROWSER" in os.environ or type(found) is not webbrowser.GenericBrowser
+
+
+class DemoPlace(Local):
+    """A robot of this process, whose first lines are typed for the user."""
+
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        front_end = super().front_end(terminal)
+        load_sample = front_end.opening
+
+        def begin() -> None:
+            load_sample()
+            for line in (f"EXECUTE {PROGRAM}", "SHOW"):
+                print(f".{line}")
+                front_end.take(line)
+            print(TRY)
+
+        front_end.opening = begin
+        return front_end
+
+
+def _on_terminal() -> int:
+    sample = shipped_folder("programs") / SAMPLE
+    return at(DemoPlace(file=str(sample), clock=clock_of(1.0), cell=str(sample.with_suffix(".toml"))))

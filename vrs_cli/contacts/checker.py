@@ -32,7 +32,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.scene import CellScene
 from vrs_cli.world.course import WorldCourse
-from vrs_cli.world.support import floor_height
+from vrs_cli.world.history import floor_height
 
 DEEP = 5e-4  # [m] a touch is deeper
 APART = 5e-4  # [m] two things that touched have come apart

@@ -25,7 +25,8 @@ from vrs_cli.values.scene import CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
+
 
 MM = 1e-3  # [m]
 MOST_TOLD = 1000  # contacts that are kept

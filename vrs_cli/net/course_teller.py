@@ -27,8 +27,7 @@ from vrs_cli.values.world import CourseRows
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
-    from vrs_cli.world.course import WorldCourse
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World, WorldCourse
 
 AHEAD = 10.0  # [s] after the end of the timeline, and after now, a course is known at least
 LEAST_AHEAD = 5.0  # [s] after both: with less, more is computed

@@ -40,7 +40,7 @@ from vrs_cli.wire.report_rows import ReportRows, reports_of
 from vrs_cli.wire.snapshots import snapshot_of
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
 CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
 PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
@@ -295,7 +295,7 @@ class FarEnd:
 
     def _stand_in(self, told: dict[str, Any] | None, arm: RobotArm) -> None:
         """Take the cell that the robot tells."""
-        from vrs_cli.world.world import World
+        from vrs_cli.world.course import World
 
         self._cell = told
         try:

@@ -27,7 +27,7 @@ from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
 WINDOW = 600.0  # [s] of the past that are kept, unless somebody wants more or less
 SLACK = 0.25  # of the window may be there beside it: what has become too old goes together, at the cost of what stays

@@ -152,7 +152,7 @@ def _snapshot(timeline: Timeline, between: tuple[float, float] | None) -> Snapsh
 
 
 def _course(arm: RobotArm, timeline: Timeline, cell: Cell, between: tuple[float, float] | None) -> WholeCourse:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
     return whole_course(World(arm, cell), timeline, between)
 

@@ -25,7 +25,7 @@ from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.refusal import Refusal
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
 PAST = 60.0  # [s] of the timeline that are kept for a picture of the arm
 CLOSING = 5.0  # [s] that the end of a connection takes at most

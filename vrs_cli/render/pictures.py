@@ -27,7 +27,7 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.page_data import recorded_page
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.world.world import World
+from vrs_cli.world.course import World
 
 if TYPE_CHECKING:
     from websockets.sync.connection import Connection

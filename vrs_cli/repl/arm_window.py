@@ -29,7 +29,8 @@ from vrs_cli.repl.colours import colour_depth
 from vrs_cli.values.replies import ArmPicture
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
+
 
 RATE = 20.0  # pictures a second
 ESCAPE = 0.05  # [s] after which the key Esc is one, and not the beginning of another

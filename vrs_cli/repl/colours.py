@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Container
+import re
+from collections.abc import Callable, Container, Iterator
+from typing import TYPE_CHECKING, Any
 
+from prompt_toolkit.application import Application
 from prompt_toolkit.document import Document
+from prompt_toolkit.enums import EditingMode
 from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.key_binding.vi_state import InputMode
 from prompt_toolkit.lexers import Lexer
 from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.styles import Style
 
 from vrs_cli.render.colours import COLOURS, Bar, Ink, Palette, bar_style, ink_style
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.conversation.complete import Signature
+    from vrs_cli.values.prompt import PromptStatus
+
 
 STYLE = Style.from_dict(
     {
@@ -67,3 +77,97 @@ class ValLexer(Lexer):
 
     def invalidation_hash(self) -> object:
         return self._ready()
+
+
+GAP = " | "
+ABORT = "^X ABORT"
+ACTIVE = "class:argument"
+LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
+
+
+def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
+    """Return as much of the state as fits, the most useful first. Without a robot yet: that it is being made ready.
+    `mode`: of vi.
+    """
+    if status is None:
+        return " one moment: the robot is being made ready"[:width]
+    text = ""
+    clock, *rest = _state(status)
+    for part in filter(None, (clock, ABORT, mode, *rest)):
+        longer = f"{text}{GAP}{part}" if text else f" {part}"
+        if len(longer) <= width:
+            text = longer
+    return text + _message(last, width - len(text))
+
+
+def vi_mode(app: Application[Any]) -> str:
+    """INSERT, NORMAL ... where the keys are those of vi, else nothing."""
+    if app.editing_mode is not EditingMode.VI:
+        return ""
+    mode = app.vi_state.input_mode
+    return "NORMAL" if mode is InputMode.NAVIGATION else mode.name.partition("_")[0]
+
+
+def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
+    """The form of the word that is typed, its present argument marked, and what it does as far as that fits."""
+    from vrs_cli.render.blocks import shortened
+
+    begin, end = found.arguments[found.active]
+    pieces = [("", f" {found.form[:begin]}"), (ACTIVE, found.form[begin:end]), ("", found.form[end:])]
+    room = width - 1 - len(found.form) - len(GAP)
+    if room < 0:
+        return [(style, text) for (style, _), text in zip(pieces, _cut(pieces, width), strict=True)]
+    return [*pieces, ("", f"{GAP}{shortened(found.summary, room)}")] if room >= LEAST_MESSAGE else pieces
+
+
+def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
+    for _, text in pieces:
+        yield text[: max(width, 0)]
+        width -= len(text)
+
+
+def _message(last: str, room: int) -> str:
+    """The message, cut where it is too long; nothing where hardly any of it would be seen."""
+    from vrs_cli.render.blocks import shortened
+
+    room -= len(GAP)
+    if not last or room < min(len(last), LEAST_MESSAGE):
+        return ""
+    return GAP + shortened(last, room)
+
+
+def _state(status: PromptStatus) -> tuple[str, ...]:
+    from vrs_cli.language.words.values import millimetres
+    from vrs_cli.values.numbers import fixed
+
+    x, y, z = (fixed(millimetres(number), 1) for number in status.tool)
+    return (
+        f"t {fixed(status.clock, 2)} s",
+        *_pace(status),
+        f"X {x} Y {y} Z {z}",
+        f"{fixed(status.monitor_speed, 0)} % / {fixed(status.speed, 0)} {status.speed_unit}",
+        status.configuration,
+    )
+
+
+def _pace(status: PromptStatus) -> tuple[str, ...]:
+    """In real time: the rate where it is not 1, and what the arm does."""
+    clock = status.pace
+    if clock is None:
+        return ()
+    doing = f"moves until {status.end:.1f} s" if status.clock < status.end else "at rest"
+    pace = "paused" if clock.paused else "" if clock.rate == 1.0 else f"rate {clock.rate:g}"
+    return (f"{pace}, {doing}" if pace else doing,)
+
+
+WORD = re.compile(r"[#$]?[A-Za-z][\w.]*")
+
+
+def asked_about(document: Document) -> str:
+    """The word at the cursor, where there is help on it, else the first of the line."""
+    from vrs_cli.interfaces.monitor.help import ALL_NAMES
+
+    words = list(WORD.finditer(document.current_line))
+    here = document.cursor_position_col
+    at = [word[0] for word in words if word.start() <= here <= word.end() and word[0].upper() in ALL_NAMES]
+    return next(iter((*at, *(word[0] for word in words))), "")

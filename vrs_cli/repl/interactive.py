@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, partial
@@ -26,22 +27,23 @@ from prompt_toolkit.enums import EditingMode
 from prompt_toolkit.filters import Condition, completion_is_selected, emacs_insert_mode, to_filter, vi_insert_mode
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import InMemoryHistory
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.input import Input
+from prompt_toolkit.input.typeahead import get_typeahead
+from prompt_toolkit.key_binding import KeyBindings, KeyPress, KeyPressEvent
+from prompt_toolkit.keys import Keys
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.repl.colours import STYLE, ValLexer, colour_depth
-from vrs_cli.repl.config import Config, read_config
-from vrs_cli.repl.echo import typed_ahead, unechoed
-from vrs_cli.repl.history import open_history, state_folder
+from vrs_cli.repl.colours import GAP, STYLE, ValLexer, asked_about, colour_depth, signature_row, toolbar, vi_mode
+from vrs_cli.repl.config import Config, open_history, read_config, state_folder
 from vrs_cli.repl.interrupt import Ended, aborting, stoppable
 from vrs_cli.repl.piped import KEEPING_UP, RESTING
 from vrs_cli.repl.place import Place
-from vrs_cli.repl.toolbar import GAP, asked_about, signature_row, toolbar, vi_mode
 
 if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
     from vrs_cli.repl.terminal import ShellTerminal
     from vrs_cli.values.prompt import PromptStatus
+
 
 V = TypeVar("V")
 IDLE = "."
@@ -55,8 +57,7 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
     """Make the terminal of a shell, which can ask, and the front end that is its `screens`."""
     from vrs_cli.language.text import parser
     from vrs_cli.render.console import TerminalRenderer
-    from vrs_cli.repl.pager import pager_of
-    from vrs_cli.repl.terminal import ShellTerminal
+    from vrs_cli.repl.terminal import ShellTerminal, pager_of
 
     terminal = ShellTerminal(read, cache(lambda: TerminalRenderer(palette=config.palette)))
     terminal.pager, terminal.palette = pager_of(config.pager, os.environ), config.palette
@@ -427,3 +428,51 @@ def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None])
         event.app.exit(exception=EOFError, style="class:exiting")
 
     return bindings
+
+
+ABORT_KEY = b"\x18"  # Ctrl-X: on the keyboards of all countries, and no other program has to be left by it
+
+
+@contextmanager
+def unechoed(*, signals: bool) -> Iterator[None]:
+    """Switch the echo off, where standard input is a terminal that has one. `signals`: Ctrl-C, Ctrl-X and the like are
+    signals; they are keys otherwise, that wait for the next prompt.
+    """
+    try:
+        import termios
+    except ImportError:  # Windows echoes nothing that is not read
+        yield
+        return
+    try:
+        before = termios.tcgetattr(sys.stdin)
+    except (termios.error, OSError, ValueError):
+        yield
+        return
+    quiet = [*before]
+    quiet[6] = [*before[6]]
+    quiet[6][termios.VQUIT] = ABORT_KEY
+    quiet[3] &= ~(termios.ECHO | termios.ISIG)
+    quiet[3] |= termios.ISIG * signals
+    termios.tcsetattr(sys.stdin, termios.TCSANOW, quiet)
+    try:
+        yield
+    finally:
+        with suppress(termios.error):  # the terminal may have gone
+            termios.tcsetattr(sys.stdin, termios.TCSANOW, before)
+
+
+def typed_ahead(source: Input) -> list[str]:
+    """Take all that was typed for the next prompt: the lines that are not blank, the last one perhaps not ended."""
+    keys = get_typeahead(source)
+    with source.raw_mode():
+        while more := source.read_keys():
+            keys += more
+        keys += source.flush_keys()
+    return [line for line in "".join(map(_text, keys)).splitlines() if line.strip()]
+
+
+def _text(pressed: KeyPress) -> str:
+    """Return the text that a key adds to a line."""
+    if pressed.key in (Keys.ControlM, Keys.ControlJ):
+        return "\n"
+    return pressed.data if pressed.key is Keys.BracketedPaste or len(pressed.key) == 1 else ""

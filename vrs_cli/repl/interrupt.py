@@ -108,6 +108,6 @@ def ending() -> AbstractContextManager[None]:
 
 
 def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
-    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`repl/echo.py`), while a line is carried out. Windows has none."""
+    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`unechoed`), while a line is carried out. Windows has none."""
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
     return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)

@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.devices.outside import Outside
+from vrs_cli.devices.device import Outside
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError
 from vrs_cli.files.journal import Journal, keep_journal, take_up
@@ -35,6 +35,7 @@ from vrs_cli.values.replies import Message, Plot, Reply, Tone, report
 
 if TYPE_CHECKING:
     from vrs_cli.render.documents import Transcript
+
 
 ROBOT = "; robot: "  # of which it was: the first line of a file
 SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one

@@ -10,7 +10,7 @@ from msgspec import Struct, structs
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
-    from vrs_cli.devices.outside import Outside
+    from vrs_cli.devices.device import Outside
     from vrs_cli.engine.clock import RobotClock
     from vrs_cli.interfaces.dialogue import Terminal
     from vrs_cli.kinematics.model import RobotModel

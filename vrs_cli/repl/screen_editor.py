@@ -39,9 +39,8 @@ from vrs_cli.interfaces.editor.screen import canonical, canonical_line
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
-from vrs_cli.repl.colours import STYLE, ValLexer, colour_depth
+from vrs_cli.repl.colours import ABORT, STYLE, ValLexer, asked_about, colour_depth, signature_row, vi_mode
 from vrs_cli.repl.front_end import DraftPage, FrontEnd
-from vrs_cli.repl.toolbar import ABORT, asked_about, signature_row, vi_mode
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.prompt import Suggestion
 from vrs_cli.values.questions import Editing

@@ -24,7 +24,7 @@ def run(place: Local, save: str | None = None) -> int:
     sound = True
     try:
         if on_terminal():
-            from vrs_cli.repl.history import state_folder
+            from vrs_cli.repl.config import state_folder
 
             place.recovery = state_folder(os.environ) / "recovery"
         status = at(place)

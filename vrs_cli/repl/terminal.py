@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import shutil
+import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
@@ -32,6 +36,7 @@ from vrs_cli.values.replies import Reply, is_error
 if TYPE_CHECKING:
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.front_end import FrontEnd
+
 
 PATIENCE = 0.5  # [s] a program runs before its progress is shown
 REFRESH = 0.1  # [s] between two lines of progress
@@ -185,7 +190,6 @@ class ShellTerminal:
         if not (self.pager and self.pages) or self.whole_lines:
             renderer.draw(reply)
             return
-        from vrs_cli.repl.pager import LONG, shown_by
 
         if not isinstance(reply, LONG):
             renderer.draw(reply)
@@ -281,7 +285,7 @@ class ShellTerminal:
                 for say in later:
                     say()
         elif isinstance(question, Jogging):
-            from vrs_cli.repl.jog_panel import JogPanel
+            from vrs_cli.repl.player import JogPanel
 
             JogPanel(screens.hand(question), question.speed, screens.watched(), self._abort, screens.port.world).run()
         elif (watched := screens.watched()) is not None:
@@ -332,3 +336,44 @@ def latest(reply: Reply) -> str:
     if isinstance(reply, replies.ProgramStopped):
         return f"{reply.what} at {reply.program}, step {reply.step}"
     return ""
+
+
+USUAL = "less"
+OPTIONS = {"LESS": "FRX"}  # as git has them: colours, all that fits at once, and the screen stays as it is
+LONG = (
+    replies.HelpOverview,
+    replies.HelpTopic,
+    replies.HelpPage,
+    replies.ProgramText,
+    replies.ProgramNames,
+    replies.FileText,
+    replies.FileTable,
+    replies.LocationTable,
+    replies.RealTable,
+    replies.StringTable,
+    replies.SettingTable,
+    replies.WhereaboutsTable,
+    replies.ComparisonTable,
+    replies.MeasuredComparisonTable,
+    replies.TimelineTable,
+    replies.Plot,
+)
+
+
+def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
+    """The command of a pager; "" where none is wanted, or there is none."""
+    command = wanted if isinstance(wanted, str) else environment.get("PAGER", USUAL) if wanted else ""
+    try:
+        words = shlex.split(command)
+    except ValueError:
+        return ""
+    return command if words and shutil.which(words[0]) is not None else ""
+
+
+def shown_by(pager: str, text: str) -> bool:
+    """Let a pager show a text; whether it could be started."""
+    try:
+        subprocess.run(shlex.split(pager), input=text, encoding="utf-8", env={**OPTIONS, **os.environ}, check=False)
+    except OSError:
+        return False
+    return True

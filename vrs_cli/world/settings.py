@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable, Iterable
+from math import sqrt
 
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.transform import translation
+from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, subtracted, translation
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.values import INPUTS, INTERNAL
 from vrs_cli.values.scene import BoxShape, ScenePart
-from vrs_cli.values.world import BodyCrosses, PartComes, PartLands, PartsGo, WorldState
-from vrs_cli.world.history import WorldHistory
+from vrs_cli.values.world import (
+    BodyCrosses,
+    CertainHappening,
+    DueHappening,
+    FingersArrive,
+    PartComes,
+    PartLands,
+    PartsGo,
+    SpanKind,
+    WorldState,
+)
+from vrs_cli.world.history import CHANGES, FALLS, GRIPS, SEES, WorldHistory, below_in, floor_height, lift, put
 from vrs_cli.world.sensing import Region, SeenBody, Sensing
-from vrs_cli.world.solids import Solids, solids_of
-from vrs_cli.world.support import FALLS, below_in, floor_height, put
+from vrs_cli.world.solids import Solids, point_apart, solids_of, spread
 
 FINGERS = ""  # the name of the hand's fingers among bodies
 OPENING = 0.1  # [m] of a hand of which nobody says how wide it opens
@@ -75,3 +86,120 @@ class WorldSettings:
             found = below_in(self.at_start, name, self.solids[name], self.parts[name].T_world_part, self.floor)
             known = self._stood_on[name] = found.on[0] if found.drop <= FALLS else ""
         return known
+
+
+SLACK = 1e-6  # [m] of comparisons of widths
+
+
+def part_between(
+    settings: WorldSettings,
+    parts: Iterable[tuple[str, Transform]],
+    tool: Transform,
+    gap: tuple[float, float],
+    tell: Callable[[str, str], None] | None = None,
+) -> tuple[str, float] | None:
+    """Return the part between fingers whose gap goes from one width to another, and its own width [m]; of several,
+    the nearest to the tip. `tell` hears why there is none.
+    """
+    tip, axis = position(tool), (tool.nx, tool.ny, tool.nz)
+    tolerance, found, wide = settings.scene.gripper.tolerance, list[tuple[float, str, float]](), ""
+    for name, T in parts:
+        solids, part = settings.solids[name], settings.parts[name]
+        reach = max(one.reach for one in solids) + max(abs(x) for one in solids for x in one.middle)
+        if max(map(abs, subtracted(position(T), tip))) > reach + tolerance:
+            continue
+        away, low, high = _hold_of(part, solids, T, tip, axis)
+        if away > tolerance:
+            continue
+        if high - low > gap[0] + SLACK or max(-low, high) > 0.5 * gap[0] + tolerance:
+            wide = f"{name} is {1000.0 * (high - low):.1f} mm wide, the fingers {1000.0 * gap[0]:.1f} mm apart"
+        elif high - low >= gap[1] - SLACK:
+            found.append((away, name, high - low))
+    if found:
+        return min(found)[1:]
+    if tell is not None:
+        x, y, z = (round(1000.0 * edge, 1) + 0.0 for edge in tip)
+        why = f": {wide}" if wide else f" at {x:.1f}, {y:.1f}, {z:.1f} mm"
+        tell("EMPTY", f"the hand closes on nothing{why}")
+    return None
+
+
+def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
+    """Write down which part the hand holds from now on, and how far it is open: its fingers stop at the part, and count
+    as where they were while they are on their way.
+    """
+    name, opening = history.get("held"), history.get("hand")
+    if name is not None:
+        opening = max(opening, history.get("width") / settings.opening)
+    for due in history.due:
+        if isinstance(due.what, FingersArrive):
+            opening = max(opening, due.what.before / settings.opening)
+    history.add(GRIPS, (history.now, name, opening))
+
+
+def _hold_of(part: ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector) -> tuple[float, float, float]:
+    """Return how far the tool's tip is from where a part can be taken, and from where to where it reaches there along
+    the closing axis, seen from the tip [m].
+    """
+    if not part.grasp:
+        low, high = spread(solids, T, axis)
+        at = dot(tip, axis)
+        return point_apart(solids, T, tip), low - at, high - at
+    found = []
+    for place in part.grasp:
+        away = subtracted(moved_point(T, place.point), tip)
+        found.append((sqrt(dot(away, away)), dot(away, axis), place.width))
+    away_from, offset, wide = min(found)
+    return away_from, offset - 0.5 * wide, offset + 0.5 * wide
+
+
+ALONE = ("hand", "held", "width", "stack")  # values that both call the same
+
+
+def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> WorldState:
+    """Return the state just before a time that the history has reached [s]."""
+    history = history.copy()
+    history.back_to(t)
+    return WorldState(
+        t,
+        parts={name: history.rows(("spans", name))[-1] for name in settings.parts},
+        on=tuple(sorted(number for number, on in history.items("signal").items() if on)),
+        inside={body: tuple(sorted(regions)) for body, regions in history.items("in").items() if regions},
+        used=history.items("used"),
+        fed=history.items("fed"),
+        due=tuple(
+            DueHappening(due.time, due.what)
+            for due in history.due
+            if isinstance(due.what, CertainHappening) and not due.what.carried
+        ),
+        **{key: history.get(key) for key in ALONE},
+    )
+
+
+def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -> None:
+    """Let a new history, in which all stands as at the start of the scene, begin with a state."""
+    history.now = state.time
+    for key in ALONE:
+        history.set(key, getattr(state, key))
+    for name, span in state.parts.items():
+        lift(history, name)
+        history.add(("spans", name), span)
+        if span.kind is SpanKind.RESTS:
+            put(history, name, settings.solids[name], span.T)
+    for number in state.on:
+        history.set(("signal", number), True)
+        if number in settings.computed:
+            history.add((CHANGES, number), (state.time, True))
+    for body, regions in state.inside.items():
+        history.set(("in", body), frozenset(regions))
+        for region in regions:
+            history.set(("region", region), history.get(("region", region), frozenset[str]()) | {body})
+            history.add((SEES, region), (state.time, True))
+    for kind, counts in (("used", state.used), ("fed", state.fed)):
+        for place, count in counts.items():
+            history.set((kind, place), count)
+    for time, what in state.due:
+        if isinstance(what, PartLands):
+            put(history, what.part, settings.solids[what.part], what.T)  # what falls after it falls onto it
+        history.plan(time, what)
+    add_grip(history, settings)

@@ -27,13 +27,25 @@ from vrs_cli.values.world import (
     SpanKind,
     WorldState,
 )
-from vrs_cli.world.grasp import SLACK, add_grip, part_between
-from vrs_cli.world.history import CHANGES, MOVES, NOTES, SEES, WorldHistory
+from vrs_cli.world.history import (
+    CHANGES,
+    FALLS,
+    FLOOR,
+    MOVES,
+    NOTES,
+    SEES,
+    WorldHistory,
+    balanced,
+    below,
+    below_in,
+    lift,
+    near,
+    placed,
+    put,
+)
 from vrs_cli.world.sensing import GRAVITY, Passage, SeenBody
-from vrs_cli.world.settings import WorldSettings
+from vrs_cli.world.settings import SLACK, WorldSettings, add_grip, part_between, restore
 from vrs_cli.world.solids import bounds, point_apart
-from vrs_cli.world.state import restore
-from vrs_cli.world.support import FALLS, FLOOR, balanced, below, below_in, lift, near, placed, put
 
 STANDS = 1e-7  # [m] what would fall less stands
 MOST_AT_ONCE = 1000  # of one instant: rules that drive each other for ever end there

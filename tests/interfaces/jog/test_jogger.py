@@ -26,7 +26,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Profile, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
-from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.repl.player import JogPanel
 from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.hand import Axis, Frame, Look, Press, StopJog

@@ -29,8 +29,7 @@ from vrs_cli.values.scene import (
 )
 
 if TYPE_CHECKING:
-    from vrs_cli.world.course import WorldCourse
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World, WorldCourse
 
 BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
 ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal

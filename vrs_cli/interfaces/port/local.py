@@ -33,7 +33,7 @@ from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage
 from vrs_cli.wire.refusal import Refusal
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
 T = TypeVar("T")
 PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for

@@ -36,7 +36,7 @@ from vrs_cli.wire.messages import (
 )
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
 MakeRequest = Callable[[int], Request]  # a request with that id
 Outlet = Callable[[ServerMessage], None]

@@ -12,7 +12,7 @@ from weakref import WeakSet, finalize
 from msgspec import Struct
 
 from vrs_cli.contacts.watch import ContactWatch
-from vrs_cli.devices.outside import Outside
+from vrs_cli.devices.device import Outside
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.engine.engine import Engine, Postponement, ToolTurning
@@ -67,7 +67,7 @@ from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
 from vrs_cli.values.scene import CellScene
 
 if TYPE_CHECKING:
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
 R = TypeVar("R")
 

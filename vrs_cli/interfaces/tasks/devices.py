@@ -9,8 +9,7 @@ from contextlib import contextmanager
 
 from msgspec import Struct, field
 
-from vrs_cli.devices.device import YET, Device, Waits
-from vrs_cli.devices.outside import TCP, Outside
+from vrs_cli.devices.device import TCP, YET, Device, Outside, Waits
 from vrs_cli.errors import (
     DeviceNotReady,
     EndOfInput,

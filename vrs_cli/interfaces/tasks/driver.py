@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from msgspec import Struct, structs
 
-from vrs_cli.devices.outside import Outside
+from vrs_cli.devices.device import Outside
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
 from vrs_cli.files.disk import Disk
@@ -52,8 +52,7 @@ from vrs_cli.values.results import RunOutcome, RunResult
 from vrs_cli.values.scene import NO_SCENE
 
 if TYPE_CHECKING:
-    from vrs_cli.world.course import WorldCourse
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World, WorldCourse
 
 _P = TypeVar("_P", bound=Pending)
 
@@ -67,7 +66,7 @@ def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals 
     """Return the world of a cell, and the signals that it computes; neither for a cell of names alone."""
     if not cell.follows and cell.scene == NO_SCENE:
         return None, None
-    from vrs_cli.world.world import World
+    from vrs_cli.world.course import World
 
     world = World(engine.arm, cell)
     settings = world.settings

@@ -1,0 +1,535 @@
+"""`vrs lab experiment methods`: viewers and controllers of users beside those of vrs."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack, contextmanager
+from itertools import product
+from math import isnan
+from pathlib import Path
+from subprocess import PIPE, Popen
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from msgspec import structs
+
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_robot, did_you_mean
+from vrs_cli.cli.main import FAILED, OK
+from vrs_cli.errors import RequestRefused
+from vrs_cli.extras import BUILT_PAGE
+
+if TYPE_CHECKING:
+    from vrs_cli.bodies.scenario import Disturbance
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.lab.bench import ControllerScore, MethodOutcome, MethodTrial, ViewerScore
+    from vrs_cli.lab.study import Condition, Study, StudyResult, StudyTrial
+    from vrs_cli.lab.twin import TwinCurves, TwinRow, TwinTrial
+    from vrs_cli.net.delay_line import Delays
+    from vrs_cli.render.blocks import Block
+
+
+VIEWED, FOLLOWED = "What is seen, beside the robot", "The robot, beside its goal"
+
+
+class MethodRows(NamedTuple):
+    """The scores over one line in one scenario, by the names of viewers and controllers."""
+
+    delays: str
+    scenario: str
+    viewers: dict[str, ViewerScore]
+    controllers: dict[str, ControllerScore]
+
+
+def run_methods(options: Namespace) -> int:
+    """Try all, and print tables. Raises MethodError for a class that fails, CommandLineError."""
+    from vrs_cli.lab.methods import Predictor, RemoteController, load_method
+
+    for name in options.viewer:
+        load_method(name, Predictor)
+    for name in options.controller:
+        load_method(name, RemoteController)
+    rows = list(_rows_methods(options))
+    if options.json:
+        tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
+        print(json.dumps({**tried, "rows": [_row_object_methods(row) for row in rows]}, indent=2))
+    else:
+        from vrs_cli.render.blocks import text_of
+
+        print(text_of(_told_methods(options, rows)), end="")
+    return OK
+
+
+def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
+    from vrs_cli.lab.bench import mean_controller_score, mean_viewer_score, method_outcome
+    from vrs_cli.lab.methods import VIEWERS
+
+    cases = list(_cases_methods(options))
+    trials = [
+        structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
+        for _, trial in cases
+        for number in range(options.seeds)
+    ]
+    found = outcomes(method_outcome, trials, options.jobs)
+    parts: dict[tuple[str, str], list[tuple[MethodTrial, Sequence[MethodOutcome]]]] = {}
+    for k, (name, trial) in enumerate(cases):
+        some = found[k * options.seeds : (k + 1) * options.seeds]
+        parts.setdefault((name, trial.scenario), []).append((trial, some))
+    for (name, scenario), tried in parts.items():
+        viewed = tried[0][1]
+        names = (*VIEWERS, *viewed[0].viewers)
+        seen = {one: [it.viewers[one] for it in viewed if one in it.viewers] for one in dict.fromkeys(names)}
+        scores = {
+            trial.controller: [it.controller for it in some if it.controller is not None] for trial, some in tried
+        }
+        yield MethodRows(
+            name,
+            scenario,
+            {one: mean_viewer_score(rows) for one, rows in seen.items() if rows},
+            {one: mean_controller_score(rows) for one, rows in scores.items() if rows},
+        )
+
+
+def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
+    """Yield each trial without its seed, and the name of its line. Viewers are tried with the first controller."""
+    from vrs_cli.lab.bench import FOLLOWED as FOLLOWED_SCENARIOS
+    from vrs_cli.lab.bench import SCENARIOS, MethodTrial
+    from vrs_cli.lab.methods import CONTROLLERS, VIEWERS
+    from vrs_cli.net.delay_line import DelayWays
+
+    robot = chosen_robot(options)
+    for scenario in options.scenario or ():
+        if scenario not in SCENARIOS:
+            hint = did_you_mean(scenario, SCENARIOS, options.prog)
+            raise CommandLineError(f"--scenario: no scenario is {scenario}", hint)
+    viewers = (*VIEWERS, *options.viewer)
+    controllers = (*CONTROLLERS, *options.controller)
+    for name, forward, backward in lines_of(options):
+        ways = DelayWays(forward, backward, options.seed)
+        for scenario in options.scenario or SCENARIOS:
+            for number, one in enumerate(controllers if scenario in FOLLOWED_SCENARIOS else controllers[:1]):
+                seen = viewers if number == 0 else ()
+                yield name, MethodTrial(robot, ways, scenario, one, seen, options.seconds, options.rate)
+
+
+def _told_methods(options: Namespace, rows: Sequence[MethodRows]) -> Iterator[Block]:
+    from vrs_cli.lab.bench import SCENARIOS
+    from vrs_cli.render.blocks import Column, Grid, line, number_columns
+
+    for delays in dict.fromkeys(row.delays for row in rows):
+        some = [row for row in rows if row.delays == delays]
+        yield line(f"{delays}; {options.seeds} x {options.seconds:g} s, {options.rate:g} Hz")
+        for scenario in (row.scenario for row in some):
+            yield line(f"  {scenario:<8}{SCENARIOS[scenario]}")
+        yield line()
+        yield line(VIEWED)
+        columns = number_columns("mean deg", "95 % deg", "max deg", "mean mm", "jump deg")
+        viewed = (
+            (row.scenario, name.rpartition(":")[2], *map(_three, (it.mean, it.p95, it.most, it.mean_mm, it.jump)))
+            for row in some
+            for name, it in row.viewers.items()
+        )
+        yield Grid((Column("scenario"), Column("viewer"), *columns), tuple(viewed))
+        followed = tuple(
+            (row.scenario, name.rpartition(":")[2], *map(_three, (it.rms, it.most, it.lag, it.effort, 100 * it.held)))
+            for row in some
+            for name, it in row.controllers.items()
+        )
+        if followed:
+            yield line()
+            yield line(FOLLOWED)
+            columns = number_columns("rms deg", "max deg", "lag s", "effort", "held %")
+            yield Grid((Column("scenario"), Column("controller"), *columns), followed)
+        yield line()
+
+
+def _three(value: float) -> str:
+    return f"{value:.3f}"
+
+
+def _row_object_methods(row: MethodRows) -> dict[str, object]:
+    return {
+        "delays": row.delays,
+        "scenario": row.scenario,
+        "viewers": {name: structs.asdict(it) for name, it in row.viewers.items()},
+        "controllers": {name: structs.asdict(it) for name, it in row.controllers.items()},
+    }
+
+
+LOOK = 0.05  # [s] between two looks at the robot
+MAX_PARTICIPANTS = 1000
+ENDS_WITH_PARENT = """\
+import os, sys, threading
+
+def wait_for_parent():  # its end of the pipe closes, however it ends
+    while os.read(0, 1024):
+        pass
+    os._exit(0)
+
+threading.Thread(target=wait_for_parent, daemon=True).start()
+from vrs_cli.cli.main import run
+sys.exit(run(sys.argv[1:]))
+"""
+
+
+def run_study(options: Namespace) -> int:
+    """Let one participant do all trials that are not done. Raises CommandLineError, FileError, FileDamaged."""
+    from vrs_cli.lab.study import DryRun, Results, load_study, pseudonym, study_trials
+
+    if options.file is None:
+        raise CommandLineError("which study?", f"{options.prog} study FILE.toml")
+    study = load_study(Path(options.file))
+    path = Path(options.out or Path(options.file).with_suffix(".dry.csv" if options.dry_run else ".csv"))
+    results = Results(path, study)
+    total = study.trials * len(study.conditions)
+    participant = options.participant or results.next_participant(total)
+    if participant > MAX_PARTICIPANTS:
+        raise CommandLineError(f"--participant: {participant} is above {MAX_PARTICIPANTS}", "a number from 1 on")
+    done = results.done(participant)
+    tell: Callable[[str], None] = (lambda _text: None) if options.json else lambda text: print(text, flush=True)
+    left = [trial for trial in study_trials(study, participant) if trial.number not in done]
+    tell(f"{pseudonym(participant)}: {len(left)} of {total} trials to do; results: {path}")
+    with ExitStack() as stack:
+        if left:
+            do = DryRun(study, participant).do if options.dry_run else stack.enter_context(_live(study, total, tell))
+            for trial in left:
+                results.add(participant, trial, do(trial))
+    _tell_results(path, as_json=options.json)
+    return OK
+
+
+def _tell_results(path: Path, *, as_json: bool) -> None:
+    """Print a row for each condition, of all participants."""
+    from vrs_cli.lab.study import results_summary
+
+    rows = list(results_summary(path))
+    if as_json:
+        names = ("condition", "trials", "reached", "mean_s", "mean_error_mm")
+        print(
+            json.dumps({"results": str(path), "rows": [dict(zip(names, row, strict=True)) for row in rows]}, indent=2)
+        )
+        return
+    from vrs_cli.render.blocks import Column, Grid, number_columns, text_of
+
+    def grid() -> Iterator[Block]:
+        columns = (Column("condition"), *number_columns("trials", "reached %", "time s", "error mm"))
+        cells = (
+            (name, str(count), f"{100 * reached:.0f}", "-" if time is None else f"{time:.2f}", f"{error:.1f}")
+            for name, count, reached, time, error in rows
+        )
+        yield Grid(columns, tuple(cells))
+
+    print(text_of(grid()), end="")
+
+
+# --- people ----------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _live(study: Study, total: int, tell: Callable[[str], None]) -> Iterator[Callable[[StudyTrial], StudyResult]]:
+    """Serve the robot, and yield a function that does one trial with a person. Both sides of the line end with it."""
+    import vrs_cli as vrs
+
+    with ExitStack() as stack:
+        pages = ("--pages",) if BUILT_PAGE.exists() else ()
+        server = stack.enter_context(
+            _child("serve", "--port", "0", "--realtime", "--robot", f"arm={study.robot}", *pages)
+        )
+        address = _first_line(server).split("ws://")[-1].split(",")[0].split("/")[0].strip()
+        watched = vrs.connect(f"ws://{address}", name="study", units="SI")
+        stack.callback(watched.leave)
+        yield _People(study, total, tell, address, watched, stack).do
+
+
+class _People:
+    """Persons who drive at a page or a prompt, one trial after the other, behind the delays of each condition."""
+
+    def __init__(
+        self, study: Study, total: int, tell: Callable[[str], None], server: str, watched: object, stack: ExitStack
+    ) -> None:
+        self._study, self._total, self._tell, self._server = study, total, tell, server
+        self._watched: Any = watched
+        self._line = stack.enter_context(ExitStack())
+        self._at = "0"
+        self._condition: Condition | None = None
+
+    def do(self, trial: StudyTrial) -> StudyResult:
+        """Do one trial. Raises KeyboardInterrupt, also at the end of the input."""
+        from time import sleep
+
+        from vrs_cli.lab.study import Judge
+
+        if trial.condition != self._condition:
+            self._connect(trial)
+        self._tell(f"\nTrial {trial.number} of {self._total}")
+        for number, stage in enumerate(trial.stages, 1):
+            location = self._watched.fk(stage.joints)
+            x, y, z = (1e3 * location.xyz).tolist()
+            o, a, t = (57.29577951308232 * location.oat).tolist()
+            hand = f", and {'open' if stage.hand == 'open' else 'close'} the hand there" if stage.hand else ""
+            self._tell(f"  {number}. bring the tool to X {x:.1f}, Y {y:.1f}, Z {z:.1f} mm{hand}")
+            self._tell(
+                f"     (reached with O {o:.0f}, A {a:.0f}, T {t:.0f} deg; within {1e3 * self._study.tolerance:g} mm)"
+            )
+        try:
+            input("Press Enter to begin: ")
+        except EOFError:
+            raise KeyboardInterrupt from None
+        judge = Judge(self._study, trial, self._watched.now)
+        while not judge.over:
+            here = self._watched.where(self._watched.now)
+            x, y, z = here.xyz.tolist()
+            judge.take(float(here.t), (x, y, z), float(here.hand))
+            sleep(LOOK)
+        found = judge.result()
+        self._tell(f"Reached in {found.time:.1f} s" if found.reached else "Time is over")
+        return found
+
+    def _connect(self, trial: StudyTrial) -> None:
+        """Put the delays of the trial's condition between the robot and the participant, at the same port as before."""
+        condition, self._condition = trial.condition, trial.condition
+        self._line.close()
+        ways = ("--forward", condition.forward, "--backward", condition.backward, "--seed", str(self._study.seed))
+        child = self._line.enter_context(
+            _child("lab", "delay", self._at, self._server, *ways, "--quiet", end=Popen.kill)
+        )
+        at = _first_line(child).split()[0]
+        if self._at == "0":
+            page = f"in a browser, http://{at}/view/arm, or " if BUILT_PAGE.exists() else ""
+            self._tell(f"Drive the robot {page}at a prompt: vrs connect ws://{at}")
+            self._at = at
+        else:
+            self._tell("The next block of trials begins; the page or the prompt connects again by itself")
+
+
+@contextmanager
+def _child(*words: str, end: Callable[[Popen[str]], None] = Popen.terminate) -> Iterator[Popen[str]]:
+    """Run vrs as another process until the block ends, and then `end` it."""
+    child = Popen([sys.executable, "-c", ENDS_WITH_PARENT, *words], stdin=PIPE, stdout=PIPE, text=True)
+    try:
+        yield child
+    finally:
+        end(child)
+        child.wait()
+        for stream in (child.stdin, child.stdout):
+            assert stream is not None  # both are pipes
+            stream.close()
+
+
+def _first_line(child: Popen[str]) -> str:
+    """Return the first line that a process prints. Raises RequestRefused where it has ended; it has said why."""
+    assert child.stdout is not None
+    line = child.stdout.readline()
+    if not line:
+        raise RequestRefused("the server or the line with delays has not begun", "what it says stands above")
+    return line
+
+
+PANELS = 8  # that are drawn, at most
+
+
+class TwinRows(NamedTuple):
+    """A case: the names of its line and of its scenario, what it is tried with, the curves of the first seed, and what
+    came of all.
+    """
+
+    delays: str
+    scenario: str
+    trial: TwinTrial
+    curves: TwinCurves
+    row: TwinRow
+
+
+def run_twin(options: Namespace) -> int:
+    """Try all, print a table and draw; returns 1 where what is seen is wrong without a flag."""
+    if options.plot is not None:
+        _check_picture(options.plot)
+    rows = _rows_twin(options)
+    if options.json:
+        tried = {"seeds": options.seeds, "seconds": options.seconds}
+        print(json.dumps({**tried, "rows": [*map(_row_object_twin, rows)]}, indent=2))
+    else:
+        from vrs_cli.render.blocks import text_of
+
+        print(text_of(_told_twin(options, rows)), end="")
+    if options.plot is not None:
+        _draw(options.plot, rows)
+    return OK if all(it.row.excess == 0.0 for it in rows) else FAILED
+
+
+def _check_picture(path: str) -> None:
+    """Raise now what would go wrong when a picture is written: CommandLineError, FileError."""
+    if path == STANDARD_STREAM or Path(path).suffix.lower() != ".svg":
+        raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
+    from vrs_cli.files.atomic import check_writable
+
+    check_writable(path)
+
+
+def _rows_twin(options: Namespace) -> list[TwinRows]:
+    from vrs_cli.lab.twin import twin_outcome, twin_row
+
+    cases = list(_cases_twin(options))
+    trials = [_seeded(trial, number) for _, _, trial in cases for number in range(options.seeds)]
+    found = outcomes(twin_outcome, trials, options.jobs)
+    parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
+    return [
+        TwinRows(delays, scenario, trial, part[0].curves, twin_row(part))
+        for (delays, scenario, trial), part in zip(cases, parts, strict=True)
+    ]
+
+
+def _seeded(it: TwinTrial, number: int) -> TwinTrial:
+    """Return a trial with another seed."""
+    ways = structs.replace(it.trial.ways, seed=it.trial.ways.seed + number)
+    return structs.replace(it, trial=structs.replace(it.trial, ways=ways))
+
+
+def _cases_twin(options: Namespace) -> Iterator[tuple[str, str, TwinTrial]]:
+    """Yield the names of line and scenario, and what is tried."""
+    from vrs_cli.lab.delays import Trial
+    from vrs_cli.lab.twin import RATE, SCENARIOS, TwinTrial
+    from vrs_cli.net.delay_line import DelayWays
+
+    robot = chosen_robot(options)
+    scenarios = [(name, _scenario(options, robot, name)) for name in options.scenario or SCENARIOS]
+    for name, forward, backward in lines_of(options):
+        ways = DelayWays(forward, backward, options.seed)
+        for (scenario, disturbances), policy, lead in product(scenarios, options.policy, options.lead):
+            yield name, scenario, TwinTrial(Trial(robot, ways, lead, policy, options.seconds, RATE), disturbances)
+
+
+def _scenario(options: Namespace, robot: RobotModel, name: str) -> tuple[Disturbance, ...]:
+    """Return the disturbances of a scenario by its name, or of a file. Raises CommandLineError, FileError."""
+    from vrs_cli.bodies.scenario import load_scenario
+    from vrs_cli.lab.twin import BEGINS, SCENARIOS
+
+    if name in SCENARIOS:
+        return tuple(structs.replace(one, at=BEGINS * options.seconds) for one in SCENARIOS[name])
+    if not name.endswith(".toml"):
+        hint = did_you_mean(name, SCENARIOS, options.prog)
+        raise CommandLineError(f"--scenario: no scenario is {name}", hint)
+    return load_scenario(Path(name), tuple(link.kind for link in robot.links)).disturbances
+
+
+def _told_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
+    from vrs_cli.lab.twin import SEEN
+    from vrs_cli.render.blocks import Column, Grid, line, number_column, number_columns
+
+    columns = (Column("scenario"), Column("policy"), number_column("lead s", 6))
+    for delays in dict.fromkeys(it.delays for it in rows):
+        some = [it for it in rows if it.delays == delays]
+        yield line(f"{delays}; {options.seeds} x {options.seconds:g} s; body: {some[0].row.body}")
+        yield line(
+            "Mean error [deg] of the farthest joint: what is seen, beside the body; the body, beside its timeline"
+        )
+        seen = (
+            (
+                *_named(it),
+                *(f"{it.row.mean[name]:.3f}" for name in SEEN),
+                f"{it.row.excess:g}",
+                f"{100 * it.row.flagged:.2f}",
+            )
+            for it in some
+        )
+        yield Grid((*columns, *number_columns(*SEEN, "excess", "flagged %")), tuple(seen))
+        yield line()
+        yield line("What the operator was told")
+        told = (
+            (
+                *_named(it),
+                f"{it.row.alarms}/{it.row.trials}",
+                "-" if isnan(it.row.alarm) else f"{it.row.alarm:.2f}",
+                str(it.row.false_alarms),
+                f"{100 * it.row.misled:.2f}",
+                it.row.cause or "-",
+            )
+            for it in some
+        )
+        yield Grid((*columns, *number_columns("alarms", "after s", "false", "misled %"), Column("cause")), tuple(told))
+        yield line()
+    worst = max(it.row.excess for it in rows)
+    yield line(f"Outside flagged times the error of timeline, minus that of tracking, is at most {worst:g} deg")
+
+
+def _named(it: TwinRows) -> tuple[str, str, str]:
+    return Path(it.scenario).name, it.trial.trial.policy, f"{it.trial.trial.lead:g}"
+
+
+def _row_object_twin(it: TwinRows) -> dict[str, object]:
+    row = structs.asdict(it.row)
+    alarm = None if isnan(it.row.alarm) else it.row.alarm
+    lead = it.trial.trial.lead
+    named = {"delays": it.delays, "scenario": it.scenario, "policy": it.trial.trial.policy, "lead_s": lead}
+    return {**named, **row, "alarm": alarm}
+
+
+def _draw(path: str, rows: Sequence[TwinRows]) -> None:
+    """Draw the errors of the first seed of each case over time. Raises FileError."""
+    from vrs_cli.files.atomic import write_atomically
+    from vrs_cli.lab.twin import SEEN
+    from vrs_cli.render.plots import Curves, curves_svg
+
+    panels = [
+        Curves(
+            f"{scenario}, lead {lead} s, {policy}: error [deg]",
+            SEEN,
+            [getattr(it.curves, name) for name in SEEN],
+            it.curves.times,
+        )
+        for it in rows[:PANELS]
+        for scenario, policy, lead in (_named(it),)
+    ]
+    write_atomically(path, curves_svg(panels, "t [s]") + "\n")
+
+
+A = TypeVar("A")
+
+
+B = TypeVar("B")
+
+
+USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
+
+
+def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
+    """The delays of both ways, with a name. Raises CommandLineError."""
+    from vrs_cli.net.delay_line import Constant, Gamma, with_loss
+
+    lost = f", loss {options.loss:.1%}" if options.loss else ""
+    if options.forward or options.backward:
+        if options.delay or options.jitter:
+            raise CommandLineError("--delay and --jitter are of both ways", "leave out --forward and --backward")
+        (there, forward), (back, backward) = (
+            way or ("0", Constant(0.0)) for way in (options.forward, options.backward)
+        )
+        name = f"Forward {there}, backward {back}{lost}"
+        yield name, with_loss(forward, options.loss), with_loss(backward, options.loss)
+        return
+    for mean, deviation in product(options.delay or (USUAL_DELAY,), options.jitter or (USUAL_JITTER,)):
+        each = with_loss(Gamma(mean, deviation), options.loss)
+        yield f"Gamma {1e3 * mean:g}ms {1e3 * deviation:g}ms each way{lost}", each, each
+
+
+def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -> list[B]:
+    """Return what comes of each trial, tried in processes: `jobs`, or one for each core."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    jobs = min(jobs or cores, len(trials))
+    if jobs == 1:
+        return list(map(outcome, trials))
+    with ProcessPoolExecutor(jobs, initializer=_leave_signals) as pool:
+        try:
+            return list(pool.map(outcome, trials))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _leave_signals() -> None:
+    """Ctrl-C is for the process that waits for this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
