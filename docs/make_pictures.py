@@ -23,10 +23,10 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.blocks import TextLine
 from vrs_cli.render.colours import Ink, scan
 from vrs_cli.render.console import TerminalRenderer, rich_text
+from vrs_cli.repl.colours import toolbar
 from vrs_cli.repl.interactive import IDLE
 from vrs_cli.repl.place import BANNER
 from vrs_cli.repl.terminal import ShellTerminal
-from vrs_cli.repl.colours import toolbar
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
