@@ -51,7 +51,7 @@ def costs() -> Costs:
     size = (memory() - before) / (HOUR * RATE)
     fresh, others = MeasuredRecord(JOINTS), list(islice(reports(), LOOKS // AT_ONCE))
     add = cpu(lambda: [fresh.add(some) for some in others]) / len(fresh)
-    random, seen = Random(1), record.seen
+    random, seen = Random(1), record.view
     times = [random.uniform(0.0, HOUR - 1.0) for _ in range(LOOKS)]
     many = np.array([random.uniform(0.0, HOUR - 1.0) for _ in range(TOGETHER)])
     together = min(cpu(lambda: seen.joints_over(many)) for _ in range(3)) / TOGETHER

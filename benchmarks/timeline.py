@@ -39,7 +39,7 @@ def tiled(count: int) -> tuple[RobotArm, Timeline]:
     segments = [engine.timeline[0]]
     while len(segments) < count:
         for segment in pattern[: count - len(segments)]:
-            segments.append(own(segment.shifted(period * ((len(segments) - 1) // len(pattern)))))
+            segments.append(own(segment.shift_by(period * ((len(segments) - 1) // len(pattern)))))
     return engine.arm, Timeline(segments)
 
 
@@ -65,7 +65,7 @@ def appended(timeline: Timeline, times: int) -> Timeline:
     some = tuple(timeline[index] for index in (1, 2, 3))
     for _ in range(times):
         end = timeline.end
-        segments = tuple(segment.shifted(end - some[0].start) for segment in some)
+        segments = tuple(segment.shift_by(end - some[0].start) for segment in some)
         timeline = timeline.apply(
             TimelineDelta(
                 timeline.version, Cause.COMMAND, some[0].motion, end, end, end, len(timeline), 0, 0.0, segments

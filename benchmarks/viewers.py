@@ -425,7 +425,7 @@ def steered() -> None:
         wall = k / RATE
         turns = (SWING * (1.0 - cos(2.0 * pi * wall / (LASTING + 0.3 * joint))) for joint in range(6))
         steering.to(tuple(map(add, engine.model.poses["ready"], turns)), wall)
-        for event in events.taken():
+        for event in events.take_all():
             assert not isinstance(event, MissedEvents)
             cast.tell(event, engine.now)
         while cast.peek() <= wall:

@@ -77,7 +77,7 @@ class Run:
         self.arm = RosArm(self.body, settings, self.told.append)  # type: ignore[arg-type]
         self.connect()
         hearing = self.body.engine.events.subscribe(woken=lambda: None)
-        self.changes = hearing.taken
+        self.changes = hearing.take_all
 
     def connect(self) -> None:
         self.arm.begin(self.body.now())

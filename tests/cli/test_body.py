@@ -52,7 +52,7 @@ def test_a_simulated_arm_follows_and_is_disturbed(served: Serving) -> None:
     with served.call() as hand, body(served.address, "--mujoco", "--rate", "200") as process:
         record = robot_body(served).record
         hand.lines("DRIVE 1, 20")
-        until(lambda: len(record) and abs(record.seen.arrays().joints[-1][0] - 0.349) < 1e-3)
+        until(lambda: len(record) and abs(record.view.arrays().joints[-1][0] - 0.349) < 1e-3)
         assert process.stdin is not None
         process.stdin.write("stop\nnonsense\n")
         process.stdin.flush()
@@ -137,8 +137,8 @@ def test_an_arm_of_ros_follows_and_its_server_may_be_killed(tmp_path: Path) -> N
         hand.lines("DRIVE 1, 5", "DRIVE 1, -5")
         end = engine.timeline.end
         until(lambda: robot_body(served).seen.last > end)
-        assert max(one.joints[0] for one in record.seen) > 0.08
-        assert record.seen[-1].joints == pytest.approx(joints_at(engine.arm, engine.timeline, end), abs=1e-6)
+        assert max(one.joints[0] for one in record.view) > 0.08
+        assert record.view[-1].joints == pytest.approx(joints_at(engine.arm, engine.timeline, end), abs=1e-6)
         first.kill()
         first.wait(PATIENCE)
         assert "is gone" in process.stderr.readline()

@@ -362,7 +362,7 @@ def measured(tmp_path: Path) -> Path:
         joints = tuple([q + radians(0.1) for q in position_at(arm_for(puma()), timeline, t).joints])
         record.add([Report(t, joints)])
     path = tmp_path / "m.vrst"
-    write_trajectory(path, puma(), [initial()], deltas, measured=record.seen)
+    write_trajectory(path, puma(), [initial()], deltas, measured=record.view)
     return path
 
 

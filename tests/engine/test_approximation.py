@@ -95,7 +95,7 @@ def test_a_line_is_parted_where_the_tip_is() -> None:
     engine = wandering("puma560", "LSPB", seed=5)
     for line in ToolPath(engine.arm, 0.0001).lines(engine.timeline, 0.0, engine.end):
         t = 0.3 * line.begin + 0.7 * line.end
-        past, planned = line.parted(t, tip(engine, t))
+        past, planned = line.split_at(t, tip(engine, t))
         assert past[-1] == planned[0] == tip(engine, t)
         assert (*past[:-1], *planned[1:]) == line.points
         assert [past[0], planned[-1]] == [line.points[0], line.points[-1]]
@@ -151,5 +151,5 @@ def test_a_line_is_parted_at_a_time_with_the_tip_on_both_sides() -> None:
     line, tip = ToolLine(motion, Phase.CRUISE, 5.0, (0.0, 1.0, 3.0), points), (0.5, 0.5, 0.5)
     assert (line.begin, line.end) == (5.0, 8.0)
     for t, passed in ((4.0, 0), (5.0, 0), (5.5, 1), (6.0, 1), (7.0, 2), (8.0, 2), (9.0, 3)):
-        assert line.passed(t) == passed
-        assert line.parted(t, tip) == ((*points[:passed], tip), (tip, *points[passed:]))
+        assert line.count_passed(t) == passed
+        assert line.split_at(t, tip) == ((*points[:passed], tip), (tip, *points[passed:]))

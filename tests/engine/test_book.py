@@ -11,7 +11,7 @@ import pytest
 
 from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
-from vrs_cli.engine.book import MOST, ROW, MemoryWindow, WindowSize, displacement
+from vrs_cli.engine.book import MAX_MOTIONS_COMPARED, ROW, MemoryWindow, WindowSize, displacement
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError
@@ -123,7 +123,7 @@ def test_the_robot_brakes_whatever_goes_wrong_with_the_writing(engine: Engine, s
     with pytest.raises(BrokenPipeError):
         stop(engine)
     assert engine.now < engine.end < end
-    assert engine.book.history.done[-1].delta == engine.book.deltas[-1] == events.taken()[-1]
+    assert engine.book.history.done[-1].delta == engine.book.deltas[-1] == events.take_all()[-1]
 
 
 def test_undo_of_several_is_written_as_a_whole(engine: Engine) -> None:
@@ -291,9 +291,9 @@ def test_what_is_dropped_is_told_too_and_what_gives_way() -> None:
 
 
 def test_of_very_many_the_first_are_told() -> None:
-    found = spliced(scheduled(*(4.0 + 2.0 * k for k in range(MOST + 20))), 3.928)
+    found = spliced(scheduled(*(4.0 + 2.0 * k for k in range(MAX_MOTIONS_COMPARED + 20))), 3.928)
     assert found is not None
-    assert (len(found.later), found.more) == (MOST, True)
+    assert (len(found.later), found.more) == (MAX_MOTIONS_COMPARED, True)
 
 
 def test_what_was_never_at_its_own_time_is_told_by_its_text() -> None:

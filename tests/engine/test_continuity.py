@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.examples import some
-from vrs_cli.engine.continuity import MOST_SAMPLES, Gap
+from vrs_cli.engine.continuity import MAX_EXTRA_SAMPLES, Gap
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.position import joints_over
@@ -178,4 +178,4 @@ def test_a_line_that_nothing_proves_is_refused_soon(
     goal = at_position(here, *(a + b for a, b in zip(position(here), way, strict=True)))
     with pytest.raises(StraightLineSingular):
         engine.perform(Move(PoseTarget(goal), straight=True))
-    assert 20 < len(halved) <= MOST_SAMPLES
+    assert 20 < len(halved) <= MAX_EXTRA_SAMPLES

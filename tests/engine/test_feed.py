@@ -29,8 +29,8 @@ def test_messages_are_taken_in_their_order() -> None:
         inbox.put(number)
     assert len(inbox) == 3
     assert inbox.take(0.0) == 0
-    assert inbox.taken() == [1, 2]
-    assert inbox.taken() == []
+    assert inbox.take_all() == [1, 2]
+    assert inbox.take_all() == []
     assert inbox.take(0.0) is None
 
 
@@ -47,7 +47,7 @@ def test_a_message_ends_the_wait_of_another_thread() -> None:
 def test_a_bell_that_rang_for_what_was_taken_ends_no_wait() -> None:
     inbox: Inbox[str] = Inbox()
     inbox.put("taken")
-    inbox.taken()
+    inbox.take_all()
     begun = time.monotonic()
     inbox.wait(0.02)
     assert time.monotonic() - begun >= 0.02
@@ -99,7 +99,7 @@ def test_a_subscriber_is_given_what_there_is_and_then_every_event_in_order() -> 
     subscription = feed.subscribe()
     for number in range(5):
         feed.publish([number])
-    assert subscription.taken() == [100, 0, 1, 2, 3, 4]
+    assert subscription.take_all() == [100, 0, 1, 2, 3, 4]
 
 
 def test_who_is_too_slow_is_told_how_much_was_left_out_and_made_whole() -> None:
@@ -108,9 +108,9 @@ def test_who_is_too_slow_is_told_how_much_was_left_out_and_made_whole() -> None:
     heard: list[int | MissedEvents] = []
     for number in range(7):
         feed.publish([number])
-        heard += quick.taken()
+        heard += quick.take_all()
     assert heard == [101, 0, 1, 2, 3, 4, 5, 6]
-    assert slow.taken() == [MissedEvents(8), 103]
+    assert slow.take_all() == [MissedEvents(8), 103]
 
 
 def test_what_was_left_out_is_counted_to_the_end() -> None:
@@ -118,7 +118,7 @@ def test_what_was_left_out_is_counted_to_the_end() -> None:
     slow = feed.subscribe(most=3)
     for number in range(50):
         feed.publish([number])
-    heard = slow.taken()
+    heard = slow.take_all()
     left_out = sum(event.count for event in heard if isinstance(event, MissedEvents))
     told = [event for event in heard if isinstance(event, int) and event < 100]
     assert told == list(range(50 - len(told), 50))
@@ -131,7 +131,7 @@ def test_what_has_happened_together_is_told_or_left_out_together() -> None:
     slow = feed.subscribe(most=3)
     feed.publish([1, 2])
     feed.publish([3, 4])
-    assert slow.taken() == [MissedEvents(5), 101]
+    assert slow.take_all() == [MissedEvents(5), 101]
 
 
 def test_who_has_ended_or_is_gone_costs_nothing_more() -> None:
@@ -182,7 +182,7 @@ def test_every_other_timeline_is_an_event_with_its_version(engine: Engine) -> No
     branches.change_over("main")
     branches.merge("trial")
     engine.undo()
-    heard = events.taken()
+    heard = events.take_all()
     replaced = [event.version for event in heard if isinstance(event, TimelineReplaced)]
     assert replaced == [0, 1, 1]
     assert mirrored(heard[:-1]) == trial
@@ -191,10 +191,10 @@ def test_every_other_timeline_is_an_event_with_its_version(engine: Engine) -> No
 
 def test_a_slow_mirror_agrees_to_the_bit_after_it_was_left_behind(engine: Engine) -> None:
     slow = engine.events.subscribe(most=3)
-    mirror = mirrored(slow.taken())
+    mirror = mirrored(slow.take_all())
     for _ in range(10):
         drive(engine)
-    heard = slow.taken()
+    heard = slow.take_all()
     assert isinstance(heard[0], MissedEvents)
     mirror = mirrored(heard, mirror)
     assert repr(list(mirror)) == repr(list(engine.timeline))
@@ -206,11 +206,11 @@ def test_what_is_held_is_heard_when_it_is_released_and_by_nobody_twice() -> None
     early = feed.subscribe()
     feed.hold()
     feed.publish([1])
-    assert early.taken() == [100]
+    assert early.take_all() == [100]
     late = feed.subscribe()  # is given a state that has the first event in it
     feed.publish([2])
     feed.release()
-    assert early.taken() == [1, 2]
-    assert late.taken() == [101, 2]
+    assert early.take_all() == [1, 2]
+    assert late.take_all() == [101, 2]
     feed.publish([3])
-    assert early.taken() == late.taken() == [3]
+    assert early.take_all() == late.take_all() == [3]

@@ -159,7 +159,7 @@ def test_deltas_and_events_give_the_timeline(engine: Engine) -> None:
     engine.steer(Target(READY, STILL), TICK)  # twice at one instant
     engine.redirect(AWAY)
     follow(engine, swinging(20.0, 2.0), 0.5)
-    assert replayed(engine) == engine.timeline == mirrored(events.taken())
+    assert replayed(engine) == engine.timeline == mirrored(events.take_all())
 
 
 def test_undo_takes_back_the_stream_as_a_whole(engine: Engine) -> None:

@@ -228,7 +228,7 @@ def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_ends_is_refused
 def test_a_place_in_a_message_has_no_negative_zero() -> None:
     arm = Engine(MODEL).arm
     follower = Follower(arm, arm.configuration(MODEL.poses["ready"]), IDENTITY)
-    assert follower.shown(translation(-1e-9, 0.0, 0.1)) == "X 0.0 Y 0.0 Z 100.0 mm"
+    assert follower.place_text(translation(-1e-9, 0.0, 0.1)) == "X 0.0 Y 0.0 Z 100.0 mm"
 
 
 def turning_five_joints() -> tuple[Engine, Move]:

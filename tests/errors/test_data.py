@@ -52,7 +52,7 @@ def test_a_straight_line_says_where_it_leaves_the_range_of_a_joint() -> None:
 
 def test_a_number_out_of_its_bounds() -> None:
     with pytest.raises(IllegalValue) as caught:
-        MONITOR_SPEED.checked(1000.0)
+        MONITOR_SPEED.check(1000.0)
     error = caught.value
     assert (error.value, error.lower, error.upper) == (1000.0, MONITOR_SPEED.least, MONITOR_SPEED.most)
 

@@ -34,7 +34,7 @@ class Kept:
         return cls(take_up(path))
 
     def _course(self) -> Course:
-        return Course(puma(), [initial()], self.happened, MeasuredRecord(6).seen)
+        return Course(puma(), [initial()], self.happened, MeasuredRecord(6).view)
 
     def happen(self, *deltas: TimelineDelta, anyway: bool = False) -> None:
         """Written down, then done. Raises FileError, and nothing is done."""

@@ -44,7 +44,7 @@ def test_what_is_saved_is_loaded_to_the_bit_whatever_its_order_of_arrival(path: 
     record = MeasuredRecord(6)
     wanted = reports(0, 3000)
     record.add([one for place in range(0, 3000, 2) for one in (wanted[place + 1], wanted[place])])
-    write_trajectory(path, puma(), [initial()], [], measured=record.seen)
+    write_trajectory(path, puma(), [initial()], [], measured=record.view)
     assert list(read_trajectory(path).measured) == wanted
     again = path.with_name("again.vrst")
     write_trajectory(again, puma(), [initial()], [], measured=read_trajectory(path).measured)
@@ -71,9 +71,9 @@ def test_undo_and_branches_leave_the_record(path: Path) -> None:
     it = robot(path)
     it.move(2)
     it.engine.measured.add(reports(0, 200))
-    seen = it.engine.measured.seen
+    seen = it.engine.measured.view
     it.engine.undo(2)
-    assert it.engine.measured.seen is seen
+    assert it.engine.measured.view is seen
     it.end()
     assert read_trajectory(path).measured == seen
 
@@ -81,7 +81,7 @@ def test_undo_and_branches_leave_the_record(path: Path) -> None:
 def test_a_journal_that_goes_on_has_the_reports_of_before(path: Path) -> None:
     for k in range(3):
         it = robot(path)
-        assert list(it.engine.measured.seen) == reports(0, 100 * k)
+        assert list(it.engine.measured.view) == reports(0, 100 * k)
         it.engine.measured.add(reports(100 * k, 100 * k + 100))
         it.end()
     assert list(read_trajectory(path).measured) == reports(0, 300)
@@ -103,7 +103,7 @@ def test_a_file_that_is_cut_anywhere_has_the_reports_of_all_whole_lines(path: Pa
         assert list(found.measured) == reports(0, whole[before])
     _cut(path, data, ends[-1] - 10)
     it = robot(path)  # goes on behind what is whole
-    begin = len(it.engine.measured.seen)
+    begin = len(it.engine.measured.view)
     it.engine.measured.add(reports(begin, 400))
     it.end()
     assert list(read_trajectory(path).measured) == reports(0, 400)
@@ -117,7 +117,7 @@ def _cut(path: Path, data: bytes, size: int) -> Path:
 def test_a_changed_block_is_found(path: Path) -> None:
     record = MeasuredRecord(6)
     record.add(reports(0, 100))
-    write_trajectory(path, puma(), [initial()], [], measured=record.seen)
+    write_trajectory(path, puma(), [initial()], [], measured=record.view)
     data = bytearray(path.read_bytes())
     place = data.index(b'"columns":') + 40
     data[place] ^= 1
@@ -157,7 +157,7 @@ def test_a_restart_from_a_checkpoint_has_all_reports(path: Path, ended: bool) ->
         written = list(read_trajectory(left).measured)
         again = Robot(left)
         assert again.from_checkpoint
-        seen = again.engine.measured.seen
+        seen = again.engine.measured.view
         assert list(seen) == written == reports(0, len(written))
         assert len(written) == 600 if ended else len(written) > 500
         for t in (0.5, 1.3, 2.2, 6.0):  # the checkpoint is far behind 2.2 s

@@ -47,7 +47,7 @@ def image(timeline: Timeline) -> Image:
 def plain(events: list[Event], edit: EventEdit | None) -> list[Event]:
     if edit is None:
         return events
-    behind = (event.shifted(edit.shift) for event in events[edit.keep + edit.drop :])
+    behind = (event.shift_by(edit.shift) for event in events[edit.keep + edit.drop :])
     return [*events[: edit.keep], *edit.events, *behind]
 
 
@@ -185,7 +185,7 @@ class EventSession:
 
     def check(self) -> None:
         engine = self.engine
-        for event in self.changes.taken():
+        for event in self.changes.take_all():
             assert not isinstance(event, MissedEvents)
             self.seq += 1
             self.hear(event)
@@ -278,7 +278,7 @@ class EventSession:
         if self.walks or not ours.commands:
             return
         now, count = image(engine.timeline), ours.commands
-        first = ours.done.index(ours.known[0])
+        first = ours.done.index(ours.known_commands[0])
         engine.undo(count)
         assert len(ours.done) == first
         if not first:

@@ -14,7 +14,7 @@ from tests.examples import examples
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine, TimelineChange
-from vrs_cli.engine.feed import MissedEvents, Snapshot, Subscription, TimelineReplaced, fitted
+from vrs_cli.engine.feed import MissedEvents, Snapshot, Subscription, TimelineReplaced, fit_delta
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.interfaces.steering import Steering
@@ -45,7 +45,7 @@ class Mirror:
         return cls(events, snapshot, snapshot.timeline())
 
     def catch_up(self) -> None:
-        for event in self.events.taken():
+        for event in self.events.take_all():
             self.hear(event)
 
     def hear(self, event: TimelineChange | MissedEvents) -> None:
@@ -53,7 +53,7 @@ class Mirror:
         if isinstance(event, TimelineReplaced):
             self.snapshot, self.timeline, self.lost = Snapshot.of(event.timeline, event.settings), event.timeline, False
         elif not self.lost:
-            delta = fitted(event, self.timeline, self.snapshot.first)
+            delta = fit_delta(event, self.timeline, self.snapshot.first)
             self.lost = delta is None
             self.timeline = self.timeline if delta is None else self.timeline.apply(delta)
 
@@ -141,5 +141,7 @@ def test_the_settings_in_force_come_with_it() -> None:
     events = engine.events.subscribe()
     branches.change_over("main")
     assert [
-        Snapshot.of(event.timeline, event.settings) for event in events.taken() if isinstance(event, TimelineReplaced)
+        Snapshot.of(event.timeline, event.settings)
+        for event in events.take_all()
+        if isinstance(event, TimelineReplaced)
     ][1:] == [before]

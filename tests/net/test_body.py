@@ -92,8 +92,8 @@ def test_a_body_follows_and_reports_and_others_see_it(tmp_path: Path) -> None:
         body = it.hub.rooms["cell1"].session.body
         body_arm = it.hub.rooms["cell1"].session.engine.arm
         timeline = it.hub.rooms["cell1"].session.engine.timeline
-        assert all(one.joints == joints_at(body_arm, timeline, one.t) for one in body.record.seen)
-        assert body.record.seen[-1].joints != body.record.seen[0].joints
+        assert all(one.joints == joints_at(body_arm, timeline, one.t) for one in body.record.view)
+        assert body.record.view[-1].joints != body.record.view[0].joints
 
 
 def test_a_second_body_is_refused_with_the_name_of_the_first(tmp_path: Path) -> None:
@@ -250,15 +250,15 @@ def test_a_mirror_has_what_was_measured_also_during_a_cut(tmp_path: Path) -> Non
             mirror = port.follow()
             assert [one.t for one in mirror.measured] == [0.1, 0.2]
             report(0.3, 0.4)
-            until(lambda: mirror.measured == record.seen)
+            until(lambda: mirror.measured == record.view)
             line.shut()
             until(lambda: not port.open)
             report(*(0.5 + 0.001 * n for n in range(1500)))
             report(*(2.5 + 0.001 * n for n in range(1500)))
             line.open()
-            until(lambda: mirror.measured == record.seen)
+            until(lambda: mirror.measured == record.view)
             report(4.5)
-            until(lambda: mirror.measured == record.seen)
+            until(lambda: mirror.measured == record.view)
             assert len(mirror.measured) == 3005
         finally:
             port.close()
@@ -282,7 +282,7 @@ def test_the_first_look_has_all_that_was_measured_before(tmp_path: Path) -> None
             for hear in client.far.news:
                 hear(BodyStatus())
             await looking
-            assert mirror.record.seen == record.seen
+            assert mirror.record.view == record.view
             await client.close()
 
         run(story)
@@ -296,7 +296,7 @@ def test_a_server_that_begins_anew_has_what_was_measured(tmp_path: Path) -> None
         until(lambda: len(it.hub.rooms["cell1"].session.engine.measured) == 2)
     with serving(tmp_path, realtime=1.0) as it:
         engine = it.hub.rooms["cell1"].session.engine
-        assert [one.t for one in engine.measured.seen] == [7.5, 8.5]
+        assert [one.t for one in engine.measured.view] == [7.5, 8.5]
         assert engine.clock.reached >= 8.5
 
 
@@ -347,7 +347,7 @@ def test_a_server_keeps_the_last_hour_in_memory_and_all_in_the_journal(tmp_path:
         record = it.hub.rooms["cell1"].session.engine.measured
         for begin in range(0, 8000, 100):
             record.add([Report(float(t), (0.1,) * 6) for t in range(begin, begin + 100)])
-        seen = record.seen
+        seen = record.view
         assert seen.start is not None
         assert 8000 - MEASURED_SECONDS - CHUNK <= seen.start <= 8000 - MEASURED_SECONDS
         assert seen.end == 7999.0
@@ -355,5 +355,5 @@ def test_a_server_keeps_the_last_hour_in_memory_and_all_in_the_journal(tmp_path:
     kept = read_trajectory(journal).measured
     assert (len(kept), kept.start, kept.end) == (8000, 0.0, 7999.0)
     with serving(tmp_path, realtime=1.0) as it:
-        again = it.hub.rooms["cell1"].session.engine.measured.seen
+        again = it.hub.rooms["cell1"].session.engine.measured.view
         assert (again.start, again.end) == (seen.start, seen.end)

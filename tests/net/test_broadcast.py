@@ -139,7 +139,7 @@ class RoomServices:
 
     def tell(self) -> None:
         """All hear of what has happened."""
-        for event in self._events.taken():
+        for event in self._events.take_all():
             assert not isinstance(event, LeftOut)
             self.broadcast.tell(event, self.now)
         self.until(self.wall)

@@ -163,6 +163,6 @@ def test_a_hundred_cuts(encoding: Encoding) -> None:
     ended = [done.id for done in wire.ended]
     assert len(set(ended)) == len(ended)
     assert {done.id for done in wire.ended if done.ok} - {1} <= set(wire.begun)
-    assert wire.snapshots <= sum(isinstance(event, Other) for event in wire.events.taken())  # and none for a cut
+    assert wire.snapshots <= sum(isinstance(event, Other) for event in wire.events.take_all())  # and none for a cut
     assert wire.begun
     assert len(wire.begun) < asked  # some lines were cut off, and not done

@@ -85,7 +85,7 @@ def test_a_wish_and_what_follows_from_it_are_small(tmp_path: Path) -> None:
         ann.until(lambda: len(engine.timeline) > 60)
         drag(ann, None)
         ann.until(lambda: pulled(ann).state.by == "")
-        changes = events.taken()
+        changes = events.take_all()
     timeline, sizes = engine.book.initial, list[int]()
     for delta in changes:
         if isinstance(delta, TimelineDelta):

@@ -50,7 +50,7 @@ class Wires:
         if follows:
             self.ask(lambda id: Subscribe(id, deltas=True))
             self.carry()
-            self.events.taken()
+            self.events.take_all()
             self.say(messages.Replaced(snapshot_record(Snapshot.of(self.engine.timeline, self.engine.settings))))
             self.end(self.came[-1])
 
@@ -91,7 +91,7 @@ class Wires:
         self.say(Done(request.id, version=self.engine.timeline.version, **more))
 
     def tell_changes(self) -> None:
-        for event in self.events.taken():
+        for event in self.events.take_all():
             assert not isinstance(event, MissedEvents)
             self.number += 1
             if isinstance(event, TimelineReplaced):
@@ -130,7 +130,7 @@ def test_who_commands_sees_what_it_has_changed() -> None:
         wires.say(Done(id, version=wires.engine.timeline.version))
         assert [type(one) for one in wires.ends] == [Told], "the change is on its way"
         if replaced:
-            wires.events.taken()
+            wires.events.take_all()
             wires.number += 1
             wires.say(messages.Replaced(snapshot_record(Snapshot.of(wires.engine.timeline, wires.engine.settings))))
         else:
@@ -320,10 +320,10 @@ def test_the_clock_of_the_robot_is_read_here() -> None:
 def test_a_lost_mirror_asks_once_for_a_snapshot() -> None:
     wires = Wires()
     drive(wires, 0.1)
-    wires.events.taken()  # nobody is told
+    wires.events.take_all()  # nobody is told
     for _ in range(3):
         drive(wires, 0.1)
-    for event in wires.events.taken():
+    for event in wires.events.take_all():
         if not isinstance(event, TimelineReplaced | MissedEvents):
             wires.number += 1  # without a gap
             wires.say(messages.Delta(delta_record(event, Motions()), 0.0))

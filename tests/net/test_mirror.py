@@ -60,7 +60,7 @@ class Line:
     def news(self) -> list[tuple[int, Snapshot | TimelineDelta]]:
         """What has happened since the last time, with numbers."""
         told = []
-        for event in self.heard.taken():
+        for event in self.heard.take_all():
             assert not isinstance(event, MissedEvents)
             self.seq += 1
             told.append((self.seq, self.through(event)))
@@ -68,7 +68,7 @@ class Line:
 
     def mirror(self, begin: float = -inf, kept: float = inf) -> Mirror:
         """Of somebody who comes now, and keeps so many seconds of the past."""
-        assert not self.heard.taken(), "all news have been told"
+        assert not self.heard.take_all(), "all news have been told"
         return Mirror(self.engine.arm, self.window(begin), self.seq, lambda: 0.0, kept)
 
     def window(self, begin: float, end: float = inf) -> Snapshot:
@@ -187,7 +187,7 @@ def test_a_mirror_that_forgets_is_right_to_the_bit_within_its_window(seed: int) 
             assert repr(Observer(mirror).at(t)) == repr(engine.position(t))
     assert forgot
     timeline = None
-    for event in heard.taken():
+    for event in heard.take_all():
         assert not isinstance(event, MissedEvents)
         timeline = event.timeline if isinstance(event, TimelineReplaced) else timeline.apply(event)  # type: ignore[union-attr]
     assert timeline is not None
@@ -204,7 +204,7 @@ def test_who_watches_steering_keeps_no_more_the_longer_it_lasts() -> None:
     for _ in range(10):
         waves(engine, 50)
         told = []
-        for event in line.heard.taken():
+        for event in line.heard.take_all():
             assert isinstance(event, TimelineDelta)
             told.append(steered_record(event, before, engine.arm) or event)
             before = before.apply(event)
@@ -252,7 +252,7 @@ def test_who_hears_of_changes_hears_what_is_known_here() -> None:
         tell(mirror, line.news())
         if mirror.lost:
             mirror.replace(line.window(-inf), line.seq)
-    for event in heard.taken():
+    for event in heard.take_all():
         assert not isinstance(event, MissedEvents)
         timeline = event.timeline if isinstance(event, TimelineReplaced) else timeline.apply(event)  # type: ignore[union-attr]
     assert timeline is not None
@@ -308,7 +308,7 @@ def test_targets_of_steering_in_short_make_the_same_timeline() -> None:
     mirrors = line.mirror(), line.mirror(0.3)
     waves(engine, 40)
     short = 0
-    for event in line.heard.taken():
+    for event in line.heard.take_all():
         assert isinstance(event, TimelineDelta)
         target = steered_record(event, before, arm)
         before, line.seq, short = before.apply(event), line.seq + 1, short + (target is not None)

@@ -42,7 +42,7 @@ class Behind(Wires):
         self.rate, self.wall = rate, ManualWall(0.0)
         self.engine = Engine(self.engine.model, clock=self.wall.clock(rate))
         self.events = self.engine.events.subscribe()
-        self.events.taken()
+        self.events.take_all()
         self.begin = self.now
         self.say(self.clock())
         self.pass_by(forward + backward)
@@ -156,7 +156,7 @@ def steered(wires: Behind) -> float:
         wires.pass_by(0.02)
     before = wires.mirror.timeline
     short = 0
-    for event in wires.events.taken():
+    for event in wires.events.take_all():
         assert isinstance(event, TimelineDelta)
         wires.number += 1
         target = steered_record(event, before, wires.engine.arm)
@@ -173,7 +173,7 @@ def test_another_timeline_is_flagged_from_where_it_parts() -> None:
     wires = Behind()
     wires.moves(30.0, 0.75)
     wires.moves(-30.0, 1.25)
-    wires.events.taken()
+    wires.events.take_all()
     wires.number += 1
     wires.pass_by(0.5)
     wires.say(messages.Replaced(snapshot_record(Snapshot.of(wires.engine.timeline, wires.engine.settings))))

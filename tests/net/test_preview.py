@@ -67,7 +67,7 @@ class Line:
         return True
 
     def changes_arrive(self) -> None:
-        for event in self.heard.taken():
+        for event in self.heard.take_all():
             self.mirror.change(event, self.mirror.seq + 1)  # type: ignore[arg-type]
 
 

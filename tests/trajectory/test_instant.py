@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.trajectory.instant import LATEST, TICK, on_grid, shown, up_to_grid
+from vrs_cli.trajectory.instant import LATEST, TICK, on_grid, round_to_ns, up_to_grid
 
 times = st.floats(0.0, LATEST / 2)
 
@@ -31,4 +31,4 @@ def test_a_million_shifts_do_not_drift() -> None:
 
 def test_times_are_shown_as_typed() -> None:
     for text in ("2.5", "3.1", "0.1", "86399.999"):
-        assert str(shown(on_grid(float(text)))) == text
+        assert str(round_to_ns(on_grid(float(text)))) == text

@@ -48,7 +48,7 @@ def _record(reports: list[Report]) -> MeasuredRecord:
 
 @given(report_lists())
 def test_a_record_gives_back_its_reports(reports: list[Report]) -> None:
-    seen = _record(reports).seen
+    seen = _record(reports).view
     assert list(seen) == reports
     assert [seen[i] for i in range(-len(seen), 0)] == reports
     assert (seen.start, seen.end, seen.last) == (reports[0].t, reports[-1].t, reports[-1])
@@ -65,7 +65,7 @@ def test_any_order_of_arrival_with_duplicates_gives_the_same_record(reports: lis
     counts = ReportCounts()
     for one in arriving:
         counts += record.add([one])
-    assert record.seen == MeasuredTimeline(JOINTS, tuple(_record(reports)._chunks))
+    assert record.view == MeasuredTimeline(JOINTS, tuple(_record(reports)._chunks))
     assert (counts.received, counts.duplicate, counts.late) == (len(arriving), len(reports) // 2, 0)
 
 
@@ -76,7 +76,7 @@ def test_what_a_reader_has_never_changes(reports: list[Report], random: Random) 
     arriving = sorted(reports, key=lambda one: one.t + random.uniform(0.0, LATE))
     for one in arriving:
         record.add([one])
-        taken.append((record.seen, list(record.seen)))
+        taken.append((record.view, list(record.view)))
         if random.random() < 0.2:
             record.forget_before(one.t - LATE)
     for seen, was in taken:
@@ -85,7 +85,7 @@ def test_what_a_reader_has_never_changes(reports: list[Report], random: Random) 
 
 @given(report_lists())
 def test_joints_and_velocities_at_reports_are_those_of_the_reports(reports: list[Report]) -> None:
-    seen = _record(reports).seen
+    seen = _record(reports).view
     for one in reports:
         assert seen.joints_at(one.t) == one.joints
         assert seen.mode_at(one.t) == one.mode
@@ -95,7 +95,7 @@ def test_joints_and_velocities_at_reports_are_those_of_the_reports(reports: list
 
 @given(report_lists())
 def test_joints_are_unknown_outside_and_in_gaps_and_between_neighbours_elsewhere(reports: list[Report]) -> None:
-    seen = _record(reports).seen
+    seen = _record(reports).view
     assert seen.joints_at(reports[0].t - 1e-9) is None
     assert seen.joints_at(reports[-1].t + 1e-9) is None
     assert seen.velocity_at(reports[-1].t + 1.0) is seen.mode_at(reports[-1].t + 1.0) is None
@@ -114,7 +114,7 @@ def test_joints_are_unknown_outside_and_in_gaps_and_between_neighbours_elsewhere
 
 @given(report_lists(), st.lists(st.integers(-40, 4000), max_size=20))
 def test_many_times_at_once_are_as_each_alone(reports: list[Report], ticks: list[int]) -> None:
-    seen = _record(reports).seen
+    seen = _record(reports).view
     times = [one.t for one in reports] + [tick * TICK / 4.0 for tick in ticks]
     alone = [seen.joints_at(t) or (nan,) * JOINTS for t in times]
     np.testing.assert_allclose(seen.joints_over(np.array(times)), np.array(alone), rtol=0.0, atol=1e-14)
@@ -122,7 +122,7 @@ def test_many_times_at_once_are_as_each_alone(reports: list[Report], ticks: list
 
 @given(report_lists(), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=5))
 def test_the_timeline_of_segments_goes_where_the_measured_one_goes(reports: list[Report], shares: list[float]) -> None:
-    seen = _record(reports).seen
+    seen = _record(reports).view
     made = seen.as_timeline(reports[0].t, reports[-1].t)
     assert made is not None
     times = [one.t for one in reports]
@@ -147,14 +147,14 @@ def test_columns_are_put_in_their_places(reports: list[Report], random: Random) 
             columns.put(one)
         record.add_columns(columns)
         record.add_columns(columns)  # duplicates
-    assert list(record.seen) == reports
+    assert list(record.view) == reports
 
 
 def test_a_derivative_is_that_of_the_joints() -> None:
     record = MeasuredRecord(1)
     record.add(Report(k * 0.02, (sin(k * 0.02),), (cos(k * 0.02),)) for k in range(100))
     for t in np.linspace(0.0, 1.9, 77).tolist():
-        q, v = record.seen.joints_at(t), record.seen.velocity_at(t)
+        q, v = record.view.joints_at(t), record.view.velocity_at(t)
         assert q is not None
         assert v is not None
         assert q[0] == pytest.approx(sin(t), abs=1e-8)
@@ -165,12 +165,12 @@ def test_long_records_are_in_chunks_and_a_window_of_them_is_enough() -> None:
     record = MeasuredRecord(1)
     record.add(Report(0.01 * k, (0.001 * k,)) for k in range(3 * CHUNK + 5))
     record.add([Report(0.01 * (3 * CHUNK) - 0.005, (7.0,))])  # into a full chunk
-    seen = record.seen
+    seen = record.view
     assert len(seen) == 3 * CHUNK + 6
     assert seen.joints_at(0.01 * (3 * CHUNK) - 0.005) == (7.0,)
     assert seen.joints_at(0.01 * (CHUNK - 0.5)) == pytest.approx((0.001 * (CHUNK - 0.5),))  # from one to the next
     record.forget_before(0.01 * 2 * CHUNK)
-    assert record.seen.start == 0.01 * 2 * CHUNK
+    assert record.view.start == 0.01 * 2 * CHUNK
     assert seen.start == 0.0
     arrays = seen.arrays(4.995, 5.025)
     assert arrays.times.tolist() == pytest.approx([5.0, 5.01, 5.02])
@@ -187,7 +187,7 @@ def test_reports_that_are_too_late_are_dropped_and_counted() -> None:
         Report(10.5, (5.0,)),
     ]
     assert record.add(later) == ReportCounts(received=4, late=1, duplicate=1, reordered=1)
-    assert [one.joints for one in record.seen] == [(2.0,), (1.0,), (5.0,)]
+    assert [one.joints for one in record.view] == [(2.0,), (1.0,), (5.0,)]
 
 
 @pytest.mark.parametrize(
@@ -207,12 +207,12 @@ def test_what_is_no_report_is_refused_and_nothing_is_added(report: Report, said:
         record.add([Report(0.5, (0.0, 0.0)), report])
     assert not len(record)
     assert (
-        record.seen.last is record.seen.end is record.seen.joints_at(0.5) is record.seen.as_timeline(0.0, 1.0) is None
+        record.view.last is record.view.end is record.view.joints_at(0.5) is record.view.as_timeline(0.0, 1.0) is None
     )
 
 
 def test_an_empty_record_knows_nothing() -> None:
-    seen = MeasuredRecord(3).seen
+    seen = MeasuredRecord(3).view
     assert not seen
     assert np.isnan(seen.joints_over(np.array([0.0, 1.0]))).all()
     assert seen.arrays().joints.shape == (0, 3)

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.trajectory.polynomial import Polynomial, extremes, halved, value, zeros
+from vrs_cli.trajectory.polynomial import Polynomial, bisect_interval, extremes, value, zeros
 
 
 def product(roots: list[float], scale: float) -> Polynomial:
@@ -48,6 +48,6 @@ def test_extremes_are_those_of_many_samples() -> None:
 
 
 def test_halving_ends_on_both_sides_of_where_something_ceases() -> None:
-    assert halved(lambda x: x < 0.3, 0.0, 1.0, 3) == (0.25, 0.375)
-    assert halved(lambda x: x > 0.3, 1.0, 0.0, 3) == (0.375, 0.25)
-    assert halved(lambda _: True, 0.0, 1.0, 0) == (0.0, 1.0)
+    assert bisect_interval(lambda x: x < 0.3, 0.0, 1.0, 3) == (0.25, 0.375)
+    assert bisect_interval(lambda x: x > 0.3, 1.0, 0.0, 3) == (0.375, 0.25)
+    assert bisect_interval(lambda _: True, 0.0, 1.0, 0) == (0.0, 1.0)

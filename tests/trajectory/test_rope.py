@@ -94,7 +94,7 @@ def test_splices_as_of_a_list(seed: int) -> None:
         shift = source.choice([0.0, float(len(new) + source.randint(0, 9))])
         versions.append((held, plain))
         held = rope.splice(held, keep, keep + drop, new, shift)
-        plain = plain[:keep] + new + [s.shifted(shift) for s in plain[keep + drop :]]
+        plain = plain[:keep] + new + [s.shift_by(shift) for s in plain[keep + drop :]]
         assert listed(held) == plain
         if held is None or source.random() < 0.2:  # go on from an old one: two versions have the same row then
             held, plain = source.choice(versions)

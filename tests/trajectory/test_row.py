@@ -59,7 +59,7 @@ def test_a_path_is_packed_once_however_a_row_grows(monkeypatch: pytest.MonkeyPat
 def test_takes_a_part_of_another_row_later() -> None:
     row, other = Row(segments(2)), Row(segments(9))
     row.take(other, 4, 6, 10.0)
-    assert list(row) == [*segments(2), *(one.shifted(10.0) for one in segments(9)[4:6])]
+    assert list(row) == [*segments(2), *(one.shift_by(10.0) for one in segments(9)[4:6])]
 
 
 def test_a_packed_path_is_the_same() -> None:
@@ -92,7 +92,7 @@ def delta(timeline: Timeline, edit: EventEdit | None) -> TimelineDelta:
 
 
 def plain(events: list[Event], edit: EventEdit) -> list[Event]:
-    behind = [event.shifted(edit.shift) for event in events[edit.keep + edit.drop :]]
+    behind = [event.shift_by(edit.shift) for event in events[edit.keep + edit.drop :]]
     return [*events[: edit.keep], *edit.events, *behind]
 
 

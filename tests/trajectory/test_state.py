@@ -17,7 +17,7 @@ JERKS = ("jerk", "spin_jerk", "guide_jerk")
 
 @given(FACTOR, FACTOR, FACTOR)
 def test_all_limits_of_one_kind_are_divided_by_its_factor(velocity: float, acceleration: float, jerk: float) -> None:
-    slowed = LIMITS.slowed(velocity, acceleration, jerk)
+    slowed = LIMITS.slow_down(velocity, acceleration, jerk)
     for names, factor in ((VELOCITIES, velocity), (ACCELERATIONS, acceleration), (JERKS, jerk)):
         for name in names:
             assert getattr(slowed, name) == pytest.approx(getattr(LIMITS, name) / factor)
@@ -26,9 +26,9 @@ def test_all_limits_of_one_kind_are_divided_by_its_factor(velocity: float, accel
 
 @given(FACTOR, FACTOR)
 def test_blends_alone_are_slowed(acceleration: float, jerk: float) -> None:
-    blended = LIMITS.blended(acceleration, jerk)
+    blended = LIMITS.ease_blend(acceleration, jerk)
     assert blended.blend_acceleration == pytest.approx(LIMITS.blend_acceleration / acceleration)
     assert blended.blend_spin_acceleration == pytest.approx(LIMITS.blend_spin_acceleration / acceleration)
     assert blended.blend_jerk == pytest.approx(LIMITS.blend_jerk / jerk)
     assert blended.blend_spin_jerk == pytest.approx(LIMITS.blend_spin_jerk / jerk)
-    assert blended.slowed(1.0, 1.0)._replace(blending=LIMITS.blending, blending_jerk=LIMITS.blending_jerk) == LIMITS
+    assert blended.slow_down(1.0, 1.0)._replace(blending=LIMITS.blending, blending_jerk=LIMITS.blending_jerk) == LIMITS

@@ -38,7 +38,7 @@ def changes(engine: Engine, act: Callable[[], object]) -> Iterator[tuple[Timelin
     told = engine.events.subscribe(10**6)
     act()
     timeline = engine.timeline
-    for event in told.taken():
+    for event in told.take_all():
         if isinstance(event, TimelineReplaced):
             timeline = event.timeline
         elif isinstance(event, TimelineDelta):

@@ -33,7 +33,7 @@ def test_an_edit_that_only_shifts_searches_nothing_and_changes_no_bit() -> None:
     arm.do("DRIVE 6, 10 AT 0.2")
     shift = arm.engine.end - end
     assert shift
-    arm.events = [event.shifted(shift) if event.time else event for event in arm.events]
+    arm.events = [event.shift_by(shift) if event.time else event for event in arm.events]
     after = world.course(arm.timeline)
     assert [(t - shift, signal, on) for t, signal, on in changes_of(after) if t - shift > 0.5] == first
     assert len(first) >= 2

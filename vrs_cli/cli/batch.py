@@ -46,7 +46,7 @@ from vrs_cli.render.displaced import sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl.interrupt import Stoppable
 from vrs_cli.repl.piped import piped
-from vrs_cli.trajectory.instant import shown
+from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, Severity, did_you_mean
 from vrs_cli.values.numbers import count
@@ -404,7 +404,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
     return {
         "program": result.program if result else None,
         "cycles": result.cycles if result else 0,
-        "duration_s": shown(result.ended - result.started) if result else 0.0,
+        "duration_s": round_to_ns(result.ended - result.started) if result else 0.0,
         "segments": len(engine.timeline) - len(engine.book.initial),
         "commands": [
             {
@@ -430,7 +430,7 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
     if course is not None and course.parts():
         end = max(engine.now, engine.end)
         found["parts"] = {name: _part_object(course, name, end) for name in course.parts()}
-        found["notes"] = [{"t": shown(t), "kind": kind, "text": text} for t, kind, text in course.notes]
+        found["notes"] = [{"t": round_to_ns(t), "kind": kind, "text": text} for t, kind, text in course.notes]
     if "parts" in found or station.contacts.contacts:
         found["contacts"] = [_contact_object(*one) for one in station.contacts.contacts]
     if wrong:
@@ -438,7 +438,7 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
             {
                 "signal": one.signal,
                 "on": one.on,
-                "t": shown(one.time),
+                "t": round_to_ns(one.time),
                 "place": one.place,
                 "command": one.command or None,
                 "text": untrue_sentence(one),
@@ -452,7 +452,7 @@ def _contact_object(motion: str, contact: Contact) -> Object:
     """A contact that was told, with the text of its motion."""
     return {
         "motion": motion,
-        "t": shown(contact.t),
+        "t": round_to_ns(contact.t),
         "between": [contact.first, contact.second],
         "xyz_mm": [tidy(1000.0 * x) for x in contact.place],
         "depth_mm": tidy(1000.0 * contact.depth),

@@ -48,13 +48,13 @@ class ToolLine(NamedTuple):
     def end(self) -> float:
         return self.offset + self.times[-1]
 
-    def passed(self, t: float) -> int:
+    def count_passed(self, t: float) -> int:
         """Return how many of its points the tip has left behind at a time [s]."""
         return sum(self.offset + time < t for time in self.times)
 
-    def parted(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+    def split_at(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
         """Return the points before a time [s] and those after it, both with the tip at that time."""
-        count = self.passed(t)
+        count = self.count_passed(t)
         return (*self.points[:count], tip), (tip, *self.points[count:])
 
 
@@ -89,14 +89,14 @@ def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLi
             continue
         steers = segment.motion.kind is MotionKind.STEERED
         if steered and not (steers and steered[-1].times[-1] == segment.start):
-            yield _joined(steered, error)
+            yield _join_lines(steered, error)
             steered = []
         if steers:
             steered.append(_line(arm, segment, 0.5 * error))
         else:
             yield _line(arm, segment, error)
     if steered:
-        yield _joined(steered, error)
+        yield _join_lines(steered, error)
 
 
 def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
@@ -105,20 +105,20 @@ def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
         way = sum(high - low for low, high in segment.path.extremes(segment.duration))
         pieces = max(ceil(way / TURN), 1)
     ends = [(s, tip(s)) for s in (segment.duration * k / pieces for k in range(pieces + 1))]
-    places = [ends[0], *(p for a, b in pairwise(ends) for p in _refined(tip, a, b, MARGIN * error, DEEPEST))]
+    places = [ends[0], *(p for a, b in pairwise(ends) for p in _refine(tip, a, b, MARGIN * error, DEEPEST))]
     times, points = zip(*((segment.start + s, p) for s, p in places), strict=True)
     return ToolLine(segment.motion, segment.phase, 0.0, times, points)
 
 
-def _joined(lines: Sequence[ToolLine], error: float) -> ToolLine:
+def _join_lines(lines: Sequence[ToolLine], error: float) -> ToolLine:
     """Join lines that follow each other, without the points that are not needed."""
     places = [place for line in lines for place in zip(line.times[:-1], line.points[:-1], strict=True)]
     places.append((lines[-1].times[-1], lines[-1].points[-1]))
-    times, points = zip(*thinned(places, 0.5 * error), strict=True)
+    times, points = zip(*thin_out(places, 0.5 * error), strict=True)
     return ToolLine(lines[0].motion, lines[0].phase, 0.0, times, points)
 
 
-def thinned(places: Sequence[Place], error: float) -> Iterator[Place]:
+def thin_out(places: Sequence[Place], error: float) -> Iterator[Place]:
     """Yield only points that are needed: no left-out point is farther than `error` [m] from the line between its
     neighbours.
     """
@@ -146,7 +146,7 @@ def tip_of(arm: RobotArm, segment: Segment) -> Tip:
     return lambda s: moved_point(T_world_robot, (value(x, s), value(y, s), value(z, s)))
 
 
-def _refined(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator[Place]:
+def _refine(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator[Place]:
     """Yield the points after `a` up to `b` that a line needs."""
     (t0, p0), (t1, p1) = a, b
     probes = [tip(t0 + part * (t1 - t0)) for part in PROBES]
@@ -154,8 +154,8 @@ def _refined(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator
         yield b
         return
     middle = (0.5 * (t0 + t1), probes[1])
-    yield from _refined(tip, a, middle, error, depth - 1)
-    yield from _refined(tip, middle, b, error, depth - 1)
+    yield from _refine(tip, a, middle, error, depth - 1)
+    yield from _refine(tip, middle, b, error, depth - 1)
 
 
 def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
@@ -170,7 +170,7 @@ LOOKS = 8  # parts of a piece between which it is compared with g; even, so that
 PIECE_MARGIN = (
     0.9  # of the tolerance, kept at the places that are compared: between them a piece may be a little farther off
 )
-SHORTEST = 2.0**-20  # [s] a piece that is halved no more, about 1 us
+MIN_PIECE_S = 2.0**-20  # [s] a piece that is halved no more, about 1 us
 TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m]
 
 
@@ -240,7 +240,7 @@ def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[Joi
 
     def between(begin: float, end: float) -> list[JointPiece]:
         piece = _hermite(end - begin, state(begin), state(end))
-        if end - begin < SHORTEST or close(piece, begin):
+        if end - begin < MIN_PIECE_S or close(piece, begin):
             return [piece]
         middle = 0.5 * (begin + end)
         return between(begin, middle) + between(middle, end)

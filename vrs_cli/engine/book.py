@@ -19,7 +19,7 @@ from typing import Protocol, TypeVar
 
 from msgspec import Struct
 
-from vrs_cli.engine.history import History, HistoryStep, held, records
+from vrs_cli.engine.history import History, HistoryStep, commands_in_force, records
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.rope import SMALL
@@ -34,7 +34,7 @@ AT_ONCE = 50  # changes that are planned before whoever waits may have his turn
 R = TypeVar("R")
 Parts = Generator[None, None, R]  # work a part at a time: whoever drives may do something else meanwhile
 ROW = 128  # segments: a row of so many grows no more; after one change no row is written beyond them (3 ms of CPU)
-MOST = 100  # motions that are looked at: what it costs does not depend on how much is scheduled
+MAX_MOTIONS_COMPARED = 100  # motions that are looked at: what it costs does not depend on how much is scheduled
 SAME_TIME = 5e-4  # [s] two times that are shown alike
 
 
@@ -212,7 +212,7 @@ class Book:
         """Return a function that lists all motion commands in force now. It may take long; any thread may call it."""
         timeline, deltas, done = self.timeline, self.deltas.copy(), [step.delta for step in self.history.done]
         forgotten = self.history.forgotten
-        return lambda: records(timeline, held(deltas) if forgotten else done)
+        return lambda: records(timeline, commands_in_force(deltas) if forgotten else done)
 
     # --- changing the timeline ---
 
@@ -269,7 +269,7 @@ class Book:
         self.end_stream()
         steps, version = self.history.last_done(count, leaves_recorded=leaves_recorded), self.timeline.version
         taken_back = (step.taking_back(version + number) for number, step in enumerate(steps))
-        deltas, timeline = yield from self._planned(taken_back)
+        deltas, timeline = yield from self._plan_changes(taken_back)
         self._change(deltas, timeline)
         before = clock()
         for step in steps:
@@ -286,7 +286,7 @@ class Book:
         undone, version = self.history.last_undone(count), self.timeline.version
         again = (one.step.present(version + number) for number, one in enumerate(undone))
         done_again = (delta._replace(cause=Cause.REDO) for delta in again)
-        deltas, timeline = yield from self._planned(done_again, check)
+        deltas, timeline = yield from self._plan_changes(done_again, check)
         self._change(deltas, timeline)
         for _ in undone:
             self.history.do_again()
@@ -309,7 +309,7 @@ class Book:
             self.deltas.put_away(old, window.store)
             window.let_go(self.timeline, deltas, self.history.commands, self.number)
 
-    def _planned(
+    def _plan_changes(
         self, deltas: Iterable[TimelineDelta], check: Callable[[Timeline, TimelineDelta], None] | None = None
     ) -> Parts[tuple[list[TimelineDelta], Timeline]]:
         """Apply changes one after the other to a timeline that nobody has yet, and return both. `check` is asked before
@@ -373,26 +373,26 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
         return None
     since = min(delta.cut for delta in changes)
     taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}
-    commands = {step.delta.motion.number: step.delta for step in book.history.known}
-    old = [*islice(_begins(before, since), MOST + 1), *_dated(before, since, commands)]
+    commands = {step.delta.motion.number: step.delta for step in book.history.known_commands}
+    old = [*islice(_begins(before, since), MAX_MOTIONS_COMPARED + 1), *_event_times(before, since, commands)]
     stamped = [
         (one.motion, one.executed)
-        for one in changes[-MOST:-1]
+        for one in changes[-MAX_MOTIONS_COMPARED:-1]
         if one.motion.start is Start.AT and one.segments and abs(one.executed - one.issued) > SAME_TIME
     ]
-    new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MOST)}
-    gone = len(new) < 2 * MOST  # what is not among these is nowhere
-    new.update((motion.number, time) for motion, time in _dated(book.timeline, since, commands))
+    new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MAX_MOTIONS_COMPARED)}
+    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # what is not among these is nowhere
+    new.update((motion.number, time) for motion, time in _event_times(book.timeline, since, commands))
     rows = [
         (motion, begin, new.get(motion.number))
-        for motion, begin in (*old[:MOST], *stamped)
+        for motion, begin in (*old[:MAX_MOTIONS_COMPARED], *stamped)
         if motion.number not in taken_back and (gone or motion.number in new)
     ]
     if all(then is not None and abs(then - begin) <= SAME_TIME for _, begin, then in rows):
         return None
     asked = {number: delta.executed for number, delta in commands.items() if delta.motion.start is Start.AT}
     moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
-    return _sorted_out(moved, more=len(old) > MOST)
+    return _sorted_out(moved, more=len(old) > MAX_MOTIONS_COMPARED)
 
 
 def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
@@ -415,10 +415,12 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
     return _sorted_out(sorted(moved, key=lambda one: one.before)) if moved else None
 
 
-def _dated(timeline: Timeline, since: float, commands: Mapping[int, TimelineDelta]) -> Iterator[tuple[Motion, float]]:
+def _event_times(
+    timeline: Timeline, since: float, commands: Mapping[int, TimelineDelta]
+) -> Iterator[tuple[Motion, float]]:
     """Yield the commands that set channels later than `since`, the first MOST of them, and when each does."""
     first = timeline.events_by(since)
-    for event in timeline.event_slice(first, min(first + MOST, timeline.event_count)):
+    for event in timeline.event_slice(first, min(first + MAX_MOTIONS_COMPARED, timeline.event_count)):
         delta = commands.get(event.number)
         if delta is not None and delta.motion.kind is MotionKind.EVENT:
             yield delta.motion, event.time

@@ -46,7 +46,7 @@ from vrs_cli.trajectory.segment import CartesianPath, Turn
 
 KEPT = 0.25  # of the less of two clearances: what is left for certain on the way between them, where it is clear
 AT_END = 1e-4  # of a path: nearer to where it begins or ends on a boundary, at rest, samples are close by themselves
-MOST_LOOKS = 5000
+MAX_SEARCH_LOOKS = 5000
 REMEMBERED = 64  # surveys: a line that is planned with other stops, or for a key that is held, comes again
 FEW_LOOKS = 8  # places that are no nearer to each other than samples are anyway
 CLOSE = (0.01, 0.01, 0.01, 0.1)  # parts of the greatest clearances of a path: less is close to a boundary
@@ -113,9 +113,9 @@ class _Search:
             if self.is_beyond(seen):
                 return PathSurvey(beyond=at)
         self.seen.append((begin, at_begin))
-        for _ in range(MOST_LOOKS):
+        for _ in range(MAX_SEARCH_LOOKS):
             end, at_end = pending[-1]
-            sure, on_boundary = self.judged(at_begin, at_end, end - begin)
+            sure, on_boundary = self.judge(at_begin, at_end, end - begin)
             if not sure:
                 middle = 0.5 * (begin + end)
                 seen = self.look(middle)
@@ -141,7 +141,7 @@ class _Search:
     def is_beyond(self, seen: Clearance) -> bool:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
 
-    def judged(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
+    def judge(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
         """Return whether every clearance is decided between two looks (certainly kept, or on its boundary all the way),
         and which clearances are on their boundary.
         """
@@ -274,7 +274,7 @@ class Kinks:
         if self.speed <= ON_BOUNDARY:
             return
         inward = (1.0 if end == 0.0 else -1.0) * min(INSIDE / self.speed, 0.5)
-        seen = [self._seen(self.path.pose(end + k * inward)).sizes[:WRIST] for k in (0, 1, 2)]
+        seen = [self._clearance_at(self.path.pose(end + k * inward)).sizes[:WRIST] for k in (0, 1, 2)]
         for at, once, twice, edge in zip(*seen, self.follower.arm.boundary.sizes, strict=False):
             slope = 4.0 * once - twice - 3.0 * at
             if at <= 2.0 * edge and abs(slope) > 2.0 * SLOPE * abs(inward) * self.speed:
@@ -304,9 +304,9 @@ class Kinks:
         return at_position(pose, *(p - off * g / square for p, g in zip((x, y, z), slope, strict=True)))
 
     def _size(self, which: int, pose: Transform) -> float:
-        return self._seen(pose).sizes[which]
+        return self._clearance_at(pose).sizes[which]
 
-    def _seen(self, pose: Transform) -> Clearance:
+    def _clearance_at(self, pose: Transform) -> Clearance:
         return self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)
 
 

@@ -75,11 +75,11 @@ class Branches:
         return self._present.name
 
     def __contains__(self, name: str) -> bool:
-        return self._found(name) is not None
+        return self._find(name) is not None
 
-    def spelled(self, name: str) -> str:
+    def spelling(self, name: str) -> str:
         """Return a branch's name as it was spelled first. Raises UsageError for an unknown name."""
-        return self._named(name).name
+        return self._branch_named(name).name
 
     def book(self, name: str) -> Book:
         """Return the book of a branch. Raises UsageError for an unknown name."""
@@ -89,16 +89,16 @@ class Branches:
         """Return where a branch was left; of the present branch, where it is now. Raises UsageError for an unknown
         name.
         """
-        return self._left(self._named(name))
+        return self._left(self._branch_named(name))
 
     def _left(self, branch: _Branch) -> Bookmark:
         return self.engine.bookmark() if branch.left is None else branch.left
 
-    def _found(self, name: str) -> _Branch | None:
+    def _find(self, name: str) -> _Branch | None:
         return self._main if name.lower() == MAIN else self._made.get((self.who, name.lower()))
 
-    def _named(self, name: str) -> _Branch:
-        found = self._found(name)
+    def _branch_named(self, name: str) -> _Branch:
+        found = self._find(name)
         if found is None:
             raise UsageError(f"there is no branch {name}", f"there are {', '.join(self.names)}")
         return found
@@ -125,7 +125,7 @@ class Branches:
 
     def change_over(self, name: str) -> None:
         """Switch to another branch: the engine goes on where that branch was left."""
-        branch = self._named(name)
+        branch = self._branch_named(name)
         if branch is not self._present:
             self._check_time()
             self._change_over(branch)
@@ -196,7 +196,7 @@ class Branches:
 
         Raises UsageError for main and for an unknown name.
         """
-        branch = self._named(name)
+        branch = self._branch_named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be deleted", "UNDO takes its commands back")
         return branch.name
@@ -221,7 +221,7 @@ class Branches:
 
     def merging(self, name: str) -> Parts[int]:
         """Do `merge` a part at a time. Raises RequestRefused, too, if the robot was stopped meanwhile."""
-        branch = self._named(name)
+        branch = self._branch_named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "{MERGE branch}")
         self._check_time()
@@ -238,7 +238,7 @@ class Branches:
         self.change_over(MAIN)
         self.engine.take_up(merged)
         del self._made[(self.who, name.lower())]
-        return sum(not step.recorded for step in steps)
+        return sum(not step.is_record for step in steps)
 
     def _check_again(self, fork: Fork, main: Bookmark, other: Book) -> Parts[None]:
         """Ask the engine's checks about the commands of a branch, with the settings of main."""

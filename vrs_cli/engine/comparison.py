@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
 
-MOST_SAMPLES = 200_000  # of one timeline
+MAX_TIMELINE_SAMPLES = 200_000  # of one timeline
 DENSEST, SPARSEST = 32, 2  # samples a segment
 CLOSER = 64  # samples between two others, to find the greatest distance exactly
 CLOSER_ROUNDS = 3
@@ -56,8 +56,8 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
         tool = _greatest(arm, a.timeline, b.timeline, here, lambda at: at.T_world_tool[:, None, :, 3])
         tool = structs.replace(tool, joint=0)
         joints = _greatest(arm, a.timeline, b.timeline, here, lambda at: at.joints[:, :, None])
-    others = dict(zip(map(_identity, b.history.known), b.records(), strict=True))
-    rows = zip(a.history.known, a.records(), strict=True)
+    others = dict(zip(map(_identity, b.history.known_commands), b.records(), strict=True))
+    rows = zip(a.history.known_commands, a.records(), strict=True)
     pairs = [Pair(record, others.pop(_identity(step), None)) for step, record in rows]
     pairs += [Pair(None, record) for record in others.values()]
     return Comparison(_extent(arm, a), _extent(arm, b), tuple(pairs), since, tool, joints)
@@ -137,7 +137,7 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
     moving = edges[(edges[:, 1] >= since) & ~np.concatenate([table.resting[part] for _, table, part in tables])]
     if not len(moving):
         return np.array([timeline.start, timeline.end])
-    count = int(min(max(MOST_SAMPLES // len(moving), SPARSEST), DENSEST))
+    count = int(min(max(MAX_TIMELINE_SAMPLES // len(moving), SPARSEST), DENSEST))
     shares = np.linspace(0.0, 1.0, count)
     times = np.concatenate(([timeline.start], (moving[:, :1] + np.diff(moving) * shares).ravel(), [timeline.end]))
     return times[np.diff(times, prepend=-inf) > 0.0]  # a segment begins where the one before ends

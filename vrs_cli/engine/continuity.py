@@ -29,7 +29,7 @@ POWERS = np.arange(1.0, FOURTH + 1.0)
 PIECES = (2, 8, 32, 64)  # in which the way between two samples is looked at, before there is a sample more
 AT_REST = 2.0**-6  # of a stretch from rest or to it: less than a thousandth of its way
 FINEST = 2.0**-24  # of a stretch, between samples
-MOST_SAMPLES = 400  # of a line more than it had
+MAX_EXTRA_SAMPLES = 400  # of a line more than it had
 DOUBLINGS = 8  # of seeds
 BESIDE = 1e-9  # of the time until one seed takes over from another
 NEARER = 0.2  # of the way from a seed to the joints: what Newton's first step leaves at most
@@ -111,7 +111,7 @@ def check_continuous(
     """
     followed = [Followed(*stretch) for stretch in stretches]
     gaps = _gaps_without_proof(continuation, follower, [gap for one in followed for gap in _gaps(follower, one)])
-    left, more = MOST_SAMPLES, list[tuple[Followed, Sample]]()
+    left, more = MAX_EXTRA_SAMPLES, list[tuple[Followed, Sample]]()
     while gaps:
         gaps.sort(key=lambda gap: gap.part)
         finest, left = gaps[0], left - len(gaps[:TOGETHER])

@@ -93,7 +93,7 @@ class Postponement(Struct, frozen=True):
     executed: float
 
     @property
-    def said(self) -> str:
+    def sentence(self) -> str:
         return f"{self.text or 'the motion'} is postponed from {self.asked:.3f} to {self.executed:.3f} s"
 
 
@@ -210,7 +210,7 @@ class Engine:
             case Alter():
                 self._alter(request, issued)
             case Delay():
-                return self._until(self._stand(issued, request.text, DELAY.checked(request.seconds)), program)
+                return self._until(self._stand(issued, request.text, DELAY.check(request.seconds)), program)
             case OperateHand(stamp=Stamp()):
                 opening = self._opening(request.opening, request.width)
                 if self.settings.moves:
@@ -347,7 +347,7 @@ class Engine:
         seconds, known = stamp.seconds, TIME
         if stamp.relative:
             seconds, known = self.now + seconds, TIME_FROM_NOW
-        return on_grid(known.checked(seconds, given=stamp.seconds))
+        return on_grid(known.check(seconds, given=stamp.seconds))
 
     def _may_blend(self, move: Move) -> bool:
         """Whether continuous path is on, and no configuration word asks for another one than the arm will have."""
@@ -483,7 +483,7 @@ class Engine:
         if now >= self.end:
             return self.position().joints
         braking = self._after(now).motion(Start.AT, text="BRAKE")
-        stopped = self.timeline.apply(self._planned(braking, now, now, insert=False))
+        stopped = self.timeline.apply(self._plan_change(braking, now, now, insert=False))
         return destination_at(self.arm, stopped, stopped.end).joints
 
     def resync(
@@ -585,7 +585,7 @@ class Engine:
             yield from self._chase(chunk, motion, begin, on_grid(self.now if issued is None else issued))
         if not self.realtime:
             self.clock.advance(self.end)
-        return (yield from self._followed(chunk, begin, late))
+        return (yield from self._follow_report(chunk, begin, late))
 
     def _chase(self, chunk: Chunk, motion: Motion, begin: float, issued: float) -> Parts[None]:
         """Plan and commit a chunk part by part: the first one is a command, the others prolong it."""
@@ -611,7 +611,7 @@ class Engine:
         if not begun:
             raise MotionError("the motion under way has no room to give way", "send samples for later")
 
-    def _followed(self, chunk: Chunk, begin: float, late: int) -> Parts[FollowReport]:
+    def _follow_report(self, chunk: Chunk, begin: float, late: int) -> Parts[FollowReport]:
         """Compare the timeline with a chunk, from `begin` on, part by part."""
         timeline, end, errors = self.timeline, self.end, list[list[float]]()
         for first in range(late, len(chunk.times), SAMPLES_AT_ONCE):
@@ -643,7 +643,7 @@ class Engine:
         later than times are exact, and what the `checks` raise, unless it `happens` in any case.
         """
         issued = self.now if issued is None else issued
-        delta = self._planned(motion, issued, executed, insert=insert, event=event)
+        delta = self._plan_change(motion, issued, executed, insert=insert, event=event)
         stays = delta.keep + delta.drop < len(self.timeline)
         end = self.end + delta.shift if stays else delta.segments[-1].finish if delta.segments else 0.0
         if end > 2.0 * LATEST:
@@ -654,7 +654,7 @@ class Engine:
         self.book.commit([HistoryStep.of(self.timeline, delta, issued, insert, self.settings.alter)], happens=happens)
         return delta
 
-    def _planned(
+    def _plan_change(
         self, motion: Motion, issued: float, executed: float, *, insert: bool, event: Event | None = None
     ) -> TimelineDelta:
         arm, timeline, slowest = self.arm, self.timeline, self.settings.slowest
@@ -745,7 +745,7 @@ class Engine:
         """Plan a motion as `perform` does, and leave the timeline as it is. Raises MotionError, IllegalValue."""
         start, executed = self._beginning(move, False)
         motion = self._motion(move, start, executed)
-        return self._planned(motion, self.now, executed, insert=self.settings.inserts)
+        return self._plan_change(motion, self.now, executed, insert=self.settings.inserts)
 
     def aside(self) -> Engine:
         """Return an engine that goes on from here by itself: what is asked of it changes nothing here, and nobody hears

@@ -107,7 +107,7 @@ class _Course:
             rows = tuple(derivative(row) for row in rows)
         self.samples = [(s, self.sample(s)) for s in sorted(self.times)]
 
-    def sampled(self, measure: Measure) -> float:
+    def greatest_sample(self, measure: Measure) -> float:
         """Return the greatest value of a measure at the samples."""
         return max(measure(sample) for _, sample in self.samples)
 
@@ -134,11 +134,11 @@ class _Course:
 
 def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
     """Return the greatest value of a measure, and the first time of it on the timeline [s]."""
-    sampled = [course.sampled(measure) for course in courses]
-    near = max(sampled) - NEAR * abs(max(sampled))
+    greatest = [course.greatest_sample(measure) for course in courses]
+    near = max(greatest) - NEAR * abs(max(greatest))
     found = [
         (course.greatest(measure), course.segment.start)
-        for course, value in zip(courses, sampled, strict=True)
+        for course, value in zip(courses, greatest, strict=True)
         if value >= near
     ]
     (value, s), start = max(found, key=lambda one: one[0][0])
@@ -202,7 +202,7 @@ def _stretch(course: _Course, velocity: Joints) -> Stretch:
     def share_of(i: int) -> Measure:
         return lambda sample: abs(sample.velocity[i]) / velocity[i]
 
-    shares = [course.sampled(share_of(i)) for i in range(len(velocity))]
+    shares = [course.greatest_sample(share_of(i)) for i in range(len(velocity))]
     joint = shares.index(max(shares))
     share, _ = course.greatest(share_of(joint))
     speed, turn = (course.greatest(attrgetter(name))[0] for name in ("speed", "turn"))
@@ -261,15 +261,17 @@ def splice(book: Book) -> SpliceReport:
     last = book.deltas[-1] if len(book.deltas) else None
     undone = history.undone[-1] if history.undone else None
     if last is not None and last.cause is Cause.UNDO and undone is not None:
-        return _spliced(timeline.apply(undone.step.present(timeline.version)), timeline, last)
-    step = next((one for one in reversed(history.done) if not one.recorded), None)
+        return _splice_report(timeline.apply(undone.step.present(timeline.version)), timeline, last)
+    step = next((one for one in reversed(history.done) if not one.is_record), None)
     if step is None:
         raise UsageError("no command that is known has changed the timeline", "give a motion first")
     cause = Cause.COMMAND if last is None else last.cause
-    return _spliced(timeline.apply(step.taking_back(timeline.version)), timeline, step.delta._replace(cause=cause))
+    return _splice_report(
+        timeline.apply(step.taking_back(timeline.version)), timeline, step.delta._replace(cause=cause)
+    )
 
 
-def _spliced(before: Timeline, after: Timeline, delta: TimelineDelta) -> SpliceReport:
+def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> SpliceReport:
     planned, tail = len(delta.segments), delta.keep + delta.drop
     rows = list[SplicedSegment]()
     first = max(delta.keep - ROWS_AROUND, 1)  # the first segment is the initial pose

@@ -24,7 +24,7 @@ from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.events import Event
 from vrs_cli.values.world import WorldState
 
-MOST = 1000  # events that wait for one subscriber
+MAX_WAITING_EVENTS = 1000  # events that wait for one subscriber
 E = TypeVar("E")
 M = TypeVar("M")
 
@@ -50,7 +50,7 @@ class Inbox(Generic[M]):
         except RuntimeError:  # it rings already
             pass
 
-    def taken(self) -> list[M]:
+    def take_all(self) -> list[M]:
         """All that is there, in order of arrival."""
         there: list[M] = []
         while self._messages:  # there is one reader
@@ -86,7 +86,7 @@ class Subscription(Generic[E]):
     subscription has ended it.
     """
 
-    def __init__(self, most: int = MOST, woken: Callable[[], None] | None = None) -> None:
+    def __init__(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> None:
         self.most = most
         self.ended = False
         self._woken = woken  # called when there is something to take, in the thread of who tells
@@ -101,7 +101,7 @@ class Subscription(Generic[E]):
         told: Sequence[E | MissedEvents] = events
         if len(self._queue) + len(events) > self.most:
             missed = len(events)
-            for left_out in self._queue.taken():
+            for left_out in self._queue.take_all():
                 missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1  # not what made up for them
             told = MissedEvents(missed), instead()
         for event in told:
@@ -115,9 +115,9 @@ class Subscription(Generic[E]):
         """The next event; None where none comes within so many seconds [s], and where there are no more."""
         return self._queue.take(timeout)
 
-    def taken(self) -> list[E | MissedEvents]:
+    def take_all(self) -> list[E | MissedEvents]:
         """All that is there now."""
-        return [event for event in self._queue.taken() if event is not None]
+        return [event for event in self._queue.take_all() if event is not None]
 
     def __iter__(self) -> Iterator[E | MissedEvents]:
         """Wait for event after event, until the subscription is ended and all that was told before has been taken."""
@@ -138,7 +138,7 @@ class Feed(Generic[E]):
         self._subscriptions: WeakSet[Subscription[E]] = WeakSet()
         self._held: list[E] | None = None
 
-    def subscribe(self, most: int = MOST, woken: Callable[[], None] | None = None) -> Subscription[E]:
+    def subscribe(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> Subscription[E]:
         """What stands for all so far, and every event from now on; `woken` is called when there is one."""
         self._publish(self._held or ())
         self._held = None if self._held is None else []
@@ -243,7 +243,7 @@ class KnownEvents(NamedTuple):
 ALL_EVENTS = KnownEvents()
 
 
-def fitted(
+def fit_delta(
     delta: TimelineDelta, timeline: Timeline, first: int, known: KnownEvents = ALL_EVENTS
 ) -> TimelineDelta | None:
     """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first` and
@@ -268,8 +268,8 @@ def fitted(
     return TimelineDelta(*delta[:6], keep, drop, delta.shift, segments, edit)
 
 
-def unfitted(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENTS) -> TimelineDelta:
-    """Return the delta of the whole timeline for one of its known part: the reverse of `fitted`."""
+def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENTS) -> TimelineDelta:
+    """Return the delta of the whole timeline for one of its known part: the reverse of `fit_delta`."""
     edit = delta.events
     if edit is not None:
         edit = edit._replace(keep=edit.keep + known.first - known.values)

@@ -24,7 +24,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, Twist, joints_outside
 from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
-from vrs_cli.trajectory.polynomial import halved
+from vrs_cli.trajectory.polynomial import bisect_interval
 from vrs_cli.trajectory.segment import CartesianPath
 
 SAMPLES = 8  # a stretch, before it is refined
@@ -140,7 +140,7 @@ class Follower:
             halves = s - last.s > finest
             soon = halves and s - last.s > short
             if sample is None or not self._close(last, sample):
-                sample = self._found(path, samples, s, halves=halves, soon=soon)
+                sample = self._next_sample(path, samples, s, halves=halves, soon=soon)
             if sample is not None and self._close(last, sample):
                 samples.append(sample)
             elif halves and (sample is not None or soon):
@@ -151,7 +151,7 @@ class Follower:
                 self._check_no_jump(last, sample, path)
                 samples.append(sample)
 
-    def _found(
+    def _next_sample(
         self, path: CartesianPath, samples: list[Sample], s: float, *, halves: bool, soon: bool
     ) -> Sample | None:
         """The next sample, at a time; next to where the joints will be about if that is worth a guess, which may lie
@@ -171,7 +171,7 @@ class Follower:
             joints = self.joints(path, s, good.joints)
             return joints is not None and self.arm.limits_ok(joints)
 
-        _, first = halved(possible, good.s, until, EDGE_STEPS)
+        _, first = bisect_interval(possible, good.s, until, EDGE_STEPS)
         return self._refusal(path, first, good.joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
@@ -258,10 +258,10 @@ class Follower:
 
     def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
         """Where the tool is at a time, with the singularity that it is close to, and the way round that ("": none)."""
-        which, shown = self.singularity(path, s), self.shown(path.pose(s))
-        return (f"{shown} ({which} singularity)", WAYS_ROUND[which]) if which else (shown, "")
+        which, text = self.singularity(path, s), self.place_text(path.pose(s))
+        return (f"{text} ({which} singularity)", WAYS_ROUND[which]) if which else (text, "")
 
-    def shown(self, pose: Transform) -> str:
+    def place_text(self, pose: Transform) -> str:
         """The place of T_robot_tool in the world, as people read it."""
         x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # no -0.0
         return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
@@ -312,7 +312,7 @@ class Follower:
     def _out_of_reach(self, path: CartesianPath, s: float, near: Joints) -> LocationOutOfRange:
         """The refusal of a line that leaves the reach: outward, next to the robot, or for how the tool is turned."""
         pose = path.pose(s)
-        leaves = f"the straight line leaves the reach of the arm near {self.shown(pose)}"
+        leaves = f"the straight line leaves the reach of the arm near {self.place_text(pose)}"
         what, hint = ", for how the tool is turned there", self._less_turned(path)
         steady, flange = self.arm.steady, self.flange(pose)
         try:
@@ -343,7 +343,7 @@ class Follower:
         model, pose = self.arm.model, path.pose(s)
         joint = joints_outside(joints, model.lower, model.upper)[0]
         driven = joint in DRIVEN_ROUND.get(self.singularity(path, s), ())
-        near, hint = self.place(path, s) if driven else (self.shown(pose), "")
+        near, hint = self.place(path, s) if driven else (self.place_text(pose), "")
         other = "another configuration"
         if self.arm.steady is not None:
             other = "turn the tool otherwise on the way"

@@ -17,7 +17,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.settings import Altered
 from vrs_cli.errors import TooLate, UsageError
-from vrs_cli.trajectory.instant import shown
+from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.events import EventEdit
@@ -53,7 +53,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return HistoryStep(delta, back, clock, insert, altered)
 
     @property
-    def recorded(self) -> bool:
+    def is_record(self) -> bool:
         """Return whether it is of recorded events, and no command."""
         return self.delta.motion.kind is MotionKind.RECORDED
 
@@ -75,22 +75,22 @@ class HistoryStep(Struct, frozen=True, gc=False):
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
         return edit and edit._replace(keep=edit.keep + self.earlier)
 
-    def passed_by(self, recorded: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
+    def passed_by(self, record: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
         """Return both steps as if the recorded one had come before this one. This one is done, or `undone`, when the
         other came. None if that is not possible: the recorded one came after this one had begun.
         """
-        edit, events = self.delta.events, recorded.delta.events
-        if recorded.delta.executed > begins(self.delta):
+        edit, events = self.delta.events, record.delta.events
+        if record.delta.executed > begins(self.delta):
             return None
         if edit is None or events is None:
-            return self, recorded
-        place = events.keep + recorded.earlier - edit.keep - self.earlier
+            return self, record
+        place = events.keep + record.earlier - edit.keep - self.earlier
         if place <= 0:
-            return structs.replace(self, earlier=self.earlier + len(events.events)), recorded
+            return structs.replace(self, earlier=self.earlier + len(events.events)), record
         here, there = (edit.drop, len(edit.events)) if undone else (len(edit.events), edit.drop)
         if place < here or edit.shift:
             return None
-        return self, structs.replace(recorded, earlier=recorded.earlier + there - here)
+        return self, structs.replace(record, earlier=record.earlier + there - here)
 
 
 def begins(delta: TimelineDelta) -> float:
@@ -118,14 +118,14 @@ class History:
         self.forgotten = forgotten
 
     @property
-    def known(self) -> list[HistoryStep]:
+    def known_commands(self) -> list[HistoryStep]:
         """The steps that hold and are commands, oldest first."""
-        return [step for step in self.done if not step.recorded]
+        return [step for step in self.done if not step.is_record]
 
     @property
     def commands(self) -> int:
         """The number of commands in force."""
-        return self.forgotten + len(self.known)
+        return self.forgotten + len(self.known_commands)
 
     def copy(self) -> History:
         return History(self.done, self.undone, self.forgotten)
@@ -136,7 +136,7 @@ class History:
         while old < len(self.done) and self.done[old].delta.version < version:
             old += 1
         if old:
-            self.forgotten += sum(not step.recorded for step in self.done[:old])
+            self.forgotten += sum(not step.is_record for step in self.done[:old])
             del self.done[:old]
         if self.undone and ((last := self.undone[-1]) is None or last.step.delta.version < version):
             self.undone.clear()
@@ -149,7 +149,7 @@ class History:
         if not self.undone:
             return
         undone: list[Undone | None] = []
-        for one in reversed(self.undone if step.recorded else ()):
+        for one in reversed(self.undone if step.is_record else ()):
             passed = None if one is None else one.step.passed_by(step, undone=True)
             if one is None or passed is None:
                 undone.clear()
@@ -163,18 +163,18 @@ class History:
         which stay if it `leaves_recorded`. Raises UsageError where there are not so many, TooLate for a command that
         has begun before events which stay.
         """
-        hint = f"at most {{UNDO {len(self.known)}}}"
+        hint = f"at most {{UNDO {len(self.known_commands)}}}"
         older = "what is older cannot be taken back any more" if self.forgotten else ""
-        _check_count(len(self.known), count, "undo", hint, older)
+        _check_count(len(self.known_commands), count, "undo", hint, older)
         taken: list[HistoryStep] = []
         stay: list[HistoryStep] = []
         for step in reversed(self.done):
-            if step.recorded and leaves_recorded:
+            if step.is_record and leaves_recorded:
                 stay.insert(0, step)
                 continue
             alone, stay = _below(step, stay)
             taken.append(alone)
-            count -= not step.recorded
+            count -= not step.is_record
             if not count:
                 break
         return taken
@@ -184,7 +184,7 @@ class History:
         back with them. Raises UsageError where there are not so many.
         """
         known = [one for one in reversed(self.undone) if one is not None]
-        commands = [place for place, one in enumerate(known) if not one.step.recorded]
+        commands = [place for place, one in enumerate(known) if not one.step.is_record]
         never = "{REDO} follows {UNDO}; a new motion ends it"
         _check_count(len(commands), count, "redo", f"at most {{REDO {len(commands)}}}", never)
         return known[: (*commands, len(known))[count]]
@@ -230,8 +230,8 @@ class History:
 def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
     """Return a step, and the recorded ones behind it, as if these had come before it. Raises TooLate."""
     stay: list[HistoryStep] = []
-    for recorded in behind:
-        passed = step.passed_by(recorded, undone=False)
+    for record in behind:
+        passed = step.passed_by(record, undone=False)
         if passed is None:
             text = step.delta.motion.text or "the last command"
             raise TooLate(f"{text} has begun before what was recorded since", "{ABORT} stops the motion")
@@ -248,7 +248,7 @@ def _check_count(known: int, count: int, what: str, most: str, none: str) -> Non
         raise UsageError(f"there are not {count} motions to {what}", most)
 
 
-def held(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
+def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
     """The deltas of the commands that hold after a row of deltas, without their segments."""
     done: list[TimelineDelta] = []
     undone: list[TimelineDelta] = []
@@ -281,9 +281,9 @@ def records(timeline: Timeline, commands: Sequence[TimelineDelta]) -> tuple[Comm
         begins, ends = {**begins, **alone}, {**ends, **alone}
     found = []
     for delta in commands:
-        motion, executed = delta.motion, shown(delta.executed)
+        motion, executed = delta.motion, round_to_ns(delta.executed)
         begin, end = begins.get(motion.number), ends.get(motion.number)
-        times = executed if begin is None else shown(begin), None if end is None else shown(end)
+        times = executed if begin is None else round_to_ns(begin), None if end is None else round_to_ns(end)
         asked = executed if motion.start is Start.AT else None
-        found.append(CommandRecord(motion.number, motion.text, shown(delta.issued), *times, asked))
+        found.append(CommandRecord(motion.number, motion.text, round_to_ns(delta.issued), *times, asked))
     return tuple(found)

@@ -112,7 +112,7 @@ class StretchLoad:
 
     def _moments(self, samples: list[Sample]) -> list[Moment]:
         """Those samples that are in no singular pose."""
-        known = ((sample, self._known(joint_acceleration_and_jerk, sample)) for sample in samples)
+        known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
     def _calm(self, means: list[Rates], ends: list[Moment]) -> bool:
@@ -210,7 +210,7 @@ class StretchLoad:
         rows = zip(guess, near[1], self.limits.max_acceleration, strict=True)
         if all(abs(a) + 2.0 * abs(a - mean) < counts * limit for a, mean, limit in rows):
             return sample.s, guess
-        return sample.s, self._known(joint_acceleration, sample) or guess
+        return sample.s, self._rates_at(joint_acceleration, sample) or guess
 
     def _near_limit(self, means: list[Rates], counts: float) -> Iterator[Rates]:
         """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit and may
@@ -226,7 +226,7 @@ class StretchLoad:
                 if most + max(around) - min(around) > counts * limit:
                     near |= {k: None, k + 1: None}
         for sample in [self.samples[k] for k in near if 0 < k < len(self.samples) - 1]:
-            rates = self._known(joint_acceleration, sample)
+            rates = self._rates_at(joint_acceleration, sample)
             if rates is not None:
                 yield sample.s, rates
 
@@ -235,7 +235,7 @@ class StretchLoad:
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(self._clear())][::-1]
         while pending:
             a, b, left = pending.pop()
-            first, last = self._known(joint_acceleration, a), self._known(joint_acceleration, b)
+            first, last = self._rates_at(joint_acceleration, a), self._rates_at(joint_acceleration, b)
             if first is None or last is None:
                 continue
             yield a.s, first
@@ -249,7 +249,7 @@ class StretchLoad:
         rows = zip(found, self.limits.max_acceleration, strict=True)
         return any(bent and most > NEAR_LIMIT * limit for (most, bent), limit in rows)
 
-    def _known(
+    def _rates_at(
         self, rates: Callable[[RobotArm, CartesianPath, float, Joints, Joints, Transform], R], sample: Sample
     ) -> R | None:
         """The rates of the joints at a sample; None in a singular pose, where none are defined."""
@@ -309,7 +309,7 @@ class StretchLoad:
             worst, (_, bent) = ratios[joint], found[joint]
             if worst > NEAR_LIMIT and bent and left:
                 sample = self.follower.sample(self.path, 0.5 * (a.sample.s + b.sample.s), a.sample.joints)
-                rates = self._known(joint_acceleration_and_jerk, sample)
+                rates = self._rates_at(joint_acceleration_and_jerk, sample)
                 if rates is not None:
                     middle = Moment(sample, *rates)
                     pending += (a, middle, left - 1), (middle, b, left - 1)

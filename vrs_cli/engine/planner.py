@@ -281,7 +281,7 @@ class _Edit(Struct, frozen=True, dict=True):
         begin = new[0].start
         kept = [segment for segment in self.segments if not segment.start >= begin < segment.finish]
         if kept and kept[-1].finish > begin:
-            kept[-1] = kept[-1].truncated(begin)
+            kept[-1] = kept[-1].truncate(begin)
         return structs.replace(self, segments=(*kept, *new), tail=tail)
 
     def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
@@ -345,12 +345,12 @@ def edit_events(
         last_input = next((index + 1 for index in places if _is_input(old.event(index))), after)
     for event in old.event_slice(after, last_input):
         gone.append(event)
-        moved.append(event if _is_input(event) else event.shifted(shift))
+        moved.append(event if _is_input(event) else event.shift_by(shift))
         latest = max(latest, moved[-1].time)
     after = kept + len(gone)
     for event in old.event_slice(after, old.events_by(latest - shift, before=True)):
         gone.append(event)  # an input from outside comes after it now
-        moved.append(event.shifted(shift))
+        moved.append(event.shift_by(shift))
     after = kept + len(gone)
     moved.sort(key=lambda event: event.time)  # stable: events of one instant keep their order
     if after == count:

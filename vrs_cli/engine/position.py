@@ -160,7 +160,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     """The joints at times (N,) [s], in any order: (N, n) [rad]; sorted times are fastest."""
     import numpy as np
 
-    times, back = _sorted(times)
+    times, back = _in_order(times)
     found = np.empty((len(times), arm.model.joint_count))
     for block, rows in _blocks(timeline, times):
         table, part = block.table()
@@ -169,7 +169,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     return found if back is None else found[back]
 
 
-def _sorted(times: Floats) -> tuple[Floats, Rows | None]:
+def _in_order(times: Floats) -> tuple[Floats, Rows | None]:
     """The times in order, and for each time its place among them; None where they are in order."""
     import numpy as np
 
@@ -232,12 +232,12 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
 
 def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:
     """`positions_at` without the rates, which cost the most on straight lines."""
-    return _sampled(arm, timeline, times, PlaceArrays)
+    return _sample_at(arm, timeline, times, PlaceArrays)
 
 
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PositionArrays:
     """g for an array of times (N,) [s], in any order; sorted times are fastest."""
-    return _sampled(arm, timeline, times, PositionArrays)
+    return _sample_at(arm, timeline, times, PositionArrays)
 
 
 def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
@@ -251,17 +251,17 @@ def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
 
 def poses_along(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats) -> PlaceArrays:
     """Return the places of given joints (N, n) at sorted times (N,) [s], with BASE and TOOL of the timeline."""
-    return _sampled(arm, timeline, times, PlaceArrays, joints)
+    return _sample_at(arm, timeline, times, PlaceArrays, joints)
 
 
-def _sampled(
+def _sample_at(
     arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled], joints: Floats | None = None
 ) -> Sampled:
     import numpy as np
 
     from vrs_cli.kinematics.arrays import compose_batch, stack
 
-    times, back = _sorted(times)
+    times, back = _in_order(times)
     n = arm.model.joint_count
     shapes = {"joints": (n,), "T_world_tool": (3, 4), "hand": (), "velocity": (n,), "acceleration": (n,)}
     found = kind(times, *(np.zeros((len(times), *shapes[name])) for name in kind.__struct_fields__[1:]))

@@ -59,7 +59,7 @@ class Standpoint(Struct, frozen=True):
         """Return T_robot_tool of joints."""
         return compose(self.arm.forward(joints), self.before.frames.tool)
 
-    def resolved(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
+    def resolve_target(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
         """Return where a motion to a target goes. Raises as `targets.resolve` does."""
         return resolve(self.arm, self.settings, Move(target, straight), self.before.frames, self.here, self.here)
 
@@ -71,7 +71,7 @@ class Standpoint(Struct, frozen=True):
         fast, number = program_speed(speed, settings, self.arm.model), self.before.number + 1
         return After(self.before, number, settings).motion(Start.AT, pose, fast, duration=duration)
 
-    def planned(self, line: Motion) -> tuple[Segment, ...]:
+    def plan_line(self, line: Motion) -> tuple[Segment, ...]:
         """Plan a line that begins here, at rest, at time 0. Raises MotionError."""
         still = JointState(self.here, (0.0,) * len(self.here))
         return plan_motion(Problem(self.arm, Here(still), line, 0.0, self.settings.slowest))
@@ -82,7 +82,7 @@ def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineChe
     begin = stand.tool(stand.here)
     long = dist(position(begin), position(end))
     try:
-        segments = stand.planned(stand.line(end))
+        segments = stand.plan_line(stand.line(end))
     except MotionError as error:
         at = None if error.place is None else dist(error.place, position(begin))
         return LineCheck(long, None, str(error), at, tuple(_ways_out(stand, begin, end, reachable=reachable)))
@@ -115,8 +115,8 @@ def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Tr
             settings = settings.after(SetConfiguration(flag))
     target = PoseTarget(compose(inverse(stand.before.frames.base), begin))
     try:
-        moved = structs.replace(stand, settings=settings).resolved(target)
-        structs.replace(stand, here=moved).planned(stand.line(end, once=False))
+        moved = structs.replace(stand, settings=settings).resolve_target(target)
+        structs.replace(stand, here=moved).plan_line(stand.line(end, once=False))
     except MotionError:
         return False
     return True
@@ -142,9 +142,9 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     if near is None:
         return False
     try:
-        first = stand.planned(stand.line(via))[-1]
+        first = stand.plan_line(stand.line(via))[-1]
         at_via = structs.replace(stand, here=segment_joints(stand.arm, first, first.duration))
-        at_via.planned(stand.line(end, once=False))
+        at_via.plan_line(stand.line(end, once=False))
     except MotionError:
         return False
     return True
@@ -175,9 +175,9 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
         pose = compose(stand.before.frames.base, target.T_world_tool)
         T_robot_flange = compose(pose, inverse(stand.before.frames.tool))
         options = tuple(_option(stand, T_robot_flange, solution) for solution in holding.inverse_all(T_robot_flange))
-    chosen, reason = _chosen(stand, target, options)
+    chosen, reason = _choice(stand, target, options)
     try:
-        stand.resolved(target, straight=True)
+        stand.resolve_target(target, straight=True)
         line = check_line(stand, pose, reachable=chosen is not None)
     except MotionError as error:  # no line goes there, wherever it begins
         far = dist(position(stand.tool(stand.here)), position(pose))
@@ -210,12 +210,12 @@ def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:
     return tuple(found)
 
 
-def _chosen(
+def _choice(
     stand: Standpoint, target: PoseTarget | JointTarget, options: Sequence[Option]
 ) -> tuple[Configuration | None, str]:
     """Return the configuration that MOVE would take, and why."""
     try:
-        joints = stand.resolved(target)
+        joints = stand.resolve_target(target)
     except MotionError as error:
         return None, str(error)
     chosen, have = stand.arm.configuration(joints), stand.configuration

@@ -48,7 +48,7 @@ class Range(Struct, frozen=True):
     most: float
     unit: str = "%"
 
-    def checked(self, value: float, given: float | None = None) -> float:
+    def check(self, value: float, given: float | None = None) -> float:
         """The value. Raises IllegalValue for one outside, and NaN; `given`: the number that it follows from."""
         if not self.least <= value <= self.most:
             bounds = f"{self.what} from {self.least:g} to {self.most:g} {self.unit}"
@@ -101,7 +101,7 @@ class ParameterRow(Struct, frozen=True):
     words: tuple[str, ...] = ()
     numbers: bool = False
 
-    def checked(self, value: float | str) -> float | str:
+    def check(self, value: float | str) -> float | str:
         """The value as it is kept. Raises IllegalValue for one that the parameter cannot have."""
         if self.words and (isinstance(value, str) or not self.numbers):
             word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")  # the language has -1 and 0
@@ -289,14 +289,14 @@ class Altered(Struct, frozen=True):
         """The same with another displacement."""
         total = displacement
         if self.mode.adds:
-            total = self._moved(self.displacement, displacement)
+            total = self._displace(self.displacement, displacement)
         return replace(self, displacement=total)
 
     def place(self, T_world_tool: Transform) -> Transform:
         """Return the displaced pose of a tool pose."""
-        return self._moved(T_world_tool, self.displacement)
+        return self._displace(T_world_tool, self.displacement)
 
-    def _moved(self, T: Transform, by: Transform) -> Transform:
+    def _displace(self, T: Transform, by: Transform) -> Transform:
         if not self.mode.world:
             return compose(T, by)
         return at_position(compose(at_position(by, 0.0, 0.0, 0.0), T), T.px + by.px, T.py + by.py, T.pz + by.pz)
@@ -368,20 +368,20 @@ class Settings(Struct, frozen=True):
         """
         match change:
             case SetSpeed():
-                PROGRAM_SPEED[change.unit].checked(change.value)
+                PROGRAM_SPEED[change.unit].check(change.value)
                 if change.rotation is not None:
-                    ROTATION_SPEED.checked(change.rotation)
+                    ROTATION_SPEED.check(change.rotation)
                 return replace(self, speed=self.speed.put(change, change.always))
             case SetMonitorSpeed():
-                return replace(self, monitor_speed=MONITOR_SPEED.checked(change.percent))
+                return replace(self, monitor_speed=MONITOR_SPEED.check(change.percent))
             case SetDuration():
-                return replace(self, duration=self.duration.put(DURATION.checked(change.seconds), change.always))
+                return replace(self, duration=self.duration.put(DURATION.check(change.seconds), change.always))
             case SetSwivel():
                 return replace(self, swivel=self.swivel.put(change, change.always))
             case SetAcceleration():
-                percent = min(ACCELERATION.checked(change.acceleration), FULL_SPEED)
+                percent = min(ACCELERATION.check(change.acceleration), FULL_SPEED)
                 if change.deceleration is not None:  # the smaller one serves both
-                    percent = min(percent, DECELERATION.checked(change.deceleration))
+                    percent = min(percent, DECELERATION.check(change.deceleration))
                 return replace(self, acceleration=percent / FULL_SPEED)
             case SetAlter():
                 return replace(self, alter=None if change.mode is None else Altered(change.mode))
@@ -392,7 +392,7 @@ class Settings(Struct, frozen=True):
                 return replace(self, modes={**self.modes, change.mode: mode})
             case SetParameter():
                 name, value = name_in(PARAMETERS, IDLE_PARAMETERS, change.name, "parameter"), change.value
-                value = PARAMETERS[name].checked(value) if name in PARAMETERS else value
+                value = PARAMETERS[name].check(value) if name in PARAMETERS else value
                 return replace(self, parameters={**self.parameters, name: value})
             case SetSwitch():
                 name = name_in(SWITCHES, IDLE_SWITCHES, change.name, "switch")

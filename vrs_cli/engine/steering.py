@@ -18,7 +18,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND, on_grid
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes, Row
-from vrs_cli.trajectory.polynomial import Polynomial, shifted
+from vrs_cli.trajectory.polynomial import Polynomial, taylor_shift
 from vrs_cli.trajectory.segment import JointPath, Segment, stay_inside
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -62,7 +62,7 @@ def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | N
         ends = [_row(segment.finish - t, (q, 0.0, 0.0, 0.0)) for q in path.joints(segment.duration)]
         ways = [way[:-1] for way in ways] or [[] for _ in ends]
         for way, row, end in zip(ways, path.coefficients, ends, strict=True):
-            cubic = shifted((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
+            cubic = taylor_shift((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
             way.extend((_row(begin - t, cubic), end))
     return ways or None
 

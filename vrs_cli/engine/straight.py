@@ -36,7 +36,7 @@ from vrs_cli.kinematics.transform import (
     subtracted,
 )
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes
-from vrs_cli.trajectory.polynomial import halved, value
+from vrs_cli.trajectory.polynomial import bisect_interval, value
 from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segment, ToolStretch, Turn, segments_of
 from vrs_cli.trajectory.state import GuideState, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
@@ -181,8 +181,10 @@ class _Line:
             )  # less is asked of what asked too much: of the blend, of slowing down, or of the speed
             by_velocity = _easing(max(blend.velocity, cruise.velocity, slow.velocity, sqrt(cruise.acceleration)))
             by_acceleration, by_jerk = _easing(slow.acceleration), _easing(slow.jerk)
-            limits = self.limits.slowed(by_velocity, by_acceleration, by_jerk)
-            self.limits = limits.blended(_easing(blend.acceleration) / by_acceleration, _easing(blend.jerk) / by_jerk)
+            limits = self.limits.slow_down(by_velocity, by_acceleration, by_jerk)
+            self.limits = limits.ease_blend(
+                _easing(blend.acceleration) / by_acceleration, _easing(blend.jerk) / by_jerk
+            )
             self.least *= by_velocity
             slowed *= by_velocity
             if slowed > self.problem.slowest:
@@ -219,7 +221,7 @@ class _Line:
                 raise self._too_singular(load)
             factor = load.slowing * SPARE
             self.least *= factor
-            stretches = self._stretches(self.limits.slowed(factor, factor * factor, factor * factor * factor))
+            stretches = self._stretches(self.limits.slow_down(factor, factor * factor, factor * factor * factor))
             if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
                 seeds, _ = self._follow(stretches, self._instants(stretches, found.marks))
         return self._segments(stretches, seeds)
@@ -261,16 +263,18 @@ class _Line:
         marks = []
         for stretch in stretches:
             lasting = stretch.duration
-            inside = [part for part in parts if self._done(stretch, 0.0) < part < self._done(stretch, lasting)]
+            inside = [
+                part for part in parts if self._part_done(stretch, 0.0) < part < self._part_done(stretch, lasting)
+            ]
             marks.append(tuple(self._instant(stretch, part) for part in inside))
         return marks
 
     def _instant(self, stretch: ToolStretch, part: float) -> float:
         """Return the instant of a stretch at which this part of the line is done."""
-        _, instant = halved(lambda s: self._done(stretch, s) < part, 0.0, stretch.duration, INSTANT_STEPS)
+        _, instant = bisect_interval(lambda s: self._part_done(stretch, s) < part, 0.0, stretch.duration, INSTANT_STEPS)
         return instant
 
-    def _done(self, stretch: ToolStretch, s: float) -> float:
+    def _part_done(self, stretch: ToolStretch, s: float) -> float:
         """Return the part of the line that is done at an instant of a stretch."""
         begin = position(self.state.pose)
         way = subtracted(position(self.goal), begin)

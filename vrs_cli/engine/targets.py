@@ -303,19 +303,19 @@ class After(Struct, frozen=True):
 
 
 def fraction_of_full(fraction: float, settings: Settings) -> Speed:
-    return Speed(_limited(settings.monitor_speed / FULL_SPEED * fraction))
+    return Speed(_limit_speed(settings.monitor_speed / FULL_SPEED * fraction))
 
 
 def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> Speed:
     monitor = settings.monitor_speed / FULL_SPEED
-    rotation = None if program.rotation is None else _limited(monitor * program.rotation / FULL_SPEED)
+    rotation = None if program.rotation is None else _limit_speed(monitor * program.rotation / FULL_SPEED)
     if program.unit is SpeedUnit.PERCENT:
-        return Speed(_limited(monitor * program.value / FULL_SPEED), None, rotation)
+        return Speed(_limit_speed(monitor * program.value / FULL_SPEED), None, rotation)
     tip, full = monitor * program.value * (MM if program.unit is SpeedUnit.MMPS else INCH), model.linear_speed
-    fraction = _limited(tip / full)
+    fraction = _limit_speed(tip / full)
     return Speed(fraction, min(max(tip, SLOWEST * full), full), fraction if rotation is None else rotation)
 
 
-def _limited(speed: float) -> float:
+def _limit_speed(speed: float) -> float:
     """Limit a fraction of nominal speed: not above 1, and not so slow that there is no motion."""
     return min(max(speed, SLOWEST), 1.0)

@@ -492,7 +492,7 @@ def keep_journal(
         form = None if reach is None else Form.of(engine.arm)
         journal = Journal(
             it,
-            lambda: Course(engine.model, book.initial, book.deltas, engine.measured.seen),
+            lambda: Course(engine.model, book.initial, book.deltas, engine.measured.view),
             tell,
             durable=durable,
             together=together,

@@ -350,7 +350,7 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
         size=size,
         checksum=_checksums(file, size).last,
         version=record.checkpoint,
-        measured=measured.seen,
+        measured=measured.view,
     )
 
 

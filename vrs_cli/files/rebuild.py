@@ -87,7 +87,7 @@ class OlderHand:
             if after < timeline.event_count and timeline.event(after).number == tail.motion.number:
                 after += timeline.event(after).time == tail.start
             last = delta.segments[-1].motion.hand if delta.segments else before
-            events += _openings([tail.shifted(delta.shift)], last)
+            events += _openings([tail.shift_by(delta.shift)], last)
         return delta._replace(events=EventEdit(keep, after - keep, delta.shift, tuple(events)))
 
 

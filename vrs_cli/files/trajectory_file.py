@@ -220,7 +220,7 @@ class _Reader:
             lines=self._numbers,
             places=tuple(self._places),
             laws=self._laws,
-            measured=self._measured.seen,
+            measured=self._measured.view,
         )
 
 

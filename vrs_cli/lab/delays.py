@@ -216,7 +216,7 @@ class DelayCourse:
             self._at(self._backward.arrival(self._now), lambda: self._refused(number))
             return
         version, applied = robot.timeline.version, robot.now
-        told = [event for event in self._told.taken() if isinstance(event, TimelineDelta)]
+        told = [event for event in self._told.take_all() if isinstance(event, TimelineDelta)]
         self.changes += (Change(applied, delta.cut) for delta in told)
         changes = (messages.Delta(delta_record(it, Motions()), applied, number=it.version + 1) for it in told)
         frames = [encode(change, Encoding.MSGPACK) for change in changes]

@@ -208,7 +208,7 @@ class BodyClient:
         try:
             while True:
                 stirred.clear()
-                for change in hearing.taken():
+                for change in hearing.take_all():
                     yield change
                 while orders:
                     yield orders.popleft()

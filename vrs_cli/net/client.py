@@ -268,7 +268,7 @@ class Client:
         if not self.measures or mirror is None:
             return
         if isinstance(message, messages.Welcome):
-            end = mirror.record.seen.end
+            end = mirror.record.view.end
             self.far.unmeasured = -1.0 if end is None else end
         asks = self._remeasuring is not None and not self._remeasuring.done()
         if self.far.unmeasured < inf and not asks:

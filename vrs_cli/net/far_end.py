@@ -354,7 +354,7 @@ class FarEnd:
         if mirror is None:
             return
         if message.first > self._told_reports:
-            end = mirror.record.seen.end
+            end = mirror.record.view.end
             self.unmeasured = min(self.unmeasured, -1.0 if end is None else end)
         self._told_reports = message.first + len(message.times)
         self._add_reports([message])

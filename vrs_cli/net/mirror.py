@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.feed import Feed, KnownEvents, Snapshot, TimelineReplaced, fitted, last_values, unfitted
+from vrs_cli.engine.feed import Feed, KnownEvents, Snapshot, TimelineReplaced, fit_delta, last_values, unfit_delta
 from vrs_cli.engine.settings import Settings
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
@@ -133,7 +133,7 @@ class Mirror:
     def measured(self) -> MeasuredTimeline:
         """What the body of the robot has reported, as far as it was told here."""
         self.before_measured()
-        return self.record.seen
+        return self.record.view
 
     @property
     def settings(self) -> Settings:
@@ -157,7 +157,7 @@ class Mirror:
 
     def whole(self, delta: TimelineDelta) -> TimelineDelta:
         """Return a delta of the known timeline as one of the robot's whole timeline."""
-        return unfitted(delta, self._held.first, self._held.known)
+        return unfit_delta(delta, self._held.first, self._held.known)
 
     @property
     def begins(self) -> float:
@@ -179,7 +179,7 @@ class Mirror:
         if self.lost or seq <= held.seq:
             return
         follows = seq == held.seq + 1 and delta.version == held.timeline.version
-        here = fitted(delta, held.timeline, held.first, held.known) if follows else None
+        here = fit_delta(delta, held.timeline, held.first, held.known) if follows else None
         if here is None:
             self.lost = True
             return
@@ -208,7 +208,7 @@ class Mirror:
         """
         held, count = self._held, self._held.first - older.first
         joint = older.segments[count : count + 1]  # the first that is held, perhaps cut off by now
-        if self.lost or count < 0 or not joint or joint[0].truncated(held.timeline[0].finish) != held.timeline[0]:
+        if self.lost or count < 0 or not joint or joint[0].truncate(held.timeline[0].finish) != held.timeline[0]:
             return False
         self._held = held.with_older(older)
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
@@ -230,7 +230,7 @@ def parting(before: Timeline, after: Timeline) -> float:
             return float((other or one).start)
         if one != other:
             end = min(one.finish, other.finish)
-            same = one.truncated(end) == other.truncated(end)
+            same = one.truncate(end) == other.truncate(end)
             return end if same else max(min(one.start, other.start), begin)
     return inf
 

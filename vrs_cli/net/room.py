@@ -288,7 +288,7 @@ class Room(ServedRobot):
             flush()
         if self.said:
             self.stirred()
-        for event in self._events.taken():
+        for event in self._events.take_all():
             if not isinstance(event, MissedEvents):
                 applied = self._self.now
                 self.broadcast.tell(event, applied)

@@ -109,7 +109,7 @@ class ServedBody:
         """Answer what was measured in a stretch of time, as much as fits into one message."""
         told = self._broadcast.measured.count
         end = inf if message.end is None else message.end
-        found = list(islice(self.body.record.seen.between(message.begin, end), MAX_REPORTS + 1))
+        found = list(islice(self.body.record.view.between(message.begin, end), MAX_REPORTS + 1))
         parts = tuple(ReportRows(**columns_of(part)) for part in row_parts(found[:MAX_REPORTS]))
         return ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_REPORTS)
 
@@ -340,7 +340,7 @@ class ServedRobot:
             engine.measured.listeners.remove(self._journal.add_reports)  # they come in another thread than the robot's
             engine.measured.listeners.append(self._leave_unwritten)
             try:
-                measured_until = engine.measured.seen.end
+                measured_until = engine.measured.view.end
                 if measured_until is not None:
                     engine.measured.forget_before(measured_until - MEASURED_SECONDS)
                     if engine.realtime:  # time went on after the last motion

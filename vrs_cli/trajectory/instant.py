@@ -28,6 +28,6 @@ def down_to_grid(t: float) -> float:
     return floor(t * TICKS_PER_SECOND) * TICK
 
 
-def shown(t: float) -> float:
+def round_to_ns(t: float) -> float:
     """The time as people typed it: rounded to 1 ns, so that 3.1 is written 3.1."""
     return round(t, 9) + 0.0

@@ -254,7 +254,7 @@ class MeasuredTimeline(Sequence[Report]):
 
 
 class MeasuredRecord:
-    """The reports of one robot as they come. One thread puts them in; any may take `seen`. `listeners` are given those
+    """The reports of one robot as they come. One thread puts them in; any may take `view`. `listeners` are given those
     that were put in, in the order in which they came.
     """
 
@@ -263,27 +263,27 @@ class MeasuredRecord:
         self.listeners: list[Callable[[Sequence[Report]], None]] = []
         self._chunks: list[ReportColumns] = []
         self._version = 0  # changes whenever reports do
-        self._seen = 0, MeasuredTimeline(joint_count)
+        self._view = 0, MeasuredTimeline(joint_count)
 
     def __len__(self) -> int:
         return sum(chunk.count for chunk in self._chunks)
 
     @property
-    def seen(self) -> MeasuredTimeline:
+    def view(self) -> MeasuredTimeline:
         """All reports so far, as a view that later ones do not change."""
-        version, seen = self._seen
+        version, view = self._view
         if version != self._version:
             version = self._version  # read before the reports are: a view that misses some is made anew
-            seen = MeasuredTimeline(self.joint_count, tuple(self._chunks))
-            self._seen = version, seen
-        return seen
+            view = MeasuredTimeline(self.joint_count, tuple(self._chunks))
+            self._view = version, view
+        return view
 
     def add(self, reports: Iterable[Report]) -> ReportCounts:
         """Put reports in their places, and return what became of each. Of one time the first that came stays; one that
         is more than LATE seconds older than the newest is dropped. Raises IllegalValue for a report that is none, and
         then adds nothing.
         """
-        rows = [self._checked(report) for report in reports]
+        rows = [self._check_report(report) for report in reports]
         late = duplicate = reordered = 0
         taken = []
         for report in rows:
@@ -304,7 +304,7 @@ class MeasuredRecord:
             listener(taken)
         return ReportCounts(len(rows), 0, late, duplicate, reordered)
 
-    def _checked(self, report: Report) -> Report:
+    def _check_report(self, report: Report) -> Report:
         if not abs(report.t) <= LATEST:
             raise IllegalValue(f"time {report.t:g} s of a report", f"at most {LATEST:g} s", value=report.t)
         for name, row in (("joints", report.joints), ("velocity", report.velocity), ("effort", report.effort)):

@@ -54,7 +54,7 @@ def third_derivative(a: Polynomial, t: float) -> float:
     return value(derivative(derivative(derivative(a))), t) if len(a) > 4 else 0.0
 
 
-def derived(a: Polynomial, t: float, order: int) -> float:
+def derivative_at(a: Polynomial, t: float, order: int) -> float:
     """p(t), or a derivative of it."""
     for _ in range(order):
         a = derivative(a)
@@ -66,7 +66,7 @@ def derivative(a: Polynomial) -> Polynomial:
     return tuple(power * coefficient for power, coefficient in enumerate(a) if power) or (0.0,)
 
 
-def shifted(a: Polynomial, t: float) -> Polynomial:
+def taylor_shift(a: Polynomial, t: float) -> Polynomial:
     """The polynomial p(t + s) in s, by Horner's scheme again and again."""
     row = list(a)
     for first in range(len(row) - 1):
@@ -112,7 +112,7 @@ def _zero_between(a: Polynomial, low: float, high: float) -> float:
     return t
 
 
-def halved(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
+def bisect_interval(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
     """Halve the way between a value at which something holds and one at which it does not; return both ends of what is
     left.
     """

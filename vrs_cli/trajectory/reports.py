@@ -131,7 +131,7 @@ class ReportColumns:
         n = self.joint_count
         flags = np.frombuffer(bytes(self.flags[first:last]), np.uint8)
 
-        def told(column: array[float] | None, bit: int) -> Singles:
+        def column_array(column: array[float] | None, bit: int) -> Singles:
             made = np.full((last - first, n), nan, np.float32)
             if column is not None:
                 having = (flags & bit) != 0
@@ -141,7 +141,7 @@ class ReportColumns:
         return ReportArrays(
             np.frombuffer(self.times)[first:last],
             np.frombuffer(self.positions).reshape(-1, n)[first:last],
-            told(self.velocities, VELOCITY),
-            told(self.efforts, EFFORT),
+            column_array(self.velocities, VELOCITY),
+            column_array(self.efforts, EFFORT),
             (flags & MODE).astype(np.intp),
         )

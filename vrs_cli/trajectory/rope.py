@@ -104,7 +104,7 @@ class OffsetNode(NamedTuple, Generic[R]):
     offset: float
     node: Node[R]
 
-    def shifted(self, shift: float) -> OffsetNode[R]:
+    def shift_by(self, shift: float) -> OffsetNode[R]:
         return OffsetNode(self.offset + shift, self.node) if shift else self
 
 
@@ -162,7 +162,7 @@ def _copy(leaf: Leaf[R], count: int) -> R:
     return row
 
 
-def _grown(leaf: Leaf[R]) -> Leaf[R]:
+def _with_growth(leaf: Leaf[R]) -> Leaf[R]:
     """Make a leaf that also has what its row has got since."""
     row, last = leaf.row, len(leaf.row)
     return Leaf(row, leaf.first, last, leaf.begin, row.finishes[last - 1])
@@ -197,7 +197,7 @@ def root(level: list[OffsetNode[R]]) -> OffsetNode[R] | None:
         return None
     held = level[0]
     while isinstance(held.node, Branch) and len(held.node.nodes) == 1:
-        held = _child(held.node, 0).shifted(held.offset)
+        held = _child(held.node, 0).shift_by(held.offset)
     return held
 
 
@@ -220,7 +220,7 @@ def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, 
         return
     place = max(bisect_right(node.counts, index - before) - 1, 0)
     for number in range(place, len(node.nodes)):
-        yield from _parts(_child(node, number).shifted(offset), before + node.counts[number], index)
+        yield from _parts(_child(node, number).shift_by(offset), before + node.counts[number], index)
 
 
 def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
@@ -302,7 +302,7 @@ def _splice(
     if middle and len(node.nodes) + len(middle) - (j - i) <= FAN:
         return [OffsetNode(offset, _patch(node, i, j, middle, shift))]
     row = _children(node, 0, i) + middle + _children(node, j, len(node.nodes), shift)
-    return [part.shifted(offset) for part in _branches(row)]
+    return [part.shift_by(offset) for part in _branches(row)]
 
 
 def _patch(node: Branch[R], first: int, last: int, middle: list[OffsetNode[R]], shift: float) -> Branch[R]:
@@ -339,7 +339,7 @@ def _splice_leaf(
 ) -> list[OffsetNode[R]]:
     """Splice a leaf; what is before and after the new segments stays in its row."""
     count = leaf.count
-    new = list(_shifted(new, -(base + offset)))
+    new = list(_shift_rows(new, -(base + offset)))
     if isinstance(leaf.row, EventRow) and not shift and first < count:
         return [OffsetNode(offset, part) for part in _edited_copy(leaf, first, last, new)]
     if last < count:
@@ -354,7 +354,7 @@ def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> li
     leaves. Some events are left.
     """
     row: Any = leaf.row
-    whole: Leaf[R] = _leaf(row.edited(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
+    whole: Leaf[R] = _leaf(row.with_edit(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
     if whole.count <= SMALL:
         return [whole]
     half = whole.count // 2
@@ -369,7 +369,7 @@ def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]
         return [_leaf(_row_like(leaf, new))]
     if first == leaf.count and _ends_row(leaf):
         leaf.row.grow(new)
-        return [_grown(leaf)]
+        return [_with_growth(leaf)]
     if first == leaf.count > SMALL // 2:
         return [leaf, _leaf(_row_like(leaf, new))]
     if first + len(new) <= SMALL:
@@ -380,8 +380,8 @@ def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]
     return [kept, _leaf(_row_like(leaf, new))]
 
 
-def _shifted(rows: Iterable[Shiftable], shift: float) -> Iterator[Shiftable]:
-    return (one.shifted(shift) for one in rows) if shift else iter(rows)
+def _shift_rows(rows: Iterable[Shiftable], shift: float) -> Iterator[Shiftable]:
+    return (one.shift_by(shift) for one in rows) if shift else iter(rows)
 
 
 def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
@@ -396,7 +396,7 @@ def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
         elif made and place < len(row) - 1 and _ends_row(left := made[-1].node) and held.node.count <= SMALL:
             assert isinstance(left, Leaf)
             _take(left.row, held, made[-1].offset)
-            made[-1] = OffsetNode(made[-1].offset, _grown(left))
+            made[-1] = OffsetNode(made[-1].offset, _with_growth(left))
         else:
             made.append(held)
     return made
@@ -474,7 +474,7 @@ def item(held: OffsetNode[R], index: int) -> Any:
         child = node.nodes[place]
         offset += node.begins[place] - child.begin
         node = child
-    return node.row[node.first + index].shifted(offset)
+    return node.row[node.first + index].shift_by(offset)
 
 
 def leaves(held: OffsetNode[R], first: float, last: float) -> Iterator[tuple[float, Leaf[R]]]:
@@ -503,7 +503,7 @@ def blocks(held: OffsetNode[Row], first: float, last: float) -> Iterator[RowPart
 def segments(held: OffsetNode[Row]) -> Iterator[Segment]:
     """All segments at their times."""
     for offset, leaf in leaves(held, -inf, inf):
-        yield from _shifted(leaf.row.between(leaf.first, leaf.last), offset)
+        yield from _shift_rows(leaf.row.between(leaf.first, leaf.last), offset)
 
 
 # --- events ------------------------------------------------------------------------------------------------------
@@ -515,7 +515,7 @@ def events(held: OffsetNode[EventRow], first: int, last: int) -> Iterator[Event]
         if before >= last:
             return
         low, high = max(first - before, 0), min(last - before, leaf.count)
-        yield from _shifted(leaf.row.between(leaf.first + low, leaf.first + high), offset)
+        yield from _shift_rows(leaf.row.between(leaf.first + low, leaf.first + high), offset)
 
 
 def count_by(held: OffsetNode[EventRow], t: float, *, before: bool = False) -> int:
@@ -580,7 +580,7 @@ def last_values(node: Node[EventRow]) -> dict[int, float]:
         return {channel: values[-1] for channel, (_, values) in changes.items()}
     if node.values is None:
         node.values = {}
-        for channel in node.row.changed():
+        for channel in node.row.changed_channels():
             places = node.row.places(channel)
             i = bisect_left(places, node.last) - 1
             if i >= 0 and places[i] >= node.first:

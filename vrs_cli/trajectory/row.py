@@ -346,7 +346,7 @@ class EventRow(Sequence[Event]):
                 flags,
             )
 
-    def edited(self, begin: int, first: int, new: Sequence[Event], last: int, end: int) -> EventRow:
+    def with_edit(self, begin: int, first: int, new: Sequence[Event], last: int, end: int) -> EventRow:
         """Return a row of the events from `begin` to before `first`, of `new` ones, and of those from `last` to before
         `end`: at a random place of a long timeline that costs less than to split and merge leaves.
         """
@@ -396,7 +396,7 @@ class EventRow(Sequence[Event]):
             self._index()
         return self._places.get(channel, NOWHERE)
 
-    def changed(self) -> tuple[int, ...]:
+    def changed_channels(self) -> tuple[int, ...]:
         """The channels that events of the row change."""
         self.places(0)
         return tuple(self._places)

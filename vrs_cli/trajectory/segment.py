@@ -32,7 +32,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import (
     Polynomial,
     derivative,
-    derived,
+    derivative_at,
     extremes,
     second_derivative,
     third_derivative,
@@ -200,7 +200,7 @@ class CartesianPath(NamedTuple):
 
     def demands(self, s: float, order: int = 0) -> Demands:
         """Return what the guides ask of the joints at t_s + s, or of their derivatives."""
-        return tuple([(guide.weights, derived(guide.value, s, order)) for guide in self.guides])
+        return tuple([(guide.weights, derivative_at(guide.value, s, order)) for guide in self.guides])
 
     def seed(self, s: float) -> Joints:
         """The stored joints nearest in time."""
@@ -325,12 +325,12 @@ class Segment(Struct, frozen=True, gc=False):
     def duration(self) -> float:
         return self.finish - self.start
 
-    def shifted(self, shift: float) -> Segment:
+    def shift_by(self, shift: float) -> Segment:
         if not shift:
             return self
         return Segment(self.start + shift, self.finish + shift, self.path, self.phase, self.motion)
 
-    def truncated(self, finish: float) -> Segment:
+    def truncate(self, finish: float) -> Segment:
         return Segment(self.start, finish, self.path, self.phase, self.motion)
 
 

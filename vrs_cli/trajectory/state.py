@@ -133,7 +133,7 @@ class ToolLimits(NamedTuple):
     def blend_spin_jerk(self) -> float:
         return self.blending_jerk * self.spin_jerk
 
-    def slowed(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
+    def slow_down(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
         """Velocities divided by the first factor, accelerations by the second, jerks by the third."""
         return self._replace(
             speed=self.speed / velocity,
@@ -147,6 +147,6 @@ class ToolLimits(NamedTuple):
             guide_jerk=self.guide_jerk / jerk,
         )
 
-    def blended(self, acceleration: float, jerk: float) -> ToolLimits:
+    def ease_blend(self, acceleration: float, jerk: float) -> ToolLimits:
         """The acceleration of a blend divided by the first factor, its jerk by the second."""
         return self._replace(blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)

@@ -240,10 +240,10 @@ class Timeline:
         made = rope.root(list(parts))
         if made is None:
             raise ValueError("a timeline has at least one segment")
-        return cls._made(made, rope.root(list(events)), version)
+        return cls._of_ropes(made, rope.root(list(events)), version)
 
     @classmethod
-    def _made(
+    def _of_ropes(
         cls, held: OffsetNode[Row], events: OffsetNode[EventRow] | None, version: int, world: WorldState | None = None
     ) -> Timeline:
         timeline = cls.__new__(cls)
@@ -262,7 +262,7 @@ class Timeline:
 
     def in_rows(self, most: int) -> Timeline:
         """The same timeline, with no more than so many segments in each row that is in memory."""
-        return self._made(rope.in_rows(self._rope, most), self._events, self.version, self.world)
+        return self._of_ropes(rope.in_rows(self._rope, most), self._events, self.version, self.world)
 
     # --- changing: a new version ---
 
@@ -271,15 +271,15 @@ class Timeline:
         if delta.version != self.version:
             raise ValueError(f"a delta of version {delta.version} does not fit timeline version {self.version}")
         if self._is_of_events(delta):
-            return self._made(self._rope, self._with_events(delta.events), self.version + 1, self.world)
+            return self._of_ropes(self._rope, self._with_events(delta.events), self.version + 1, self.world)
         keep, new = delta.keep, delta.segments
         last: Segment | None = rope.item(self._rope, keep - 1) if keep else None
         if last is not None and last.finish > delta.cut:
-            keep, new = keep - 1, (last.truncated(delta.cut), *new)
+            keep, new = keep - 1, (last.truncate(delta.cut), *new)
         made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
-        return self._made(made, self._with_events(delta.events), self.version + 1, self.world)
+        return self._of_ropes(made, self._with_events(delta.events), self.version + 1, self.world)
 
     def _is_of_events(self, delta: TimelineDelta) -> bool:
         """Return whether a delta leaves all segments as they are."""

@@ -25,7 +25,7 @@ class Event(NamedTuple):
     duration: float = 0.0
     observed: bool = False
 
-    def shifted(self, shift: float) -> Event:
+    def shift_by(self, shift: float) -> Event:
         """Return the event so many seconds later."""
         return self._replace(time=self.time + shift) if shift else self
 

@@ -1,7 +1,8 @@
 """Deltas of steering in short: what the joints do in one tick. What comes after it, until the next target, follows.
 
 Who has the timeline before such a delta has the place and the velocity that the tick begins with, and makes the rest of
-it by the law that made it (`Law.steered`). A checksum over the numbers says that it has become the same to the bit.
+it by the law that made it (`Law.replay_steering`). A checksum over the numbers says that it has become the same to the
+bit.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def _steered(
 ) -> TimelineDelta:
     place = cut_at(arm, before, executed)
     law, limits = LAWS[motion.profile], joint_limits(arm, motion)
-    segments = law.steered(place.here.joints, rates, limits, tick * TICK, executed, motion)
+    segments = law.replay_steering(place.here.joints, rates, limits, tick * TICK, executed, motion)
     return TimelineDelta(
         version=before.version,
         cause=Cause.COMMAND,

@@ -404,11 +404,11 @@ def when_it_ends(ticket: Ticket[None], act: Callable[[], None]) -> None:
 def test_who_commanded_a_change_is_answered_before_others_hear_of_it(session: Session) -> None:
     order: list[str] = []
     events = session.engine.events.subscribe()
-    events.taken()
+    events.take_all()
     ticket = session.actor.call(drive(session))
-    when_it_ends(ticket, lambda: order.append(f"answered, {len(events.taken())} heard"))
+    when_it_ends(ticket, lambda: order.append(f"answered, {len(events.take_all())} heard"))
     stepped(session.actor)
-    assert (order, len(events.taken())) == (["answered, 0 heard"], 1)
+    assert (order, len(events.take_all())) == (["answered, 0 heard"], 1)
 
 
 class Slow(Paper):
@@ -438,7 +438,7 @@ def test_changes_that_go_to_the_disk_together_are_answered_together(
         ticket = session.actor.call(drive(session))
         when_it_ends(ticket, lambda: answered.append(journal.settled))
     stepped(session.actor)
-    assert (journal.settled, answered, len(events.taken())) == (1, [1] * 5, 6)
+    assert (journal.settled, answered, len(events.take_all())) == (1, [1] * 5, 6)
 
 
 def test_who_is_answered_knows_what_the_disk_has_not_kept(session: Session) -> None:

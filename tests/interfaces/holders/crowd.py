@@ -116,7 +116,7 @@ class Watcher:
         self.timeline = mirrored([event], self.timeline) if not isinstance(event, MissedEvents) else self.timeline
 
     def catch_up(self) -> None:
-        for event in self.events.taken():
+        for event in self.events.take_all():
             self.hear(event)
 
 

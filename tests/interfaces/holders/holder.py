@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.feed import MOST, Subscription
+from vrs_cli.engine.feed import MAX_WAITING_EVENTS, Subscription
 from vrs_cli.interfaces.actor.ticket import Outlet, Ticket
 from vrs_cli.interfaces.dialogue import Dialogue, quietly
 from vrs_cli.interfaces.port.user_session import UserSession
@@ -44,7 +44,7 @@ class Holder(UserSession):
         """The emergency stop: brake, stop every task, refuse what waits."""
         return self.call(Session.stop, urgent=True)
 
-    def subscribe(self, most: int = MOST) -> Ticket[Subscription[TimelineChange]]:
+    def subscribe(self, most: int = MAX_WAITING_EVENTS) -> Ticket[Subscription[TimelineChange]]:
         return self.call(lambda session: session.engine.events.subscribe(most))
 
     def leave(self) -> None:

@@ -59,7 +59,7 @@ def test_who_is_the_body_already_goes_on_counting(bench: Bench) -> None:
 def test_a_local_robot_reports_without_a_client() -> None:
     bench = Bench()
     assert bench.report(0.0, 0.1, name="") == ReportCounts(received=2)
-    assert bench.body.record.seen.joints_at(0.05) == pytest.approx((0.05, 0.0))
+    assert bench.body.record.view.joints_at(0.05) == pytest.approx((0.05, 0.0))
 
 
 def test_reports_are_counted_as_what_becomes_of_them(bench: Bench) -> None:
@@ -76,7 +76,7 @@ def test_reports_are_counted_as_what_becomes_of_them(bench: Bench) -> None:
     assert bench.body.seen.counts == ReportCounts(11, lost=0, reordered=2, duplicate=3)
     bench.report(3.0, first=9)
     assert bench.body.seen.counts == ReportCounts(12, lost=0, late=1, reordered=2, duplicate=3)
-    assert [one.t for one in bench.body.record.seen] == [7.0, 7.1, 7.2, 7.3, 7.4, 7.5, 7.6, 7.7]
+    assert [one.t for one in bench.body.record.view] == [7.0, 7.1, 7.2, 7.3, 7.4, 7.5, 7.6, 7.7]
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -155,4 +155,4 @@ def test_all_errors_are_ours(bench: Bench) -> None:
         reports = [Report(random.choice(values), row, random.choice([None, row])) for row in rows]
         with suppress(VrsError):
             bench.body.take(reports, random.randrange(2**53), "arm")
-    assert all(abs(one.t) <= AHEAD for one in bench.body.record.seen)
+    assert all(abs(one.t) <= AHEAD for one in bench.body.record.view)

@@ -212,7 +212,7 @@ class Recorder:
 
     def tell_changes(self, lose: int = 0) -> None:
         """All that has happened to the robot comes to the client, but for the first `lose` changes."""
-        for event in self._events.taken():
+        for event in self._events.take_all():
             assert not isinstance(event, MissedEvents)
             listener = self._listener
             if lose and listener is not None:

@@ -70,7 +70,7 @@ def _steering(profile: Profile, state: JointState, random: Random) -> Iterator[s
             yield "no room"
             return
         rates = law.steering_of(segments)
-        again = () if rates is None else law.steered(state, rates, LIMITS, TICK, 0.0, motion)
+        again = () if rates is None else law.replay_steering(state, rates, LIMITS, TICK, 0.0, motion)
         yield f"{_of_joints(segments)}; {again == segments and _shown(rates or ())}"
         path = segments[0].path
         assert isinstance(path, JointPath)

@@ -10,7 +10,7 @@ import pytest
 from vrs_cli.kinematics.joints import NONE, Profile
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes
-from vrs_cli.trajectory.polynomial import derived
+from vrs_cli.trajectory.polynomial import derivative_at
 from vrs_cli.trajectory.segment import CartesianPath, Guide, ToolStretch
 from vrs_cli.trajectory.state import GuideState, ToolLimits, ToolState
 
@@ -40,7 +40,7 @@ def state(stretch: ToolStretch, s: float) -> tuple[Transform, tuple[float, ...],
     """Pose, then velocities and accelerations: of the tip, the turning and the guides."""
     guides = tuple(Guide(WEIGHTS, value) for value in stretch.guides)
     path = CartesianPath(stretch.position, stretch.orientation, stretch.turns, NONE, ((),), 1.0, guides)
-    values, rates, bends = ([derived(guide.value, s, order) for guide in guides] for order in (0, 1, 2))
+    values, rates, bends = ([derivative_at(guide.value, s, order) for guide in guides] for order in (0, 1, 2))
     return path.pose(s), (*values, *path.twist(s), *rates), (*path.twist_rate(s), *bends)
 
 

@@ -403,7 +403,7 @@ class Actor:
         """Act on all messages that have come; whether any has."""
         if not self._inbox and not self._closed:
             return False
-        acts = self._inbox.taken()
+        acts = self._inbox.take_all()
         for act in acts:
             act()
         if self._closed:

@@ -69,7 +69,7 @@ def _motion(station: Station, statement: Statement) -> Dialogue[MotionReport | M
     aside, before = engine.aside(), engine.timeline
     requests = tuple(_requests(station, aside, statement))
     notes = list[str]()
-    aside.postponed.append(lambda one: notes.append(one.said))
+    aside.postponed.append(lambda one: notes.append(one.sentence))
 
     def planned() -> MotionPlan | None:
         for request in requests:

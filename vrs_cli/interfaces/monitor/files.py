@@ -184,7 +184,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
     path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
     model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
-    measured = engine.measured.seen
+    measured = engine.measured.view
     yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder, measured))
     yield Message(f"{path} saved: {count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
 

@@ -17,7 +17,7 @@ from vrs_cli.values.replies import MeasuredWhereabouts, Message, WhereaboutsTabl
 
 def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
     """WHERE MEASURED: the last report, a time, or a stretch of time."""
-    measured = station.engine.measured.seen
+    measured = station.engine.measured.view
     if measured.end is None:
         raise UsageError(*NO_REPORT)
     arm, timeline, units = station.engine.arm, station.engine.timeline, station.units

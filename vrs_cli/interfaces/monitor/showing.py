@@ -64,7 +64,7 @@ class Sight:
             elif line.begin >= t:
                 planned.append(line.points)
             else:
-                before, after = line.parted(t, tip)
+                before, after = line.split_at(t, tip)
                 past.append(before)
                 planned.append(after)
         return tuple(past), tuple(planned)

@@ -101,22 +101,22 @@ def comparison(station: Station, first: str, second: str) -> Dialogue[Comparison
     branches = station.branches
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
     found = yield from beside(lambda: compare(arm, one, other))
-    return ComparisonTable(branches.spelled(first), branches.spelled(second), found, station.units)
+    return ComparisonTable(branches.spelling(first), branches.spelling(second), found, station.units)
 
 
 def measured_comparison(station: Station, branch: str) -> Dialogue[MeasuredComparisonTable]:
     """Compare what was measured with a branch. Raises UsageError where there is no such branch, or no report."""
-    branches, measured = station.branches, station.engine.measured.seen
+    branches, measured = station.branches, station.engine.measured.view
     arm, timeline = station.engine.arm, branches.book(branch).timeline
     found = yield from beside(lambda: compare_measured(arm, timeline, measured))
     if found is None:
         raise UsageError(*NO_REPORT)
-    return MeasuredComparisonTable(branches.spelled(branch), found, station.units)
+    return MeasuredComparisonTable(branches.spelling(branch), found, station.units)
 
 
 def _merge(station: Station, it: Instruction) -> Dialogue[None]:
     asked = operand(it, 0)
-    name = station.branches.spelled(station.branches.present if asked is None else word(asked))
+    name = station.branches.spelling(station.branches.present if asked is None else word(asked))
     check_tasks_stand(station)
     again = yield from in_parts(station.branches.merging(name))
     how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""

@@ -65,7 +65,7 @@ class _LocalUser(UserSession):
 
     @property
     def measured(self) -> MeasuredTimeline:
-        return self.session.engine.measured.seen
+        return self.session.engine.measured.view
 
     def put(self, dialogue: Dialogue[T], outlet: ActorOutlet | None = None, *, urgent: bool = False) -> Ticket[T]:
         if self.conditions is not None:

@@ -244,7 +244,7 @@ def _execute(session: Session, act: Execute) -> Dialogue[RunResult]:
 
 def _record(session: Session, _act: Record) -> Dialogue[Recorded]:
     engine = session.engine
-    course = engine.model, engine.book.initial, engine.book.deltas.copy(), engine.measured.seen
+    course = engine.model, engine.book.initial, engine.book.deltas.copy(), engine.measured.view
     return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 

@@ -218,7 +218,7 @@ class RobotBody:
         """
         with self._lock:
             if not self.name and not self.reporter:
-                newest = self.record.seen
+                newest = self.record.view
                 assert newest.end is not None, "it has reported"
                 return next(iter(newest.between(newest.end, newest.end)))
             name = self.name

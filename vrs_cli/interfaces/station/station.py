@@ -438,7 +438,7 @@ class Station:
         return scene, None if scene.empty else self.driver.world
 
     def _postponed(self, it: Postponement) -> None:
-        self._warn(it.said)
+        self._warn(it.sentence)
 
     def _turned(self, it: ToolTurning) -> None:
         """Say it once: all motions to locations that were not taught do it."""

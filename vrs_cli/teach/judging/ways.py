@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import acos, ceil, degrees, dist, hypot, radians, sqrt
 
-from vrs_cli.engine.approximation import distance_from_line, thinned
+from vrs_cli.engine.approximation import distance_from_line, thin_out
 from vrs_cli.kinematics.transform import (
     TURN,
     Vector,
@@ -426,4 +426,4 @@ def path_points(pieces: Sequence[Piece], error: float) -> list[Vector]:
         lasting = piece.finish - piece.start
         count = ceil(lasting * sqrt(piece.bend / (4.0 * error))) or 1  # each bends by half the error at most
         places += [(piece.start + s, piece.at(s)) for s in (lasting * k / count for k in range(1, count + 1))]
-    return [p for _, p in thinned(places, 0.5 * error)]
+    return [p for _, p in thin_out(places, 0.5 * error)]

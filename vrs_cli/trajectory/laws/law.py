@@ -54,8 +54,8 @@ class Law(NamedTuple):
     `straight_stop(state, limits)`: the tool to rest on the line that it moves on. Raises NoTimes.
     `steer(state, target, limits, hardest, tick, start, motion, coming)`: a tick [s] towards a target that moves, then
     a stop; `hardest`: the limits of braking. Empty where neither a tick nor what is `coming` keeps the limits.
-    `steered(state, rates, limits, tick, start, motion)`: the same again from what `steering_of(segments)` says of each
-    joint; None where that is not enough.
+    `replay_steering(state, rates, limits, tick, start, motion)`: the same again from what `steering_of(segments)` says
+    of each joint; None where that is not enough.
     """
 
     smooth: bool
@@ -65,7 +65,7 @@ class Law(NamedTuple):
     straight_motion: Callable[[ToolState, Transform, ToolLimits, float], list[ToolStretch]]
     straight_stop: Callable[[ToolState, ToolLimits], list[ToolStretch]]
     steer: Callable[[JointState, Target, JointLimits, JointLimits, float, float, Motion, Coming], tuple[Segment, ...]]
-    steered: Callable[[JointState, Joints, JointLimits, float, float, Motion], tuple[Segment, ...]]
+    replay_steering: Callable[[JointState, Joints, JointLimits, float, float, Motion], tuple[Segment, ...]]
     steering_of: Callable[[Sequence[Segment]], Joints | None]
 
 
@@ -281,7 +281,7 @@ class ToolMotion:
         """Return axis and angle of the turn that is left after the spin has died."""
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
-    def turned(self, change: VelocityChange, spin: float) -> float | None:
+    def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:
         """Return the angle of a turn when the change to this spin ends; None: the value of its polynomials."""
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
@@ -299,7 +299,7 @@ class ToolMotion:
             v1 = change.ahead(end - at, v, a) / reach if going else 0.0
             guides.append(course.polynomials(at, v, a, v1))
         spin = angle / reach if going else 0.0
-        turning = course.polynomials(0.0, 0.0, 0.0, spin, self.turned(change, spin)) if spin else []
+        turning = course.polynomials(0.0, 0.0, 0.0, spin, self.turn_after_change(change, spin)) if spin else []
         dying = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]
         begins, after = len(change.durations), self.orientation_after(change)
         first = Phase.ACCELERATE if state.at_rest else Phase.BLEND

@@ -32,7 +32,7 @@ ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the 
 SAME = 1e-9  # two quotients that are one
 LONGER = 1.2
 FIRST_STEPS = 2
-LONGEST_BLEND = 1e6  # [s]
+MAX_BLEND_S = 1e6  # [s]
 
 
 def _course(blend: float, cruise: float, slow: float) -> Course:
@@ -153,7 +153,7 @@ def search(
     none.
     """
 
-    def tried(blend: float) -> Try:
+    def try_blend(blend: float) -> Try:
         demand = demands(blend)
         u = _most(demand, blend)
         room = u - demand.low
@@ -161,12 +161,12 @@ def search(
             return Try(blend, inf, min(room, -NEGLIGIBLE))
         return Try(blend, 1.0 / u + 0.5 * (blend + demand.slowing * u) if u < inf else blend, room)
 
-    low, best = Try(shortest, inf, -inf), tried(max(shortest, guess, 1e-6))
+    low, best = Try(shortest, inf, -inf), try_blend(max(shortest, guess, 1e-6))
     while best.total == inf:
-        if best.blend > LONGEST_BLEND:
+        if best.blend > MAX_BLEND_S:
             raise ValueError("no blend time brings the motion to its target within the limits")
-        low, best = best, tried(2.0 * best.blend)
-    return _times_on_grid(demands, _shortest(tried, low, best, first_steps), least)
+        low, best = best, try_blend(2.0 * best.blend)
+    return _times_on_grid(demands, _shortest(try_blend, low, best, first_steps), least)
 
 
 class Try(NamedTuple):
@@ -177,19 +177,19 @@ class Try(NamedTuple):
     room: float
 
 
-def _shortest(tried: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
+def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
     """A blend time of (nearly) the least total time: the first possible one, then downhill from there."""
     for _ in range(first_steps):  # where the room would begin if it grew evenly; the middle where that cannot be told
         known = -inf < low.room < 0.0 and best.room < inf
         part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
-        middle = tried(low.blend + part * (best.blend - low.blend))
+        middle = try_blend(low.blend + part * (best.blend - low.blend))
         if middle.total < best.total:
             best = middle
         else:
             low = middle
     step = max(best.blend, 1e-3) * 0.25
     while step > 0.1 * best.blend:
-        ahead = tried(best.blend + step)
+        ahead = try_blend(best.blend + step)
         if ahead.total < best.total:
             best, step = ahead, 1.6 * step
         else:
@@ -280,7 +280,7 @@ class _ToolMotion(ToolMotion):
         axes = [scaled(rotated_back(state.pose, state.spin), 1.0 / self.spin)] if dying else []
         super().__init__(state, target, limits, [(axis, self.spin, 0.0) for axis in axes])
 
-    def turned(self, change: VelocityChange, spin: float) -> float:
+    def turn_after_change(self, change: VelocityChange, spin: float) -> float:
         return 0.5 * spin * change.lasts
 
     def course(self, least: float) -> Course:
@@ -388,13 +388,13 @@ def steer(
         _next_velocity(q, v, p, w, v_max * SPARE, a_max * SPARE, low, high, tick)
         for q, v, p, w, v_max, a_max, low, high in rows
     )
-    segments = steered(state, v1, limits, tick, start, motion)
+    segments = replay_steering(state, v1, limits, tick, start, motion)
     if stay_inside(segments, limits.lower, limits.upper):
         return segments
     return joint_stop_each(state, hardest, start, motion)
 
 
-def steered(
+def replay_steering(
     state: JointState, v1: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
     """Plan a tick in which the joints come to the velocities v1, then coasting, and braking to rest: all joints
@@ -418,7 +418,7 @@ def steered(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the velocities with which `steered` made the segments; None if it did not."""
+    """Return the velocities with which `replay_steering` made the segments; None if it did not."""
     path = segments[0].path
     if segments[0].phase is not Phase.BLEND or not isinstance(path, JointPath):
         return None
@@ -466,6 +466,6 @@ LAW = Law(
     straight_motion=straight_motion,
     straight_stop=straight_stop,
     steer=steer,
-    steered=steered,
+    replay_steering=replay_steering,
     steering_of=steering_of,
 )

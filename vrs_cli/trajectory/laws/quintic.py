@@ -36,8 +36,8 @@ from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
-from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
-from vrs_cli.trajectory.polynomial import Polynomial, derivative, halved, most, shifted, value
+from vrs_cli.trajectory.laws.scurve_steering import joint_stops, replay_steering, steer, steering_of
+from vrs_cli.trajectory.polynomial import Polynomial, bisect_interval, derivative, most, taylor_shift, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
@@ -45,7 +45,7 @@ from vrs_cli.values.motion import Motion
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
 LONGER = 1.06  # times are tried that are each so much longer than the one before
 TRIES = 160
-SHORTEST = 1e-3  # [s] of a motion that begins in motion
+MIN_TIME_S = 1e-3  # [s] of a motion that begins in motion
 PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
 HALVINGS = 5  # of the step from a time that is too short to one that is not
 
@@ -83,14 +83,14 @@ def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
 
 def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
     """Return the least time [s] found that keeps all bounds, not below `shortest`. Raises NoTimes."""
-    short = long = max(shortest, SHORTEST)
+    short = long = max(shortest, MIN_TIME_S)
     for _ in range(TRIES):
         if keeps(long):
             break
         short, long = long, LONGER * long
     else:
         raise NoTimes("no time brings the motion to its target within the limits")
-    least, _ = halved(keeps, long, short, HALVINGS if long > short else 0)
+    least, _ = bisect_interval(keeps, long, short, HALVINGS if long > short else 0)
     return _on_grid(least)
 
 
@@ -128,7 +128,7 @@ def joint_motion(
         return ()
     half = 0.5 * lasting
     begin = tuple(quintic(at, part, lasting) for at, part in zip(state.joints, parts, strict=True))
-    end = tuple(shifted(a, half) for a in begin)
+    end = tuple(taylor_shift(a, half) for a in begin)
     first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
     stretches = (half, first, JointPath(begin)), (half, Phase.DECELERATE, JointPath(end))
     return segments_of(start, motion, iter(stretches))
@@ -170,15 +170,15 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
     x, y, z = (quintic(p, part, lasting) for p, part in zip(place, parts, strict=True))
     turns = _turns(state, target, lasting)
     first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
-    later = tuple((axis, shifted(angle, half)) for axis, angle in turns)
-    end = shifted(x, half), shifted(y, half), shifted(z, half)
+    later = tuple((axis, taylor_shift(angle, half)) for axis, angle in turns)
+    end = taylor_shift(x, half), taylor_shift(y, half), taylor_shift(z, half)
     guides = tuple(
         quintic(guide.value, (guide.end - guide.value, guide.rate, guide.acceleration), lasting)
         for guide in state.guides
     )
     return [
         ToolStretch(half, first, (x, y, z), state.pose, tuple(turns), guides),
-        ToolStretch(half, Phase.DECELERATE, end, state.pose, later, tuple(shifted(a, half) for a in guides)),
+        ToolStretch(half, Phase.DECELERATE, end, state.pose, later, tuple(taylor_shift(a, half) for a in guides)),
     ]
 
 
@@ -225,7 +225,7 @@ def _group_keeps(
     return (
         hypot(*(most(derivative(a), time) for a in bends)) <= jerk
         and hypot(*(most(a, half) for a in bends)) <= blending
-        and hypot(*(most(shifted(a, half), half) for a in bends)) <= slowing
+        and hypot(*(most(taylor_shift(a, half), half) for a in bends)) <= slowing
         and hypot(*(most(derivative(a), time) for a in rows)) <= speed
     )
 
@@ -252,6 +252,6 @@ LAW = Law(
     straight_motion=straight_motion,
     straight_stop=straight_stop,
     steer=steer,
-    steered=steered,
+    replay_steering=replay_steering,
     steering_of=steering_of,
 )

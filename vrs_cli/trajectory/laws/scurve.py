@@ -25,15 +25,15 @@ from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import NONE, SLIVER, Change, Course, Law, NoTimes, ToolMotion, joint_stretches, ramps
 from vrs_cli.trajectory.laws.lspb import MARGIN, ROOM, SAME, Component
 from vrs_cli.trajectory.laws.scurve_joints import stretches
-from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
+from vrs_cli.trajectory.laws.scurve_steering import joint_stops, replay_steering, steer, steering_of
 from vrs_cli.trajectory.segment import STILL, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
 
 FIRST_STEP = 0.25
 LAST_STEP = 0.05  # of the time of a change: no finer
-MOST_TRIES = 240
-LONGEST = 1e4  # [s] of a change
+MAX_TRIES = 240
+MAX_CHANGE_S = 1e4  # [s] of a change
 DOUBLINGS = 40
 HALVINGS = 50
 
@@ -251,7 +251,7 @@ def _possible(total: Callable[[Change], float], guess: Change, shortest: float) 
             if total(tried := Change(rise, change.hold, change.fall)) < inf:
                 return tried
         change = Change(change.rise, 2.0 * change.hold, change.fall)
-        if change.hold > LONGEST:
+        if change.hold > MAX_CHANGE_S:
             break
     raise NoTimes("no change of velocity within the limits leads to the target")
 
@@ -265,7 +265,7 @@ def _downhill(total: Callable[[Change], float], start: Change, shortest: float) 
     """
     best, best_total, tries = start, total(start), 0
     step = FIRST_STEP * max(start.lasts, 0.05)
-    while step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
+    while step > LAST_STEP * max(best.lasts, 0.05) and tries < MAX_TRIES:
         before = best_total
         for longer, held, shorter in _DIRECTIONS:
             for way in (step, -step):
@@ -430,6 +430,6 @@ LAW = Law(
     straight_motion=straight_motion,
     straight_stop=straight_stop,
     steer=steer,
-    steered=steered,
+    replay_steering=replay_steering,
     steering_of=steering_of,
 )

@@ -24,7 +24,7 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws.law import NoTimes, Row
-from vrs_cli.trajectory.laws.scurve_steering import SHORTEST, common_stretches
+from vrs_cli.trajectory.laws.scurve_steering import MIN_PIECE_S, common_stretches
 from vrs_cli.trajectory.segment import Path, Phase
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState
 
@@ -32,7 +32,7 @@ CLOSE = 1e-12  # [rad, m] of a way: what is left of it is no jump
 IN_TIME = 0.4 * TICK  # [s] by which phases may last longer than the time that there is: none of the grid
 NEWTON = 15  # steps; five are usual
 STEPS = 60  # of another search
-LEAST = 1e-3  # of the acceleration limit, to brake with
+MIN_BRAKING = 1e-3  # of the acceleration limit, to brake with
 RAISES = 20  # of the time in which all joints arrive
 
 _new = tuple.__new__
@@ -218,7 +218,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
             high, above, below, side = x, y, 0.5 * below if side > 0 else below, 1
         elif y < 0.0:
             low, below, above, side = x, y, 0.5 * above if side < 0 else above, -1
-        if y == 0.0 or abs(x - before) <= SHORTEST * abs(x):
+        if y == 0.0 or abs(x - before) <= MIN_PIECE_S * abs(x):
             break
     return x
 
@@ -246,7 +246,7 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
     for _ in range(STEPS):  # the more a joint brakes at first, the longer it takes to the end
         level = 0.5 * (weak + strong)
         found = _change(joint, -sign * level)
-        if abs(found.lasts - whole) <= SHORTEST:
+        if abs(found.lasts - whole) <= MIN_PIECE_S:
             return found
         weak, strong = (level, strong) if found.lasts < whole else (weak, level)
     return otherwise
@@ -263,7 +263,7 @@ def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
     weak = strong = a_max
     while sign * (phases(joint, 0.0, weak).way - way) < 0.0:
         weak, strong = 0.5 * weak, weak
-        if weak < LEAST * a_max or phases(joint, 0.0, strong).lasts >= otherwise:
+        if weak < MIN_BRAKING * a_max or phases(joint, 0.0, strong).lasts >= otherwise:
             return 0.0
     weak = _root(lambda level: sign * (way - phases(joint, 0.0, level).way), weak, strong)
     return weak if phases(joint, 0.0, weak).lasts < otherwise else 0.0
@@ -293,7 +293,7 @@ def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
     way, v0, a0, v_max, a_max, jerk = joint
     rise, hold, fall, _, _, ramp, keep, lasts, _ = pace
     reach, held, slowing = 0.5 * rise + hold + 0.5 * fall, ramp + keep, 2.0 * ramp + keep
-    if reach < SHORTEST or held < SHORTEST:
+    if reach < MIN_PIECE_S or held < MIN_PIECE_S:
         return None
     later = hold + fall
     by_start = rise * (rise / 3.0 + 0.5 * later)
@@ -347,7 +347,7 @@ def _rows(q: float, goal: float, joint: Joint, found: Phases, whole: float) -> I
     _, v, a, _, _, _ = joint
     t = 0.0
     for duration, after in ((rise, level), (hold, level), (fall, 0.0)):
-        if duration > SHORTEST:
+        if duration > MIN_PIECE_S:
             jerk = (after - a) / duration
             yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * a, jerk / 6.0
             q += duration * (v + duration * (0.5 * a + duration * jerk / 6.0))
@@ -362,7 +362,7 @@ def _rows(q: float, goal: float, joint: Joint, found: Phases, whole: float) -> I
         t, q, v, sixth = begin, goal - 0.5 * v1 * slowing, v1, level / (6.0 * ramp)
         yield round(t * TICKS_PER_SECOND), t, q, v, 0.0, sixth
         t, q, v = t + ramp, q + ramp * (v + ramp * ramp * sixth), v + 0.5 * ramp * level
-        if keep > SHORTEST:
+        if keep > MIN_PIECE_S:
             yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * level, 0.0
             t, q, v = t + keep, q + keep * (v + 0.5 * keep * level), v + keep * level
         yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * level, -sixth

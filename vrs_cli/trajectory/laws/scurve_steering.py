@@ -23,7 +23,7 @@ from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws.law import Change, Coming, Pieces, Row, ramps
 from vrs_cli.trajectory.laws.lspb import COASTING, SPARE
 from vrs_cli.trajectory.laws.lspb import joint_stops as stops_at_constant_acceleration
-from vrs_cli.trajectory.polynomial import Polynomial, halved, turns
+from vrs_cli.trajectory.polynomial import Polynomial, bisect_interval, turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.motion import Motion
@@ -33,7 +33,7 @@ EASY = 0.25  # of acceleration and jerk, to come near a target with
 KEPT = 0.8  # of acceleration and jerk, to stop with: the rest makes up for whole ticks
 HALVINGS = 24
 CUBIC = 3  # degree of a path of constant jerk
-SHORTEST = 1e-10  # [s] of a piece: a shorter one changes nothing
+MIN_PIECE_S = 1e-10  # [s] of a piece: a shorter one changes nothing
 
 # --- stops: one joint alone -----------------------------------------------------------------------------------------
 
@@ -49,7 +49,7 @@ def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
     rise, fall = (a + level) / jerk, level / jerk
     hold = (v + 0.5 * (a - level) * abs(rise)) / level - 0.5 * fall
     pieces = (abs(rise), copysign(jerk, -sign * rise)), (hold, 0.0), (fall, sign * jerk)
-    return tuple([piece for piece in pieces if piece[0] > SHORTEST])
+    return tuple([piece for piece in pieces if piece[0] > MIN_PIECE_S])
 
 
 def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
@@ -63,7 +63,7 @@ def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces
         return (((a + sqrt(a * a + 2.0 * jerk * v)) / jerk, -sign * jerk),)
     v += a * ramp - 0.5 * jerk * ramp * ramp
     pieces = (ramp, -sign * jerk), (v / acceleration, 0.0)
-    return tuple([piece for piece in pieces if piece[0] > SHORTEST])
+    return tuple([piece for piece in pieces if piece[0] > MIN_PIECE_S])
 
 
 def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float]:
@@ -216,7 +216,7 @@ def steer(
     return segments_of(start, motion, common_stretches(ways, tick))
 
 
-def steered(
+def replay_steering(
     state: JointState, jerks: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
     """Plan a tick with these jerks, then a stop."""
@@ -225,7 +225,7 @@ def steered(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the jerks with which `steered` made the segments; None if it did not."""
+    """Return the jerks with which `replay_steering` made the segments; None if it did not."""
     chase, *after = (segment.path.coefficients for segment in segments if isinstance(segment.path, JointPath))
     if segments[0].phase is not Phase.BLEND or len(chase[0]) != CUBIC + 1:
         return None
@@ -283,7 +283,7 @@ def _jerk(one: Joint, tick: float) -> float | None:
     near, far = (least, jerk) if beyond > 0 else (most, jerk)
     if _beyond(one, near, tick) == beyond:
         return None
-    near, _ = halved(lambda slower: _beyond(one, slower, tick) != beyond, near, far, HALVINGS)
+    near, _ = bisect_interval(lambda slower: _beyond(one, slower, tick) != beyond, near, far, HALVINGS)
     return None if _beyond(one, near, tick) else near
 
 
@@ -313,9 +313,9 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
     _, v1, a1 = state_after(q, v, a, tick, jerk)
     turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # where the acceleration changes its sign
     settled = v1 + 0.5 * a1 * abs(a1) / (KEPT * one.j_max)
-    if max(turning, v1, settled) > _bound(one, v, a):
+    if max(turning, v1, settled) > _velocity_bound(one, v, a):
         return 1
-    if min(turning, v1, settled) < -_bound(one, -v, -a):
+    if min(turning, v1, settled) < -_velocity_bound(one, -v, -a):
         return -1
     hard, quick = KEPT * one.a_max, KEPT * one.j_max
     fastest = max(abs(turning), abs(v1), abs(v)) + 0.5 * a1 * a1 / quick
@@ -326,7 +326,7 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
     return 1 if high > one.high else -1 if low < one.low else 0
 
 
-def _bound(one: Joint, v: float, a: float) -> float:
+def _velocity_bound(one: Joint, v: float, a: float) -> float:
     """Return the greatest velocity allowed: the one asked for, or more if the acceleration leads there anyway."""
     coming = v + 0.5 * a * a / (KEPT * one.j_max) if a > 0.0 else v
     return max(min(max(one.v_max, coming), one.peak), v)
@@ -385,7 +385,7 @@ def _slowing(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
 def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting: float, change: Change) -> bool:
     """Return whether a joint may coast after the tick, to the velocity v1, and stop."""
     q, v, a = here
-    if not -_bound(one, -one.v, -one.a) <= v1 <= _bound(one, one.v, one.a):
+    if not -_velocity_bound(one, -one.v, -one.a) <= v1 <= _velocity_bound(one, one.v, one.a):
         return False
     enough = max(abs(v), abs(v1)) * (coasting + change.lasts)
     if one.low + enough <= q <= one.high - enough:

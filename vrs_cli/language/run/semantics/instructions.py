@@ -250,7 +250,7 @@ def _drive(context: Context, it: Wording, joint: float, change: float, speed: fl
     if not 0.5 <= joint < context.engine.model.joint_count + 0.5:
         raise IllegalJoint(plain(joint), f"joints are 1 to {context.engine.model.joint_count}")
     target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
-    fraction = None if speed is None else JOINT_SPEED.checked(speed) / FULL_SPEED
+    fraction = None if speed is None else JOINT_SPEED.check(speed) / FULL_SPEED
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 
@@ -290,11 +290,11 @@ LAST_PROFILE = 8  # V+ Language Reference Guide, ACCEL
 
 def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[Event]:
     if it.unit == "MONITOR":
-        return (SetMonitorSpeed(MONITOR_SPEED.checked(speed)),)
+        return (SetMonitorSpeed(MONITOR_SPEED.check(speed)),)
     unit = SpeedUnit.PERCENT if it.unit is None else SpeedUnit(it.unit)
     if rotation is not None:
-        ROTATION_SPEED.checked(rotation)
-    return (SetSpeed(PROGRAM_SPEED[unit].checked(speed), rotation, unit, it.always),)
+        ROTATION_SPEED.check(rotation)
+    return (SetSpeed(PROGRAM_SPEED[unit].check(speed), rotation, unit, it.always),)
 
 
 def _swivel(context: Context, it: Wording, joint: float | None = None, value: float | None = None) -> Iterable[Event]:
@@ -321,9 +321,9 @@ def _acceleration(
         yield SetParameter("PROFILE", _profile(profile).name)
     if acceleration is not None or deceleration is not None:
         if deceleration is not None:
-            DECELERATION.checked(deceleration)
+            DECELERATION.check(deceleration)
         given = context.engine.settings.acceleration * FULL_SPEED if acceleration is None else acceleration
-        yield SetAcceleration(ACCELERATION.checked(given), deceleration)
+        yield SetAcceleration(ACCELERATION.check(given), deceleration)
 
 
 def _profile(number: float) -> Profile:
