@@ -93,7 +93,7 @@ LIVES_IN = {
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
         *("kinematics", "trajectory", "engine", "files", "contacts", "twin", "bodies", "lab", "api"),
-        *("interfaces/monitor/plotting.py", "interfaces/roles", "render/plots.py"),
+        *("interfaces/monitor/timeline.py", "interfaces/roles", "render/plots.py"),
     },
 }
 
@@ -147,7 +147,7 @@ DEFERRED = (
     Deferred(
         (
             *("kinematics", "trajectory", "engine", "files"),
-            *("interfaces/monitor/plotting.py", "interfaces/roles", "render/plots.py"),
+            *("interfaces/monitor/timeline.py", "interfaces/roles", "render/plots.py"),
         ),
         ("numpy", "vrs_cli.kinematics.arrays"),
         "numpy takes longer to load than a short program runs, and one position needs none of it",
@@ -177,12 +177,12 @@ DEFERRED = (
         "types of arguments: whoever makes these objects has loaded the modules",
     ),
     Deferred(
-        ("interfaces/station/operands.py", "interfaces/monitor/consent.py", "interfaces/editor/lines.py"),
+        ("interfaces/station/operands.py", "interfaces/editor/lines.py"),
         ("vrs_cli.interfaces.station.station",),
         "as above",
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
-    Deferred(("interfaces/station/divergence.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
+    Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
         ("interfaces/session/acts.py", "interfaces/station/user_state.py"),

@@ -23,7 +23,7 @@ from tests.live import PATIENCE
 from vrs_cli.cli.batch import BatchTerminal
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.isolation import Isolation
+from vrs_cli.interfaces.tasks.limits import Isolation
 
 PICK = """\
 .PROGRAM pick

@@ -15,7 +15,7 @@ from tests.cli.conftest import Vrs
 from tests.net.serving import serving
 from vrs_cli.cli import view
 from vrs_cli.cli.view import News
-from vrs_cli.interfaces.monitor.showing import Sight
+from vrs_cli.interfaces.monitor.pictures import Sight
 from vrs_cli.net import http
 from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line
 from vrs_cli.repl.player import Player

@@ -20,8 +20,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine import book
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.actor import actor
-from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.dialogue import quietly
+from vrs_cli.interfaces.dialogue import Ticket, quietly
 from vrs_cli.interfaces.editor import lines as editor
 from vrs_cli.interfaces.monitor import files, programs
 from vrs_cli.interfaces.session.acts import act_on

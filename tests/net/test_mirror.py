@@ -17,8 +17,8 @@ from tests.wire.test_steered import waves
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine, TimelineChange
 from vrs_cli.engine.feed import MissedEvents, Snapshot, TimelineReplaced
-from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.roles.playback import Audience
+from vrs_cli.interfaces.roles.supervisor import Observer
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Delta, FromServer

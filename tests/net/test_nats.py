@@ -24,7 +24,7 @@ from tests.net.edits import Edits
 from tests.net.serving import Serving, serving
 from tests.net.test_mirror import bits
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.roles.observer import Observer
+from vrs_cli.interfaces.roles.supervisor import Observer
 from vrs_cli.net.nats import TAIL, PublishedRobot, Publisher
 
 SERVER = shutil.which("nats-server") or "/usr/sbin/nats-server"

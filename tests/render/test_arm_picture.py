@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 from msgspec.structs import replace
 
-from tests.interfaces.monitor.test_showing import session, shown
+from tests.interfaces.monitor.test_pictures import session, shown
 from vrs_cli.kinematics.robot_file import robot_names
 from vrs_cli.render.arm_picture import BODIES, LOOKS, DrawnPart, arm_picture
 from vrs_cli.render.blocks import PIPE, Page

@@ -12,7 +12,7 @@ from prompt_toolkit.data_structures import Size
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output.vt100 import Vt100_Output
 
-from tests.interfaces.monitor.test_showing import session
+from tests.interfaces.monitor.test_pictures import session
 from vrs_cli.render.arm_picture import arm_picture
 from vrs_cli.render.blocks import Page
 from vrs_cli.repl.arm_window import ArmScreen

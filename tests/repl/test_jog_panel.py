@@ -15,7 +15,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.interfaces.jog.jogger import Jogger
-from vrs_cli.interfaces.monitor.showing import Sight
+from vrs_cli.interfaces.monitor.pictures import Sight
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.player import JogPanel
 from vrs_cli.values.replies import ArmPicture, BodyKind

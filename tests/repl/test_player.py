@@ -8,8 +8,8 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.files.trajectories import planned, puma
-from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.interfaces.roles.supervisor import RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.repl.player import Player

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from vrs_cli.api.answers import figures, table
 from vrs_cli.api.location import Flags, Floats, Location, Units, freeze, number, numbers
 from vrs_cli.engine.position import PositionArrays
-from vrs_cli.interfaces.port.preview import Expected, Previewed
-from vrs_cli.interfaces.roles.observer import Observer, RecordedRobot
+from vrs_cli.interfaces.port.port import Expected, Previewed
+from vrs_cli.interfaces.roles.supervisor import Observer, RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import compose_batch, stack
 from vrs_cli.kinematics.model import RobotModel

@@ -35,7 +35,7 @@ from vrs_cli.files.program_file import cell_of_program, find_program_file, read_
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Answers, no_answer
 from vrs_cli.interfaces.monitor.files import TORN
-from vrs_cli.interfaces.monitor.plotting import plotted, selected
+from vrs_cli.interfaces.monitor.timeline import plotted, selected
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Port
 from vrs_cli.interfaces.roles.playback import Audience

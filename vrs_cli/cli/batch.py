@@ -37,8 +37,7 @@ from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import programs_beside
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.tasks.isolation import Isolation
-from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
+from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Isolation, Limits
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.language.words.values import key_of
 from vrs_cli.render.blocks import for_stream

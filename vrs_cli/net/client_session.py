@@ -15,13 +15,12 @@ from typing import Any, Protocol
 from msgspec import structs
 
 from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError, sentence
-from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
+from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, quietly
+from vrs_cli.interfaces.monitor.pictures import Drawable, sketch
 from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.port.user_session import Pending, UserSession
 from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS
-from vrs_cli.interfaces.session.sketches import Drawable, sketch
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.text.source import MAX_LINE_CHARS

@@ -25,7 +25,7 @@ from websockets.asyncio.server import ServerConnection as PageSocket
 from websockets.exceptions import ConnectionClosed
 
 from vrs_cli.errors import NonexistentFile, RequestRefused
-from vrs_cli.interfaces.port.preview import Expected
+from vrs_cli.interfaces.port.port import Expected
 from vrs_cli.net import messages
 from vrs_cli.net.client import LOOPBACK, OPENING, UNREACHED, address_of, dialled, no_answer, tls_for
 from vrs_cli.net.course_teller import CourseThread, Cut, Heard

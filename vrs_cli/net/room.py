@@ -23,9 +23,8 @@ from msgspec.structs import replace
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import quietly
+from vrs_cli.interfaces.dialogue import Ticket, quietly
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import BodyNews
 from vrs_cli.interfaces.station.lease import Notice, RobotLease

@@ -16,7 +16,7 @@ from weakref import finalize
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.interfaces.port.preview import Previewed
+from vrs_cli.interfaces.port.port import Previewed
 from vrs_cli.net.client import Client
 from vrs_cli.net.far_end import Outlet
 from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Request, ServerMessage, Welcome

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.atomic import atomically, check_writable
-from vrs_cli.interfaces.monitor.plotting import PICTURES
+from vrs_cli.interfaces.monitor.timeline import PICTURES
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm

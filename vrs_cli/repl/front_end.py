@@ -20,8 +20,7 @@ from vrs_cli.interfaces.conversation.complete import Signature, signature
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Running, Terminal
 from vrs_cli.interfaces.editor.screen import Found
-from vrs_cli.interfaces.port.far_hand import FarHand
-from vrs_cli.interfaces.port.port import MakeRequest, Outlet, Port, answer_to, checked
+from vrs_cli.interfaces.port.port import FarHand, MakeRequest, Outlet, Port, answer_to, checked
 from vrs_cli.repl.piped import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, Say, StopProgram
 from vrs_cli.values.hand import Look, Seen

@@ -17,11 +17,11 @@ from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.files.recovery import Recovery, left
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
-from vrs_cli.interfaces.monitor.consent import listed
 from vrs_cli.interfaces.monitor.files import TORN, load
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.operands import listed
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.ast import Program, Section

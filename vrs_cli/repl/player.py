@@ -14,9 +14,9 @@ from prompt_toolkit.patch_stdout import patch_stdout
 
 from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.interfaces.jog.jogger import SPEEDS, STEPS
-from vrs_cli.interfaces.port.far_hand import FarHand
-from vrs_cli.interfaces.roles.observer import RecordedRobot
+from vrs_cli.interfaces.port.port import FarHand
 from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.interfaces.roles.supervisor import RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen

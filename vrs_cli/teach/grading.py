@@ -25,7 +25,7 @@ from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Notes, at_once
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.tasks.isolation import Isolation
+from vrs_cli.interfaces.tasks.limits import Isolation
 from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.judging.basis import evidence_of
 from vrs_cli.values.diagnostics import Severity, ordered

@@ -18,8 +18,7 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import FileError, MotionError, RequestRefused, UsageError
 from vrs_cli.interfaces.actor import actor as module
 from vrs_cli.interfaces.actor.actor import Actor
-from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.dialogue import Dialogue, Slice, beside
+from vrs_cli.interfaces.dialogue import Dialogue, Slice, Ticket, beside
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.acts import FollowChunk

@@ -23,7 +23,7 @@ from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.journal import Journal, keep_journal, take
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.dialogue import Ticket
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.questions import Question

@@ -7,8 +7,7 @@ from typing import Any, TypeVar
 
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import MAX_WAITING_EVENTS, Subscription
-from vrs_cli.interfaces.actor.ticket import Outlet, Ticket
-from vrs_cli.interfaces.dialogue import Dialogue, quietly
+from vrs_cli.interfaces.dialogue import Dialogue, Outlet, Ticket, quietly
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState

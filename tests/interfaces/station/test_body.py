@@ -1,17 +1,34 @@
-"""The body of a robot: who is it, which reports are new, lost, late or wrong, and what it is told."""
+"""The body of a robot: which client it is, which reports are new, lost, late or wrong, alarms, and RESYNC."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from math import nan
 from random import Random
+from threading import Thread
 
+import numpy as np
 import pytest
 
-from vrs_cli.errors import IllegalValue, RequestRefused, VrsError
-from vrs_cli.interfaces.station.body import AHEAD, PAST, SILENT, BodyChange, ReportNumbers, RobotBody
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.errors import IllegalValue, RequestRefused, UsageError, VrsError
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station import body as body_module
+from vrs_cli.interfaces.station.body import AHEAD, PAST, SILENT, BodyChange, BodyNews, ReportNumbers, RobotBody
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.measured import MeasuredRecord
-from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, Report, ReportCounts
+from vrs_cli.values.measured import (
+    BodyMode,
+    DivergenceAlarm,
+    DivergenceCause,
+    OnAlarm,
+    Report,
+    ReportCounts,
+    ResyncReport,
+)
+from vrs_cli.values.replies import Resynchronised
 
 
 class Bench:
@@ -156,3 +173,227 @@ def test_all_errors_are_ours(bench: Bench) -> None:
         with suppress(VrsError):
             bench.body.take(reports, random.randrange(2**53), "arm")
     assert all(abs(one.t) <= AHEAD for one in bench.body.record.view)
+
+
+STEP = 0.02
+OFF = 0.1  # [rad] of joint 2
+
+
+class GuardedRobot:
+    """A robot in virtual time, with a body that stands beside it."""
+
+    def __init__(self) -> None:
+        self.terminal = RecordingTerminal()
+        self.session = Session(self.terminal)
+        self.body, self.news = self.session.body, list[BodyNews]()
+        self.body.told.append(self.news.append)
+        self._random, self._t = np.random.default_rng(5), 0.0
+
+    def joints(self, off: float = 0.0) -> Joints:
+        here = np.array(self.session.engine.position().joints) + self._random.normal(0.0, 1e-4, 6)
+        here[1] += off
+        return tuple(here.tolist())
+
+    def report(self, count: int, off: float = 0.0, mode: BodyMode = BodyMode.FOLLOWS) -> None:
+        for _ in range(count):
+            self._t += STEP
+            self.body.take([Report(self._t, self.joints(off), mode=mode)], name=self.body.name)
+        while self.session.actor.asked:
+            self.session.actor.step()
+
+    def alarms(self) -> list[DivergenceAlarm]:
+        return [one for one in self.news if isinstance(one, DivergenceAlarm)]
+
+
+@pytest.fixture
+def guarded() -> GuardedRobot:
+    return GuardedRobot()
+
+
+def test_an_alarm_is_told_and_nothing_else_is_done(guarded: GuardedRobot) -> None:
+    guarded.report(300)
+    guarded.report(50, OFF)
+    (alarm,) = guarded.alarms()
+    assert (alarm.joint, guarded.body.order) == (2, BodyMode.FOLLOWS)
+    assert guarded.session.divergence.alarm is alarm
+
+
+def test_a_body_that_holds_without_an_order_is_told(guarded: GuardedRobot) -> None:
+    guarded.report(300)
+    guarded.report(50, OFF, BodyMode.HOLDS)
+    (alarm,) = guarded.alarms()
+    assert alarm.cause is DivergenceCause.STOPPED
+    guarded.body.command(BodyMode.HOLDS, guarded.session.engine.now)
+    guarded.report(50, OFF, BodyMode.HOLDS)
+    guarded.body.command(BodyMode.FOLLOWS, guarded._t)
+    guarded.report(25, OFF, BodyMode.HOLDS)  # the order is on its way
+    assert guarded.alarms() == [alarm]
+
+
+def test_nobody_looks_if_it_is_off(guarded: GuardedRobot) -> None:
+    guarded.session.perform("BODY OFF")
+    guarded.report(300)
+    guarded.report(50, OFF)
+    assert guarded.alarms() == []
+    assert guarded.session.divergence.alarm is None
+
+
+def test_the_body_is_told_to_hold(guarded: GuardedRobot) -> None:
+    guarded.session.perform("BODY HOLD")
+    assert guarded.session.divergence.on_alarm is OnAlarm.HOLD
+    guarded.report(300)
+    guarded.report(50, OFF)
+    assert len(guarded.alarms()) == 1
+    assert guarded.body.order is BodyMode.HOLDS
+
+
+def test_the_robot_is_stopped(guarded: GuardedRobot) -> None:
+    guarded.session.perform("PARAMETER DIVERGENCE = ABORT")
+    guarded.report(300)
+    stops = guarded.session.stops
+    guarded.report(50, OFF)
+    assert guarded.session.stops == stops + 1
+
+
+def test_it_is_brought_back_by_itself_when_its_stop_has_ended(guarded: GuardedRobot) -> None:
+    guarded.session.perform("BODY RESYNC")
+    guarded.report(300)
+    guarded.report(50, OFF, BodyMode.STOPPED)
+    assert guarded.body.order is BodyMode.HOLDS
+    assert not [one for one in guarded.news if isinstance(one, ResyncReport)]
+    guarded.report(1, OFF, BodyMode.HOLDS)
+    (done,) = [one for one in guarded.news if isinstance(one, ResyncReport)]
+    assert done.distances[1] == pytest.approx(OFF, abs=1e-3)
+    assert guarded.body.order is BodyMode.FOLLOWS
+    assert guarded.body.ordered_at == done.until
+
+
+def test_a_blocked_joint_is_not_brought_back(guarded: GuardedRobot) -> None:
+    guarded.session.perform("BODY RESYNC")
+    guarded.report(300)
+    guarded.report(50, OFF)  # for no cause that is known
+    assert len(guarded.alarms()) == 1
+    assert guarded.body.order is BodyMode.HOLDS
+    guarded.report(50, OFF, BodyMode.HOLDS)
+    assert not [one for one in guarded.news if isinstance(one, ResyncReport)]
+
+
+def test_a_body_that_enters_away_from_the_timeline_is_brought_back(guarded: GuardedRobot) -> None:
+    guarded.session.perform("BODY RESYNC")
+    guarded.body.embody("arm")
+    assert guarded.body.order is BodyMode.HOLDS
+    guarded.report(10, OFF, BodyMode.HOLDS)
+    assert [one for one in guarded.news if isinstance(one, ResyncReport)]
+    assert guarded.body.order is BodyMode.FOLLOWS
+
+
+def test_a_body_that_enters_where_the_robot_stands_follows_at_once(guarded: GuardedRobot) -> None:
+    guarded.session.perform("BODY RESYNC")
+    guarded.body.embody("arm")
+    guarded.report(10, 0.0, BodyMode.HOLDS)
+    assert guarded.body.order is BodyMode.FOLLOWS
+    assert not [one for one in guarded.news if isinstance(one, ResyncReport)]
+
+
+def test_resync_goes_to_the_measured_joints_and_back_to_the_goal(guarded: GuardedRobot) -> None:
+    guarded.report(1, OFF, BodyMode.HOLDS)
+    before = guarded.session.engine.position().joints
+    guarded.session.perform("RESYNC")
+    reply = guarded.terminal.replies[-1]
+    assert isinstance(reply, Resynchronised)
+    engine = guarded.session.engine
+    assert engine.position(reply.report.until).joints[1] == pytest.approx(before[1] + OFF, abs=1e-3)
+    assert engine.position(engine.end).joints == pytest.approx(before)
+
+
+def test_resync_stop_stays_there(guarded: GuardedRobot) -> None:
+    guarded.report(1, OFF, BodyMode.STOPPED)
+    before = guarded.session.engine.position().joints
+    guarded.session.perform("RESYNC STOP")
+    assert guarded.session.engine.position().joints[1] == pytest.approx(before[1] + OFF, abs=1e-3)
+
+
+def test_a_client_is_waited_for_until_it_stands(guarded: GuardedRobot) -> None:
+    """It is told to hold, and reports that from another thread."""
+    guarded.body.embody("arm")
+    guarded.report(5)
+
+    def obey(news: BodyNews) -> None:
+        if isinstance(news, BodyChange) and news.order is BodyMode.HOLDS:
+            Thread(target=lambda: guarded.report(10, OFF, BodyMode.HOLDS)).start()
+
+    guarded.body.told.append(obey)
+    guarded.session.perform("RESYNC")
+    assert guarded.body.order is BodyMode.FOLLOWS
+
+
+def test_resync_begins_when_the_body_stands_and_not_when_it_was_asked() -> None:
+    wall = [0.0]
+    session = Session(RecordingTerminal(), clock=WallClock(lambda: wall[0], lambda _seconds: None))
+    session.body.embody("arm")
+    here = session.engine.position().joints
+    session.body.take([Report(0.0, here)], name="arm")
+
+    def obey(news: BodyNews) -> None:
+        if isinstance(news, BodyChange) and news.order is BodyMode.HOLDS:
+            wall[0] = 3.0
+            session.body.take([Report(t, here, mode=BodyMode.HOLDS) for t in (2.8, 2.9)], name="arm")
+
+    session.body.told.append(obey)
+    session.perform("RESYNC STOP")
+    assert session.body.order is BodyMode.FOLLOWS
+    assert session.engine.timeline[-1].start >= 3.0
+
+
+def _stopped(guarded: GuardedRobot) -> None:
+    guarded.report(1, OFF, BodyMode.STOPPED)
+
+
+def _left(guarded: GuardedRobot) -> None:
+    guarded.body.embody("arm")
+    guarded.report(5)
+    guarded.body.leave("arm")
+
+
+def _silent(guarded: GuardedRobot) -> None:
+    guarded.body.embody("arm")
+    guarded.report(5)
+
+
+def _nothing(guarded: GuardedRobot) -> None:
+    """Report nothing."""
+
+
+def _branch(guarded: GuardedRobot) -> None:
+    guarded.report(1)
+    guarded.session.perform("BRANCH trial")
+
+
+@pytest.mark.parametrize(
+    ("prepare", "error", "why"),
+    [
+        (_nothing, RequestRefused, "nothing measures this robot"),
+        (_left, RequestRefused, "nothing was measured since"),
+        (_silent, RequestRefused, "has not reported within 0.01 s that it stands"),
+        (_stopped, RequestRefused, "has stopped by itself"),
+        (_branch, UsageError, "which is main"),
+    ],
+)
+def test_what_resync_cannot_do(
+    guarded: GuardedRobot,
+    prepare: Callable[[GuardedRobot], None],
+    error: type[Exception],
+    why: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(body_module, "STANDS_WITHIN", 0.01)
+    prepare(guarded)
+    before = guarded.session.engine.timeline
+    with pytest.raises(error, match=why):
+        guarded.session.perform("RESYNC")
+    assert guarded.session.engine.timeline is before
+
+
+def test_other_words_are_refused(guarded: GuardedRobot) -> None:
+    with pytest.raises(UsageError, match="RESYNC STOP"):
+        guarded.session.perform("RESYNC SOON")

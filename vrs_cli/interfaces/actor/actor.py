@@ -25,8 +25,19 @@ from msgspec import structs
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
-from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket, Waiting
-from vrs_cli.interfaces.dialogue import Dialogue, Running, Said, Slice, Terminal, Work, quietly
+from vrs_cli.interfaces.dialogue import (
+    Dialogue,
+    Outlet,
+    Reaction,
+    Running,
+    Said,
+    Slice,
+    Terminal,
+    Ticket,
+    Waiting,
+    Work,
+    quietly,
+)
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE
 from vrs_cli.values.questions import Question
 from vrs_cli.values.replies import Message, Reply, Tone

@@ -9,17 +9,16 @@ from typing import Any
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, RequestRefused, VrsError
-from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.complete import begun, names_of, suggestions
 from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
+from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if
 from vrs_cli.interfaces.editor.lines import outside
 from vrs_cli.interfaces.editor.screen import ScreenDraft, done_without_screen
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
-from vrs_cli.interfaces.monitor.consent import may_replace
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.operands import may_replace
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.language.analysis.analyzer import check_line

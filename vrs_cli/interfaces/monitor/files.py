@@ -21,9 +21,19 @@ from vrs_cli.files.program_file import find_program_file, project_of, read_progr
 from vrs_cli.files.store import MemoryPart
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
-from vrs_cli.interfaces.monitor.consent import PLACES, agreed, confirmed, listed, may_replace, may_write
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
-from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
+from vrs_cli.interfaces.station.operands import (
+    PLACES,
+    Handler,
+    agreed,
+    confirmed,
+    listed,
+    may_replace,
+    may_write,
+    operand,
+    path_of,
+    word,
+)
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.memory import StoredProgram

@@ -1,26 +1,25 @@
-"""Commands on locations: WHERE the robot is, WHY a place is in reach or not, and HERE, POINT and TEACH, which define
-them.
+"""Commands on locations: WHERE the robot, a part or the measured robot is, PARTS, WHY a place is in reach or not, and
+HERE, POINT and TEACH, which define locations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import cast
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, cast
 
 from msgspec.structs import replace
 
+from vrs_cli.engine.comparison import measured_position, why_unknown
 from vrs_cli.engine.position import position_at
-from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
+from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedName, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
-from vrs_cli.interfaces.monitor.measured import where_measured
-from vrs_cli.interfaces.monitor.parts import where_part
-from vrs_cli.interfaces.monitor.showing import Sight
-from vrs_cli.interfaces.station.operands import Handler, is_measured, moment, operand, real, sight, times
+from vrs_cli.interfaces.monitor.pictures import Sight
+from vrs_cli.interfaces.station.operands import NO_REPORT, Handler, is_measured, moment, operand, real, sight, times
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.runtime import definable
-from vrs_cli.language.run.variables import Reference
+from vrs_cli.language.run.variables import Reference, closest
 from vrs_cli.language.text.ast import BareWord, Instruction, Number, StringConstant, Variable
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import (
@@ -34,17 +33,26 @@ from vrs_cli.language.words.values import (
     whole,
 )
 from vrs_cli.values.commands import Move
+from vrs_cli.values.measured import MeasuredPosition
 from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Amendment, Watching
 from vrs_cli.values.replies import (
     LocationTable,
+    MeasuredWhereabouts,
     Message,
     NamedLocation,
+    PartRow,
+    PartTable,
     ReachReport,
+    Reply,
     Tone,
     Whereabouts,
     WhereaboutsTable,
 )
+
+if TYPE_CHECKING:
+    from vrs_cli.world.course import WorldCourse
 
 
 def _where(station: Station, it: Instruction) -> Dialogue[None]:
@@ -213,3 +221,72 @@ LOCATIONS: Mapping[str, Handler] = {
     "TOOL": _frame,
     "BASE": _frame,
 }
+
+
+def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
+    """WHERE MEASURED: the last report, a time, or a stretch of time."""
+    measured = station.engine.measured.view
+    if measured.end is None:
+        raise UsageError(*NO_REPORT)
+    arm, timeline, units = station.engine.arm, station.engine.timeline, station.units
+    if not any(operand(it, index) is not None for index in (1, 2, 3)):
+        t = moment(station, it) if it.modifiers.timed else measured.end
+        at = measured_position(arm, timeline, measured, t)
+        yield Message(why_unknown(measured, t)) if at is None else MeasuredWhereabouts(at, t == measured.end, units)
+        return
+    if it.modifiers.timed:
+        what = "WHERE MEASURED AT t, or WHERE MEASURED FROM t1 TO t2 STEP dt"
+        raise UsageError("AT and FROM do not go together", what)
+    instants = tuple(times(station, it))
+
+    def looks() -> Iterator[MeasuredPosition | None]:
+        return (measured_position(arm, timeline, measured, t) for t in instants)
+
+    rows = yield from beside(lambda: tuple(at.measured for at in looks() if at is not None))
+    yield WhereaboutsTable(rows, units)
+    if len(rows) < len(instants):
+        yield Message(f"The measured robot is unknown at {count(len(instants) - len(rows), 'other time')}")
+
+
+BRINGS_PARTS = "a cell with [[part]] brings some: vrs --cell FILE"
+
+
+def part_table(station: Station, t: float | None) -> PartTable:
+    """Tell where all parts are at a time [s], or now."""
+    stamped, t = t is not None, station.engine.now if t is None else t
+    course = station.driver.course
+    rows = () if course is None else tuple(_row(course, name, t) for name in course.parts())
+    return PartTable(rows, stamped)
+
+
+def _row(course: WorldCourse, name: str, t: float) -> PartRow:
+    state = course.state(name, t)
+    return PartRow(name, t, state.pose if state.exists else None, state.held, state.on)
+
+
+def _parts(station: Station, it: Instruction) -> Iterable[Reply]:
+    table = part_table(station, moment(station, it) if it.modifiers.timed else None)
+    yield table if table.rows else Message(f"There are no parts; {BRINGS_PARTS}")
+    if table.rows:
+        station.contacts.tell_missing()
+
+
+def where_part(station: Station, it: Instruction, asked: BareWord | StringConstant) -> Iterable[Reply]:
+    """WHERE of a part: now, at a time, or over a stretch of time. Raises UndefinedName, UsageError."""
+    course, said = station.driver.course, asked.text if isinstance(asked, BareWord) else asked.value
+    names = {name.lower(): name for name in (() if course is None else course.parts())}
+    if said.lower() not in names and said.lower()[:NAME_LENGTH] in station.environment.kinds:
+        raise UsageError(f"{said} is a variable, no part", f"LISTL {said} shows a place, WHERE tells where the arm is")
+    if course is None or not names:
+        raise UsageError("there are no parts", f"{BRINGS_PARTS}; LISTL shows places")
+    name = names.get(said.lower())
+    if name is None:
+        raise UndefinedName(f"part {said}", closest(said.lower(), names) or f"the cell has {', '.join(names.values())}")
+    over = any(operand(it, index) is not None for index in (1, 2, 3))
+    if over and it.modifiers.timed:
+        raise UsageError("AT and FROM do not go together", f"WHERE {name} AT t, or WHERE {name} FROM t1 TO t2 STEP dt")
+    rows = tuple(_row(course, name, t) for t in (times(station, it) if over else (moment(station, it),)))
+    yield PartTable(rows, it.modifiers.timed or over)
+
+
+PARTS: Mapping[str, Handler] = {"PARTS": _parts}

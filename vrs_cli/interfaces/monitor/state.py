@@ -26,10 +26,9 @@ from vrs_cli.engine.settings import (
 )
 from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.rights import check_may, role_of
-from vrs_cli.interfaces.station.operands import Handler, moment, operand, real, real_or, word
+from vrs_cli.interfaces.station.operands import Handler, leave, moment, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
 from vrs_cli.language.run.effects import PROCESS_CONTROL

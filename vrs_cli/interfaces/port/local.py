@@ -13,12 +13,10 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.actor.ticket import Outlet as ActorOutlet
-from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, Running
-from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet
-from vrs_cli.interfaces.port.preview import Previewed
+from vrs_cli.interfaces.dialogue import Dialogue, Running, Ticket
+from vrs_cli.interfaces.dialogue import Outlet as ActorOutlet
+from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet, Previewed
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import BodyNews

@@ -1,7 +1,7 @@
 """The port to a robot: one user sends requests, and hears replies, questions, and how each request ended.
 
 There are two transports: `interfaces/port/local.py` in this process, and `net/` over a connection. Front ends and roles
-stand on either.
+stand on either. `Previewed` is the timeline as a user knows it, with commands that are still on their way.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.dialogue import Reading, Running
-from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.values.prompt import PromptStatus
@@ -37,6 +36,19 @@ from vrs_cli.wire.messages import (
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
+from bisect import bisect_right
+from collections.abc import Iterator
+from contextlib import suppress
+from math import inf
+
+from msgspec import Struct
+
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.hand import Look, Press, Seen, StopJog
+from vrs_cli.values.numbers import seconds
+from vrs_cli.wire.messages import At
 
 MakeRequest = Callable[[int], Request]  # a request with that id
 Outlet = Callable[[ServerMessage], None]
@@ -186,3 +198,114 @@ def answer_to(asked: Asked, ask: Callable[[Question], Answered]) -> Answer:
         return Answer(asked.number, how=How.ENDED)
     except KeyboardInterrupt:
         return Answer(asked.number, how=How.INTERRUPTED)
+
+
+FRESH = 3.0  # [s] that a flag is told of after the times that it is about
+
+
+class Expected(Struct, frozen=True):
+    """The expected effect of a command that is on its way, `issued` at that time of the robot's clock [s]: from `begin`
+    on it changes the timeline [s] (None: it does not), or `refused` says why the robot will not do it. `planned`: what
+    it changes is seen already; else it may change all from its arrival on. `text`: as it was given.
+    """
+
+    id: int
+    text: str
+    issued: float
+    begin: float | None = None
+    refused: VrsError | None = None
+    planned: bool = True
+
+
+class Previewed(Struct, frozen=True):
+    """A timeline with all that is under way, as it is known now. `now`: the robot's clock; `heard`: that clock t_c as
+    it is heard, D_b ago: by then all has happened as the timeline says; `arrives`: when a command of now comes to the
+    robot; `shown`: the time that a viewer is shown, which `predicts` where that is not the present [s].
+
+    From `unconfirmed` on [s] it is not what the robot has said (infinity: all of it is), as commands are on their way
+    (`expected`, in the order of sending), or it is not heard any more (`away`). `round_trip`: D_f + D_b [s]. `flagged`:
+    the times of which something wrong was shown, before a command was known that changed it, in order.
+    """
+
+    timeline: Timeline
+    now: float
+    heard: float
+    arrives: float
+    shown: float
+    predicts: bool = False
+    unconfirmed: float = inf
+    expected: tuple[Expected, ...] = ()
+    away: bool = False
+    round_trip: float = 0.0
+    flagged: tuple[tuple[float, float], ...] = ()
+
+    @classmethod
+    def of(cls, timeline: Timeline, now: float) -> Previewed:
+        """Preview a robot of this process: nothing is on its way."""
+        return cls(timeline, now, now, now, now)
+
+    @property
+    def reported(self) -> float:
+        """The time at which the robot stands in the picture [s]: as it is heard where it is predicted too."""
+        return self.heard if self.predicts else self.now
+
+    def lines(self, t: float) -> Iterator[str]:
+        """Yield the notes about time t [s]."""
+        if self.predicts:
+            yield f"{seconds(self.shown - self.heard)} ahead of what is heard, D_f + D_b is {seconds(self.round_trip)}"
+        before = bisect_right(self.flagged, (t, inf))
+        if before and t < self.flagged[before - 1][1] + FRESH:
+            begin, end = self.flagged[before - 1]
+            yield f"flagged: {begin:.3f} to {seconds(end)} was shown before a command changed it"
+        if t >= self.unconfirmed:
+            yield self.doubt
+
+    @property
+    def doubt(self) -> str:
+        """The part that is not confirmed, and the reason; empty where all is confirmed."""
+        return "" if self.unconfirmed == inf else f"unconfirmed from {seconds(self.unconfirmed)} on: {self._under_way}"
+
+    @property
+    def _under_way(self) -> str:
+        return "the robot is not heard" if self.away else ", ".join(it.text or "a command" for it in self.expected)
+
+
+Begin = Callable[[Callable[[int], Request], Callable[[ServerMessage], None]], object]
+
+
+class FarHand:
+    """Sends the steps of keys that are held down as fast as the arm answers, and no faster: after a key is let go, no
+    earlier step follows. `begin`: that of a port; `seen`: the arm before the first step.
+    """
+
+    def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: Seen) -> None:
+        self.joints, self.units = joints, units
+        self._begin, self._seen = begin, seen
+        self._on_way: list[Press | StopJog | Look] = []
+
+    def do(self, act: Press | StopJog | Look) -> Seen:
+        """Send what a key says; return what was seen last."""
+        if act not in self._on_way:
+            self._send(act)
+        return self._seen
+
+    def _send(self, act: Press | StopJog | Look) -> None:
+        def hear(end: ServerMessage) -> None:
+            with suppress(ValueError):  # a brake, or what was forgotten
+                self._on_way.remove(act)
+            if isinstance(end, Done) and isinstance(end.found, Seen):
+                self._seen = end.found
+            elif isinstance(end, Done | Refused) and end.refusal is not None:
+                self._say(end.refusal.error())
+
+        if not isinstance(act, StopJog):
+            self._on_way.append(act)
+        try:
+            self._begin(lambda id: At(id, act), hear)
+        except RequestRefused as error:
+            self._on_way.clear()
+            self._say(error)
+
+    def _say(self, error: VrsError) -> None:
+        seen = self._seen
+        self._seen = Seen(seen.position, seen.end, seen.paused, str(error))

@@ -13,11 +13,10 @@ from msgspec import Struct
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError
-from vrs_cli.interfaces.actor.ticket import Outlet as ActorOutlet
-from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
+from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, quietly
+from vrs_cli.interfaces.dialogue import Outlet as ActorOutlet
 from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.rights import STOPPING

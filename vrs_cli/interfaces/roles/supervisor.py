@@ -1,4 +1,6 @@
-"""The supervisor: an observer who commands motions, programs, settings and branches, and ABORT."""
+"""Views of a port for programs: an observer asks where a robot is at any time, and never waits for those who move it; a
+supervisor is an observer who commands motions, programs, settings and branches, and ABORT.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +21,7 @@ from vrs_cli.errors import RequestRefused, VrsError, told_in_python
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
-from vrs_cli.interfaces.port.port import MakeRequest, Port, answer_to, ends
-from vrs_cli.interfaces.port.preview import Previewed
-from vrs_cli.interfaces.roles.observer import Observer
+from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, ends
 from vrs_cli.values.acts import (
     Define,
     Execute,
@@ -55,8 +55,61 @@ from vrs_cli.wire.messages import (
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
+from typing import TYPE_CHECKING, NamedTuple
+
+from vrs_cli.engine.position import Watched, position_at, positions_at
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Frames
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.arrays import Floats
+
 
 T = TypeVar("T")
+
+
+class RecordedRobot(NamedTuple):
+    """A saved trajectory, to be watched like a robot: all of it has happened."""
+
+    arm: RobotArm
+    timeline: Timeline
+
+    @property
+    def now(self) -> float:
+        return self.timeline.end
+
+
+class Observer:
+    """Asks g of the timeline as it is now. Metres, radians, seconds."""
+
+    def __init__(self, watched: Watched) -> None:
+        self.watched = watched
+
+    @property
+    def arm(self) -> RobotArm:
+        return self.watched.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        return self.watched.timeline
+
+    @property
+    def now(self) -> float:
+        return self.watched.now
+
+    @property
+    def frames(self) -> Frames:
+        """BASE and TOOL in force now."""
+        return self.timeline.locate(self.now)[0].motion.frames
+
+    def at(self, t: float | None = None) -> Position:
+        """Return where the robot is at t [s], past or future, or now."""
+        return position_at(self.arm, self.timeline, self.now if t is None else t)
+
+    def over(self, times: Floats) -> PositionArrays:
+        """Return where the robot is at times (N,) [s]."""
+        return positions_at(self.arm, self.timeline, times)
 
 
 class _Conversation:

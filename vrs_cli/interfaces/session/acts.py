@@ -19,14 +19,13 @@ from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
 from vrs_cli.interfaces.editor.screen import program_text
-from vrs_cli.interfaces.monitor.locations import explained
-from vrs_cli.interfaces.monitor.parts import part_table
+from vrs_cli.interfaces.monitor.locations import explained, part_table
+from vrs_cli.interfaces.monitor.pictures import place_of, sketch
 from vrs_cli.interfaces.monitor.programs import directory
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motions
 from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.sketches import place_of, sketch
 from vrs_cli.interfaces.tasks.holder_times import move_of
 from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
 from vrs_cli.kinematics.joints import Joints

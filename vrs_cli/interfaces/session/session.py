@@ -25,13 +25,11 @@ from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.jog.jogger import jog
 from vrs_cli.interfaces.monitor.explaining import explain
 from vrs_cli.interfaces.monitor.files import FILES
-from vrs_cli.interfaces.monitor.locations import LOCATIONS
-from vrs_cli.interfaces.monitor.parts import PARTS
-from vrs_cli.interfaces.monitor.programs import PROGRAMS
+from vrs_cli.interfaces.monitor.locations import LOCATIONS, PARTS
+from vrs_cli.interfaces.monitor.programs import PROGRAMS, VARIABLES, shown_value
 from vrs_cli.interfaces.monitor.running import RUNNING
 from vrs_cli.interfaces.monitor.state import STATE
 from vrs_cli.interfaces.monitor.timeline import TIMELINE
-from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
 from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.station.operands import own, path_of
 from vrs_cli.interfaces.station.station import Station

@@ -1,24 +1,30 @@
-"""The contents of a file for the memory: its programs, analysed among those that are there, and its variables."""
+"""Compare the memory with files: what a file that is loaded brings (programs, analysed among those in memory, and
+variables), and which programs and variables no file holds.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from operator import itemgetter
 from types import MappingProxyType
 from typing import NamedTuple, Self
+from weakref import WeakSet, ref
 
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.store import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.analyzer import Surroundings, analyze_among
 from vrs_cli.language.analysis.lineage import beyond
+from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
-from vrs_cli.language.run.variables import Variables
+from vrs_cli.language.run.variables import Item, Variables
 from vrs_cli.language.text.ast import AXES, Entry, File, Program, Section
 from vrs_cli.language.text.collector import free_in_parts
+from vrs_cli.language.text.printer import print_program
 from vrs_cli.language.text.source import heeded
-from vrs_cli.language.words.values import rounding
+from vrs_cli.language.words.values import Kind, kind_of_value, rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
+from vrs_cli.values.numbers import Value
 
 NO_PROGRAMS: Mapping[str, Program] = MappingProxyType({})
 LONG_TEXT = 1000  # characters that are parsed in some milliseconds
@@ -85,3 +91,145 @@ def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[
             warning(FileDamaged, section.span, f"nothing of {section.name} is loaded", "a line of it is wrong")
         )
     return variables, tuple(found)
+
+
+State = tuple[int, Mapping[str, Program]]
+MAX_COMPARED_STEPS = 1000  # two versions of a longer program are not compared: the old one is not kept for that
+
+
+def _kept(program: Program) -> Callable[[], Program | None]:
+    """Return a function that returns a program as a file has it; None for a long one that has been replaced."""
+    return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
+
+
+class Unstored:
+    """Compares the memory with what files have of it. Variables that programs change do not count, unless a user has
+    changed them before: the programs can compute them again.
+
+    Variables are compared when they have changed, and only after `watch`. `asked_about`: a user who leaves is asked
+    about what no file has.
+    """
+
+    asked_about = True
+
+    def __init__(self, environment: Environment) -> None:
+        self._environment = environment
+        self._programs: dict[str, Callable[[], Program | None]] = {}  # as files have them
+        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that files have otherwise
+        self._values: dict[Item, Value] = {}  # as files have them
+        self._items: set[Item] = set()
+        self._changed: set[Item] = set()  # since they were looked at
+        self._before: Mapping[Item, Value] | None = None  # when the program that runs began
+        self._version = 0
+        self._news: set[Item] = set()
+
+    def watch(self) -> None:
+        """Note from now on which variables change."""
+        self._environment.note_changes(self._changed)
+
+    # --- what is told of ---
+
+    def state(self) -> State:
+        """Equal as long as no variable and no program is changed."""
+        self._look()
+        return self._version, {key: stored.program for key, stored in self._environment.programs.items()}
+
+    def programs(self) -> list[str]:
+        """The names of the programs that are not stored."""
+        stored = self._environment.programs.items()
+        return [one.name for key, one in stored if self._differs(key, one)]
+
+    def items(self, *kinds: Kind) -> list[Item]:
+        """The variables of some kinds that are not stored, those of all kinds when none is named."""
+        self._look()
+        values = ((item, self._environment.value(item)) for item in self._items)
+        return [item for item, value in values if value is not None and (not kinds or kind_of_value(value) in kinds)]
+
+    @property
+    def fresh(self) -> bool:
+        """Return whether `news` has any."""
+        return bool(self._news or self._changed)
+
+    def news(self) -> set[Item]:
+        """The variables that have changed since the last call, also those that were deleted."""
+        self._look()
+        news, self._news = self._news, set()
+        return news
+
+    def _look(self) -> None:
+        """Compare the variables that have changed with what files have of them."""
+        self._version += bool(self._changed)
+        self._news |= self._changed
+        for item in self._changed:
+            value = self._environment.value(item)
+            if value is None or value == self._values.get(item):
+                self._items.discard(item)
+            else:
+                self._items.add(item)
+        self._changed.clear()
+
+    def _differs(self, key: str, stored: StoredProgram) -> bool:
+        """Return whether a program differs from that of a file."""
+        if stored in self._different:
+            return True
+        of_file, now = self._programs.get(key, lambda: None)(), stored.program
+        if of_file is not now and (of_file is None or print_program(of_file) != print_program(now)):
+            self._different.add(stored)
+            return True
+        self._programs[key] = _kept(now)
+        return False
+
+    # --- what is noted ---
+
+    def programs_stored(self, programs: Iterable[Program]) -> None:
+        """Note that a file has these programs."""
+        there = self._environment.programs
+        for program in programs:
+            self._programs[program.key] = _kept(program)
+            if program.key in there:
+                self._different.discard(there[program.key])
+
+    def programs_deleted(self) -> None:
+        """Forget the programs of files that are in memory no more."""
+        there = self._environment.programs
+        self._programs = {key: of_file for key, of_file in self._programs.items() if key in there}
+
+    def values_loaded(self, values: Mapping[Item, Value]) -> None:
+        """Note that these variables have got these values from a file."""
+        noted = self._changed.intersection(values)
+        self._version += bool(noted)
+        self._news |= noted
+        self._changed -= noted
+        self._items.difference_update(values)
+        self._values |= values
+
+    def values_stored(self, values: Mapping[Item, Value]) -> None:
+        """Note that a file has these variables with these values."""
+        self._changed.update(item for item, value in values.items() if self._values.get(item) != value)
+        self._changed |= self._items & values.keys()
+        self._values |= values
+
+    @property
+    def of_program(self) -> bool:
+        """Return whether a program makes the present changes."""
+        return self._before is not None
+
+    def begin_run(self) -> None:
+        """Note that a program runs: what it changes needs no storing, unless it did before."""
+        self._look()
+        self._environment.note_changes(None)
+        self._before = self._environment.values()
+
+    def end_run(self) -> None:
+        """Note that the program has stopped, or that a user changes something beside it."""
+        if self._before is None:
+            return
+        before, after, self._before = self._before, self._environment.values(), None
+        self.watch()
+        for item, value in after.items():
+            old = before.get(item)
+            if old is not value and old != value:
+                self._changed.add(item)
+                if old == self._values.get(item):
+                    self._values[item] = value
+        self._changed.update(before.keys() - after.keys())

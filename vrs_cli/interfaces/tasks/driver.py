@@ -24,9 +24,8 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
 from vrs_cli.interfaces.tasks.devices import Devices
-from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
-from vrs_cli.interfaces.tasks.observations import Observations
+from vrs_cli.interfaces.tasks.observations import UNTIMED, Observations, endless, in_vain
 from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLine, TypedLines
 from vrs_cli.interfaces.tasks.tasks import (
     ONWARD,

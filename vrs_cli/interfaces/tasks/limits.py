@@ -1,7 +1,10 @@
-"""Limits of a run: when a program that does not stop by itself is stopped."""
+"""Limits of a run: stop a program that does not stop by itself, and keep programs of somebody else from the network
+and from other processes.
+"""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from math import inf, isnan
 
@@ -70,3 +73,27 @@ class Spent(Struct):
             what = f"the program wanted to {self.done} more than {most} bytes"
             raise LimitReached(what, self.advice(self.option))
         self.count += size
+
+
+REFUSED = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os.spawn", "os.startfile", "os.system")
+
+
+class Isolation:
+    """While it is entered, this process opens no connection and starts no other process: Python asks before it does
+    (`sys.audit`). A hook stays for ever, so there is one.
+    """
+
+    hooked = entered = False
+
+    def __enter__(self) -> None:
+        if not Isolation.hooked:
+            sys.addaudithook(self._check)
+        Isolation.hooked = Isolation.entered = True
+
+    def __exit__(self, *_error: object) -> None:
+        Isolation.entered = False
+
+    @staticmethod
+    def _check(event: str, _arguments: object) -> None:
+        if Isolation.entered and event.startswith(REFUSED):
+            raise PermissionError(f"a program of somebody else: {event} is not for this run")

@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.interfaces.monitor.plotting import plotted, selected
+from vrs_cli.interfaces.monitor.timeline import plotted, selected
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net.page_data import moments, robot
 from vrs_cli.render.documents import picture

@@ -1,4 +1,4 @@
-"""What is left of a request when it has ended."""
+"""Memory that a request keeps after it has ended."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from types import FrameType
 import pytest
 
 from tests.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.dialogue import Dialogue, Notes
+from vrs_cli.interfaces.dialogue import Dialogue, Notes, Ticket
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.acts import Define, Evaluate, Execute, Undo

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.port.far_hand import FarHand
+from vrs_cli.interfaces.port.port import FarHand
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.values.hand import Axis, Frame, Press, Seen, StopJog

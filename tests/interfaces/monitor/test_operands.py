@@ -1,4 +1,4 @@
-"""What is asked before something is lost."""
+"""Questions that commands ask before something is lost."""
 
 from __future__ import annotations
 
