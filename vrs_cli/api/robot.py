@@ -35,7 +35,7 @@ from vrs_cli.files.program_file import cell_of_program, find_program_file, read_
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Answers, no_answer
 from vrs_cli.interfaces.monitor.files import TORN
-from vrs_cli.interfaces.monitor.timeline import plotted, selected
+from vrs_cli.interfaces.monitor.timeline import plot_curves, select_curves
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Port
 from vrs_cli.interfaces.roles.playback import Audience
@@ -723,10 +723,10 @@ class Robot:
         Raises NotPossible where there is no motion yet, and for what cannot be drawn together.
         """
         with told_in_python():
-            asked = selected(self._robot.arm, [str(word) for word in what])
+            asked = select_curves(self._robot.arm, [str(word) for word in what])
         if self.end <= self.timeline.start:
             raise NotPossible("there is no motion yet", "move the robot first")
-        return Picture((plotted(self._robot.arm, self.timeline, asked),))
+        return Picture((plot_curves(self._robot.arm, self.timeline, asked),))
 
     def view(
         self, timeline: Timeline | None = None, *, height: int = SCENE_HEIGHT, cell: str | Path | Cell | None = None

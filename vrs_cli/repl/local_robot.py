@@ -21,7 +21,7 @@ from vrs_cli.interfaces.monitor.files import TORN, load
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.operands import listed
+from vrs_cli.interfaces.station.operands import name_some
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.ast import Program, Section
@@ -250,7 +250,7 @@ def _held(text: str) -> str:
     """`programs pick, place, 2 locations`."""
     parts = parse_file(text)[0].parts
     programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))
-    said = [listed("program", programs)] if programs else []
+    said = [name_some("program", programs)] if programs else []
     nouns = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRINGS": "string"}
     said += [count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, Section)]
     return ", ".join(said) or "nothing"

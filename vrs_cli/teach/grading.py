@@ -73,7 +73,7 @@ class SubmissionRuns:
         with Isolation():
             exercise.give(station)
             if self._loaded is None:
-                self._loaded = at_once(station.loaded(self._text))
+                self._loaded = at_once(station.read_file(self._text))
             station.take(self._loaded)
             exercise.give(station)
             name = self._program(exercise, station, self._loaded)

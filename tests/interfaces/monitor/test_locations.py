@@ -10,7 +10,7 @@ from tests.interfaces.monitor.people import PART, Person, at, last, location
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.api.robot import Robot
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
-from vrs_cli.interfaces.monitor.locations import changed
+from vrs_cli.interfaces.monitor.locations import change_numbers
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.language.words.values import Kind, numbers_of
 from vrs_cli.values import replies
@@ -98,8 +98,8 @@ def test_a_wrong_change_is_asked_again(answer: str) -> None:
 
 
 def test_changed_keeps_what_is_skipped() -> None:
-    assert numbers_of(changed(IDENTITY, ",,5")) == pytest.approx((0.0, 0.0, 5.0, 90.0, -90.0, 0.0))
-    assert [round(degrees(q)) for q in changed((0.1, 0.2), "10")] == [10, 11]  # type: ignore[arg-type]
+    assert numbers_of(change_numbers(IDENTITY, ",,5")) == pytest.approx((0.0, 0.0, 5.0, 90.0, -90.0, 0.0))
+    assert [round(degrees(q)) for q in change_numbers((0.1, 0.2), "10")] == [10, 11]  # type: ignore[arg-type]
 
 
 def test_where_nobody_is_there_nothing_is_asked() -> None:

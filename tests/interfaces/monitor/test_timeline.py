@@ -11,7 +11,7 @@ from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, UsageError
-from vrs_cli.interfaces.monitor.timeline import SAMPLES, in_file, plotted, selected
+from vrs_cli.interfaces.monitor.timeline import SAMPLES, plot_curves, select_curves, split_file
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values import replies
 from vrs_cli.values.commands import Move
@@ -91,7 +91,7 @@ def engine() -> Engine:
 
 
 def plot(engine: Engine, *words: str) -> Plot:
-    return plotted(engine.arm, engine.timeline, selected(engine.arm, words))
+    return plot_curves(engine.arm, engine.timeline, select_curves(engine.arm, words))
 
 
 @pytest.mark.parametrize(
@@ -149,6 +149,6 @@ def test_the_tool_speed_is_that_of_the_circle_it_draws(engine: Engine) -> None:
 
 
 def test_a_file_is_named_last() -> None:
-    assert in_file(("1", "2", "arm.SVG")) == (("1", "2"), "arm.SVG")
-    assert in_file(("arm.pdf",)) == ((), "arm.pdf")
-    assert in_file(("X", "arm")) == (("X", "arm"), "")
+    assert split_file(("1", "2", "arm.SVG")) == (("1", "2"), "arm.SVG")
+    assert split_file(("arm.pdf",)) == ((), "arm.pdf")
+    assert split_file(("X", "arm")) == (("X", "arm"), "")

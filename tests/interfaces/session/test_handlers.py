@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces.session.session import HANDLERS
+from vrs_cli.interfaces.station.operands import HANDLERS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import State
 from vrs_cli.values import replies

@@ -194,7 +194,7 @@ class Conversation:
     def _store(self) -> Dialogue[None]:
         """`.END`: check the whole and keep it. A bare EXECUTE runs the first program of it."""
         text, self._pasted = self._pasted, ""
-        loaded = yield from self.session.loaded(text)
+        loaded = yield from self.session.read_file(text)
         before = dict(self.session.programs)
         self.session.take(loaded)
         yield report(loaded.diagnostics, text)

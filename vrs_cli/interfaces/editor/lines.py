@@ -79,7 +79,7 @@ class Draft(Struct, frozen=True):
         """Steps from `first` (from 0) on, as they are listed."""
         if first >= len(self.steps):
             return ()
-        return listed(self.analysed(rebuilt(self.program)[0]))[first : first + count]
+        return list_steps(self.analysed(rebuilt(self.program)[0]))[first : first + count]
 
     def present(self) -> tuple[Reply, ...]:
         """The step where the editor stands; nothing behind the last one, and nothing while lines are inserted."""
@@ -91,7 +91,7 @@ class Draft(Struct, frozen=True):
         return (ProgramPart(program_header(self.program), self.shown(self.at)),)
 
 
-def listed(analysis: Analysis) -> tuple[ListedStep, ...]:
+def list_steps(analysis: Analysis) -> tuple[ListedStep, ...]:
     """The steps of a program in canonical form, numbered, those marked that have a mistake."""
     program, wrong = analysis.program, {one.span.line for one in errors(analysis.diagnostics)}
     return tuple(

@@ -28,7 +28,7 @@ from vrs_cli.errors import (
     UsageError,
 )
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.station.operands import real
+from vrs_cli.interfaces.station.operands import handles, real
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
@@ -62,6 +62,7 @@ AXES: Mapping[str, Axis] = {
 FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
 
 
+@handles("JOG")
 def jog(station: Station, it: Instruction) -> Dialogue[None]:
     """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
     station.tasks.check_robot_free()

@@ -17,7 +17,7 @@ from vrs_cli.engine.explaining import inverse_report, motion_plan, splice
 from vrs_cli.engine.targets import check_joint_count
 from vrs_cli.errors import TypeMismatch, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
-from vrs_cli.interfaces.station.operands import sight
+from vrs_cli.interfaces.station.operands import evaluator
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
 from vrs_cli.kinematics.joints import Joints
@@ -116,7 +116,7 @@ def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator
 
 def _pose(station: Station, expression: Expression, topic: str) -> Transform:
     """Raises TypeMismatch for what is no transformation."""
-    found = sight(station, expression)()
+    found = evaluator(station, expression)()
     if isinstance(found, Transform):
         return found
     text, kind = expression_text(expression), kind_of_value(found).value
@@ -135,13 +135,13 @@ def _inverse(station: Station, expression: Expression) -> Dialogue[InverseReport
 
 def _chain(station: Station, expression: Expression) -> ChainReport:
     engine, text = station.engine, expression_text(expression)
-    found, frames = sight(station, expression)(), engine.frames
+    found, frames = evaluator(station, expression)(), engine.frames
     if not isinstance(found, tuple):
         raise TypeMismatch(f"{text} is a {kind_of_value(found).value}", "EXPLAIN explains a location, or a motion")
     if not isinstance(found, Transform):
         check_joint_count(engine.model, found)
         return ChainReport(text, _links(engine, found), (), found, station.units)
-    named = ((expression_text(part), cast(Transform, sight(station, part)())) for part in _factors(expression))
+    named = ((expression_text(part), cast(Transform, evaluator(station, part)())) for part in _factors(expression))
     factors = _multiplied("world", [(name, name, T) for name, T in named])
     goal = ("BASE", "world", frames.base), (text, "tool", found), ("TOOL^-1", "flange", inverse(frames.tool))
     return ChainReport(text, factors, _multiplied("robot", goal), units=station.units)

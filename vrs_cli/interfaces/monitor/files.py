@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 
@@ -24,12 +24,12 @@ from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import (
     PLACES,
-    Handler,
-    agreed,
-    confirmed,
-    listed,
+    ask_yes_no,
+    handles,
+    may_delete,
     may_replace,
     may_write,
+    name_some,
     operand,
     path_of,
     word,
@@ -39,7 +39,6 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Instruction, Program, Section
-from vrs_cli.trajectory.segment import Segment
 from vrs_cli.values.numbers import Value, count, seconds
 from vrs_cli.values.questions import Playing
 from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Tone, report
@@ -47,29 +46,35 @@ from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, Repl
 TORN = "its last line was not written to the end, and was left out"
 
 
+@handles("LOAD", "LOADP", "LOADL")
+def _load(station: Station, it: Instruction) -> Dialogue[None]:
+    return load(station, path_of(station, it))
+
+
 def load(station: Station, named: Path) -> Dialogue[None]:
-    """Load a file. Programs that are in memory are replaced where the user agrees, else they stay as they are;
-    variables are overwritten. Where no program was run yet, EXECUTE alone runs the first program of the file.
+    """Load a file. Programs in memory are replaced if the user agrees, else they stay; variables are overwritten. If no
+    program was run yet, EXECUTE alone runs the first program of the file.
 
     A sample program of vrs is found by its name from every folder. Files that a comment in the file names (`; with:
-    lib.v2`) are loaded before it. Raises NonexistentFile, FileOutside, FileError, FileDamaged.
+    lib.v2`) are loaded before the file. Raises NonexistentFile, FileOutside, FileError, FileDamaged.
     """
     path, folder = find_program_file(named, station.folder), station.folder
     if path.suffix.lower() == EXTENSION:
         yield from _load_trajectory(station, path)
         return
     text = yield from beside(lambda: read_program_file(path, folder))
-    files = yield from beside(lambda: project_of(path, text, closed=folder.closed))
+    project = yield from beside(lambda: project_of(path, text, closed=folder.closed))
     last = station.last_program
-    for file, its in reversed(files.items()):
+    for file, file_text in reversed(project.items()):
         station.last_program = last
-        yield from _load_text(station, file, its)
+        yield from _load_text(station, file, file_text)
 
 
 def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
-    ready = yield from station.loaded(text, path.stem)
+    """Load the text of one program file, and tell what was loaded."""
+    ready = yield from station.read_file(text, path.stem)
     values = yield from beside(ready.variables.values)
-    kept = yield from _kept(station, values)
+    kept = yield from _values_to_keep(station, values)
     programs = station.programs
     before, layout = dict(programs), station.layout
     station.take(ready)
@@ -96,27 +101,28 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
     station.unstored.programs_stored(stored.program for stored in new)
     if station.last_program is None and new:
         station.last_program = new[0].name
-    names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
-    stay = (
-        f"; {', '.join(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
-    )
     if ready.diagnostics and not loaded and not values:
         yield Message(f"nothing of {path} is loaded", Tone.ERROR)
         return
+    names = list[str]()
+    for stored in new:
+        marks = ["replaced"] * (stored.program.key in before) + ["not executable"] * (not stored.analysis.executable)
+        names.append(f"{stored.name} ({', '.join(marks)})" if marks else stored.name)
+    stay = f"; {', '.join(one.name for one in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 
-def _kept(station: Station, values: Mapping[Item, Value]) -> Dialogue[dict[Item, Value]]:
-    """The values of locations that are not stored, and that the user does not want a file to overwrite. Where no user
-    can be asked, a file overwrites them, as it does all variables.
+def _values_to_keep(station: Station, values: Mapping[Item, Value]) -> Dialogue[dict[Item, Value]]:
+    """Return the values of locations that no file holds and the user wants to keep. If no user
+    can be asked, the file overwrites them, as it does all variables.
     """
     environment = station.environment
     if not station.user_state.attended:
         return {}
     lost = [item for item in station.unstored.items(*PLACES) if item in values]
     are = "is" if len(lost) == 1 else "are"
-    names = listed("location", sorted(map(environment.name_of, lost)))
-    if not lost or (yield from confirmed(station, f"The {names} {are} not stored. Overwrite (Y/N)?")):
+    names = name_some("location", sorted(map(environment.name_of, lost)))
+    if not lost or (yield from ask_yes_no(station, f"The {names} {are} not stored. Overwrite (Y/N)?")):
         return {}
     return {item: value for item in lost if (value := environment.value(item)) is not None}
 
@@ -129,7 +135,7 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     if name in branches:
         raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
     check_tasks_stand(station)
-    recording = yield from _recording(station, path)
+    recording = yield from _read_recording(station, path)
     left = yield from beside(lambda: bookmark_of(path, recording, station.engine))
     check_tasks_stand(station)
     branches.add(name, left)
@@ -143,53 +149,49 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
-def _recording(station: Station, path: Path) -> Dialogue[Recording]:
+def _read_recording(station: Station, path: Path) -> Dialogue[Recording]:
     """Read a trajectory file, and show the progress at the terminal."""
     terminal, folder = station.terminal, station.folder
-    return (
-        yield from beside(
-            lambda: read_trajectory(path, lambda share: terminal.progress(Reading(str(path), share)), within=folder)
-        )
+    return beside(
+        lambda: read_trajectory(path, lambda share: terminal.progress(Reading(str(path), share)), within=folder)
     )
 
 
-def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
-    marks = ["replaced"] * replaced + ["not executable"] * (not stored.analysis.executable)
-    return f"{stored.name} ({', '.join(marks)})" if marks else stored.name
+@handles("STORE", extension=".v2", parts=files.EVERYTHING)
+@handles("STOREP", extension=".pg", parts={MemoryPart.PROGRAMS})
+@handles("STOREL", extension=".lc", parts={MemoryPart.LOCATIONS})
+@handles("STORER", extension=".rv", parts={MemoryPart.REALS})
+@handles("STORES", extension=".st", parts={MemoryPart.STRINGS})
+def _store(station: Station, it: Instruction, extension: str, parts: Collection[MemoryPart]) -> Dialogue[None]:
+    """Store parts of the memory in a file: of some programs, or of all."""
+    path = _with_extension(path_of(station, it), extension)
+    programs = [word(argument) for argument in it.arguments[1:]]
+    memory, layout = station.environment.copy(), station.layout
+    everything = not programs and parts == files.EVERYTHING
 
+    def write() -> tuple[str, Sequence[Program | Section], Mapping[Item, Value]]:
+        chosen = files.chosen(memory, parts, programs)
+        return files.text_of(chosen, layout, everything=everything), chosen, files.values_of(memory, chosen)
 
-def _store(extension: str, *parts: str) -> Handler:
-    """Return the handler that stores these parts of memory (names of `MemoryPart`)."""
-
-    def store(station: Station, it: Instruction) -> Dialogue[None]:
-        path = _with_extension(path_of(station, it), extension)
-        what: list[MemoryPart] = [files.MemoryPart[name] for name in parts]
-        programs = [word(argument) for argument in it.arguments[1:]]
-        memory, layout = station.environment.copy(), station.layout
-        everything = not programs and set(what) >= files.EVERYTHING
-
-        def written() -> tuple[str, Sequence[Program | Section], Mapping[Item, Value]]:
-            chosen = files.chosen(memory, what, programs)
-            return files.text_of(chosen, layout, everything=everything), chosen, files.values_of(memory, chosen)
-
-        text, chosen, values = yield from beside(written)
-        if not text.strip():
-            yield Message("There is nothing to store", Tone.WARNING)
-            return
-        yield from may_write(station, path)
-        write_atomically(path, text, station.folder)
-        station.unstored.programs_stored(part for part in chosen if isinstance(part, Program))
-        station.unstored.values_stored(values)
-        yield Message(f"{path} stored")
-
-    return store
+    text, chosen, values = yield from beside(write)
+    if not text.strip():
+        yield Message("There is nothing to store", Tone.WARNING)
+        return
+    yield from may_write(station, path)
+    write_atomically(path, text, station.folder)
+    station.unstored.programs_stored(part for part in chosen if isinstance(part, Program))
+    station.unstored.values_stored(values)
+    yield Message(f"{path} stored")
 
 
 def _with_extension(path: Path, extension: str) -> Path:
+    """Return the path with an extension, or unchanged if it has one."""
     return path if path.suffix else path.with_name(path.name + extension)
 
 
+@handles("SAVE")
 def _save(station: Station, it: Instruction) -> Dialogue[None]:
+    """Save the timeline as a trajectory file."""
     engine = station.engine
     path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
@@ -199,10 +201,12 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
     yield Message(f"{path} saved: {count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
 
 
+@handles("REPLAY")
 def _replay(station: Station, it: Instruction) -> Dialogue[None]:
+    """Play a trajectory file on the screen of the user, or list its motions."""
     path = path_of(station, it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
-    recording = yield from _recording(station, path)
+    recording = yield from _read_recording(station, path)
     yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
     timeline, title = recording.timeline, recording.model.title
     changes, segments = count(len(recording.deltas), "change"), count(len(timeline), "segment")
@@ -211,56 +215,57 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     shown = station.user_state.attended and (yield from station.user_state.show(recording, Playing(named)))
     if recording.dropped_tail and not shown:
         yield Message(TORN, Tone.WARNING)
-    arm, there = recording.arm, [recording]
-    del recording, timeline  # their memory is given back beside
-    rows = yield from beside(lambda: _replayed(arm, there.pop()))
+    arm, holder = recording.arm, [recording]
+    del recording, timeline  # the other thread holds the only references, and frees the memory
+    rows = yield from beside(lambda: _replay_rows(arm, holder.pop()))
     if not shown:
         yield ReplayTable(rows)
 
 
-def _replayed(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
-    """The rows of a recording that nothing else refers to. Its memory is freed in small parts: a million values that
-    are freed at once hold every thread.
+def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
+    """Return where each motion of a recording ends. The recording has no other reference, and its memory is freed in
+    small parts: freeing a million values at once would hold every thread.
     """
     timeline, deltas = recording.timeline, list(recording.deltas)
     del recording
-    segments = list(timeline)
-    last = _last_of_motions(segments)
-    ends = ((it.motion, it.finish) for it in last)
-    rows = tuple(ReplayRow(it.number, it.text, t, position_at(arm, timeline, t).T_world_tool) for it, t in ends)
+    segments, rows = list(timeline), list[ReplayRow]()
+    for segment, follower in zip_longest(segments, segments[1:]):
+        motion = segment.motion
+        if follower is None or follower.motion.number != motion.number:
+            T_world_tool = position_at(arm, timeline, segment.finish).T_world_tool
+            rows.append(ReplayRow(motion.number, motion.text, segment.finish, T_world_tool))
     del timeline
     while deltas:
         deltas.pop()
     while segments:
         segments.pop()
-    return rows
+    return tuple(rows)
 
 
-def _last_of_motions(segments: Sequence[Segment]) -> Iterator[Segment]:
-    """The initial segment, and the last one of each motion."""
-    for segment, follower in zip_longest(segments, segments[1:]):
-        if follower is None or follower.motion.number != segment.motion.number:
-            yield segment
-
-
-def _flist(station: Station, it: Instruction) -> Dialogue[None]:
+@handles("FLIST")
+def _list_file(station: Station, it: Instruction) -> Dialogue[None]:
     path, folder = path_of(station, it), station.folder
     yield FileText((yield from beside(lambda: tuple(read_program_file(path, folder).splitlines()))))
 
 
-def _fdirectory(station: Station, it: Instruction) -> Dialogue[None]:
+@handles("FDIRECTORY", "LISTF")
+def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
+    """List the files of a folder, or those that a pattern names."""
     given, folder = operand(it, 0), station.folder
-    asked = folder.root if given is None else folder.path(word(given), pattern=True)
-    yield FileTable(str(asked), entries(asked, folder))
+    path = folder.root if given is None else folder.path(word(given), pattern=True)
+    yield FileTable(str(path), entries(path, folder))
 
 
-def _cd(station: Station, it: Instruction) -> Dialogue[None]:
-    """Raises FileError for what is no folder, FileOutside for one out of a closed one."""
-    asked, home = operand(it, 0), station.home
-    if asked is None:
+@handles("CD")
+def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
+    """Go to a folder, or back to the first one. Raises FileError if it is no folder, FileOutside if it lies outside a
+    closed folder.
+    """
+    given, home = operand(it, 0), station.home
+    if given is None:
         station.change_folder(home)
     else:
-        name, present = word(asked), station.folder.root
+        name, present = word(given), station.folder.root
         if not home.closed:
             path = station.folder.path(name)
         elif name.strip() == "..":  # not above the closed folder
@@ -270,20 +275,22 @@ def _cd(station: Station, it: Instruction) -> Dialogue[None]:
         if not path.is_dir():
             raise FileError(f"{name} is no folder", "FDIRECTORY lists what there is")
         station.change_folder(structs.replace(home, root=Path(os.path.normpath(path))))
-    yield from _pwd(station, it)
+    yield from _tell_folder(station, it)
 
 
-def _pwd(station: Station, _it: Instruction) -> Dialogue[None]:
-    """Tell the present folder; the place of a closed folder only where it is disclosed."""
+@handles("PWD")
+def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
+    """Tell the present folder; in a closed folder that is not disclosed, the path inside it."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
+@handles("LOG")
 def _log(station: Station, it: Instruction) -> Dialogue[None]:
-    """Begin or end writing the session to a file. Raises UsageError where this robot cannot, FileError."""
-    asked, log = operand(it, 0), station.log
-    path = None if asked is None else station.folder.path(word(asked))
+    """Begin or end writing the session to a file. Raises UsageError if this robot cannot, FileError."""
+    given, log = operand(it, 0), station.log
+    path = None if given is None else station.folder.path(word(given))
     if log is None:
         raise UsageError("LOG writes no file at this robot", "LOG is for a shell at its own robot")
     if path is not None:
@@ -296,43 +303,22 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
         yield Message(f"{done} is complete")
 
 
-def _fdelete(station: Station, it: Instruction) -> Dialogue[None]:
+@handles("FDELETE")
+def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
     path = existing(path_of(station, it))
-    if not (yield from agreed(station, f"The file {path} will be deleted.")):
-        return
-    delete(path, station.folder)
-    yield Message(f"{path} deleted")
+    if (yield from may_delete(station, f"The file {path} will be deleted.")):
+        delete(path, station.folder)
+        yield Message(f"{path} deleted")
 
 
-def _to_another(act: Callable[[Path, Path, Folder], None], done: str) -> Handler:
-    """FCOPY and FRENAME of `new = old`. Raise FileError and what is under it."""
-
-    def put(station: Station, it: Instruction) -> Dialogue[None]:
-        old = existing(station.folder.path(word(it.value)))
-        new = target(old, path_of(station, it))
-        yield from may_write(station, new)
-        act(old, new, station.folder)
-        yield Message(f"{old} {done} {new}")
-
-    return put
-
-
-FILES: Mapping[str, Handler] = {
-    **dict.fromkeys(("LOAD", "LOADP", "LOADL"), lambda station, it: load(station, path_of(station, it))),
-    "STORE": _store(".v2", "PROGRAMS", "LOCATIONS", "REALS", "STRINGS"),
-    "STOREP": _store(".pg", "PROGRAMS"),
-    "STOREL": _store(".lc", "LOCATIONS"),
-    "STORER": _store(".rv", "REALS"),
-    "STORES": _store(".st", "STRINGS"),
-    "SAVE": _save,
-    "REPLAY": _replay,
-    "FLIST": _flist,
-    "FDIRECTORY": _fdirectory,
-    "LISTF": _fdirectory,
-    "CD": _cd,
-    "PWD": _pwd,
-    "LOG": _log,
-    "FDELETE": _fdelete,
-    "FCOPY": _to_another(copy, "copied to"),
-    "FRENAME": _to_another(rename, "renamed to"),
-}
+@handles("FCOPY", act=copy, done="copied to")
+@handles("FRENAME", act=rename, done="renamed to")
+def _copy_or_rename(
+    station: Station, it: Instruction, act: Callable[[Path, Path, Folder], None], done: str
+) -> Dialogue[None]:
+    """Copy or rename the file of `new = old`. Raises FileError and its kinds."""
+    old = existing(station.folder.path(word(it.value)))
+    new = target(old, path_of(station, it))
+    yield from may_write(station, new)
+    act(old, new, station.folder)
+    yield Message(f"{old} {done} {new}")

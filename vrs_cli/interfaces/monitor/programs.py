@@ -13,10 +13,22 @@ from msgspec.structs import replace
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, TypeMismatch, UndefinedValue, UsageError
 from vrs_cli.files.store import Layout, variables_used, with_called
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
-from vrs_cli.interfaces.editor.lines import Editor, asked_program, listed, named_program, opened, refuse_running
+from vrs_cli.interfaces.editor.lines import Editor, asked_program, list_steps, named_program, opened, refuse_running
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
-from vrs_cli.interfaces.station.operands import PLACES, Handler, agreed, operand, own, real, real_or, sight, word
+from vrs_cli.interfaces.station.operands import (
+    PLACES,
+    evaluator,
+    handles,
+    may_delete,
+    operand,
+    own_variables,
+    real,
+    real_or,
+    word,
+    word_or,
+    words,
+)
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
@@ -26,65 +38,56 @@ from vrs_cli.language.text.ast import Binary, Expression, Instruction, Program, 
 from vrs_cli.language.text.meaning import LOGICAL, RELATIONS
 from vrs_cli.language.text.printer import expression_text, program_header
 from vrs_cli.language.words.values import Kind, key_of, kind_of_value, whole
+from vrs_cli.values import replies
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.questions import Editing
-from vrs_cli.values.replies import (
-    LocationTable,
-    Message,
-    NamedLocation,
-    ProgramName,
-    ProgramNames,
-    ProgramText,
-    RealTable,
-    Reply,
-    StringTable,
-)
 
-MANY_PROGRAMS = 100
+MANY = 100  # programs or variables
 
 
-def _listp(station: Station, it: Instruction) -> Dialogue[None]:
+@handles("LISTP")
+def _list_programs(station: Station, it: Instruction) -> Dialogue[None]:
+    """List programs in canonical form, all if none is named."""
     environment = station.environment
-    names = [word(argument) for argument in it.arguments if argument is not None]
-    stored = [environment.meant(name) for name in names] or list(environment.programs.values())
+    stored = [environment.meant(name) for name in words(it)] or list(environment.programs.values())
     if not stored:
-        yield ProgramNames(())
-    for program in stored:
-        long = len(program.program.steps) > LONG_PROGRAM
-        yield (yield from beside_if(long, partial(listing, program)))
+        yield replies.ProgramNames(())
+    for one in stored:
+        long = len(one.program.steps) > LONG_PROGRAM
+        steps = yield from beside_if(long, partial(list_steps, one.analysis))
+        yield replies.ProgramText(program_header(one.program), steps)
 
 
-def listing(stored: StoredProgram) -> ProgramText:
-    """The canonical text of a program, its steps numbered, and those marked that have a mistake."""
-    return ProgramText(program_header(stored.program), listed(stored.analysis))
+@handles("DIRECTORY")
+def _list_names(station: Station, it: Instruction) -> Dialogue[None]:
+    """List the names of programs, all or those of a pattern."""
+    pattern, programs = word_or(it, 0, "*").lower(), dict(station.programs)
+
+    def rows() -> tuple[replies.ProgramName, ...]:
+        return tuple(row for row in program_names(programs) if fnmatchcase(row.name.lower(), pattern))
+
+    yield replies.ProgramNames((yield from beside_if(len(programs) > MANY, rows)))
 
 
-def _directory(station: Station, it: Instruction) -> Dialogue[None]:
-    pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
-    programs = dict(station.programs)
-
-    def rows() -> tuple[ProgramName, ...]:
-        return tuple(row for row in directory(programs) if fnmatchcase(row.name.lower(), pattern))
-
-    yield ProgramNames((yield from beside_if(len(programs) > MANY_PROGRAMS, rows)))
-
-
-def directory(programs: Mapping[str, StoredProgram]) -> Iterator[ProgramName]:
-    """The programs of a memory, in the order of names."""
+def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.ProgramName]:
+    """Yield a row for each program of a memory, in the order of names."""
     for _, stored in sorted(programs.items()):
         comment = f"; {stored.program.comment.strip()}" if stored.program.comment else ""
-        yield ProgramName(stored.name, stored.analysis.executable, len(stored.program.steps), comment)
+        yield replies.ProgramName(stored.name, stored.analysis.executable, len(stored.program.steps), comment)
 
 
+@handles("COPY")
 def _copy(station: Station, it: Instruction) -> None:
-    """Raises ProgramExists, UndefinedName."""
+    """Copy a program. Raises ProgramExists, UndefinedName."""
     new, old = word(it.arguments[0]), station.environment.program(word(it.value))
     if key_of(new) in station.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
     station.environment.store(replace(old.analysis, program=replace(old.program, name=new)), old.lines)
 
 
+@handles("RENAME")
 def _rename(station: Station, it: Instruction) -> None:
+    """Rename a program. Raises ProgramExists, UndefinedName, ProgramInterlocked."""
     new, old = word(it.arguments[0]), word(it.value)
     station.check_free(old)
     _copy(station, it)
@@ -94,14 +97,15 @@ def _rename(station: Station, it: Instruction) -> None:
         station.last_program = new
 
 
+@handles("DELETE")
 def _delete(station: Station, it: Instruction) -> Dialogue[None]:
-    """DELETE programs, the programs that only these call, and the variables that only these use."""
+    """Delete programs, the programs that only these call, and the variables that only these use."""
     environment = station.environment
     named = {environment.program(word(argument)).program.key for argument in it.arguments}
     memory = environment.copy()
 
-    def found() -> tuple[list[str], frozenset[str]]:
-        """The keys of the programs that go, and of the variables that only these use."""
+    def find() -> tuple[list[str], frozenset[str]]:
+        """Return the keys of the programs to delete, and of the variables that only these use."""
         under = {program.key for program in with_called(memory, sorted(named))}
         outside = [key for key in memory.programs if key not in under]
         kept = {program.key for program in with_called(memory, outside)} - named
@@ -110,25 +114,26 @@ def _delete(station: Station, it: Instruction) -> Dialogue[None]:
         return keys, variables_used(memory.programs[key].program for key in keys) - still_used
 
     long = sum(len(stored.program.steps) for stored in memory.programs.values()) > LONG_PROGRAM
-    keys, unused = yield from beside_if(long, found)
-    doomed = [environment.programs[key] for key in keys if key in environment.programs]
-    if (yield from _delete_programs(station, doomed, "and what only they use go.")):
+    keys, unused = yield from beside_if(long, find)
+    programs = [environment.programs[key] for key in keys if key in environment.programs]
+    if (yield from _delete_programs(station, programs, "and what only they use go.")):
         for name in unused:
             environment.delete(name)
 
 
-def _deletep(station: Station, it: Instruction) -> Dialogue[None]:
-    doomed = [station.environment.program(word(argument)) for argument in it.arguments]
-    yield from _delete_programs(station, doomed, "will be deleted.")
+@handles("DELETEP")
+def _delete_named(station: Station, it: Instruction) -> Dialogue[None]:
+    programs = [station.environment.program(word(argument)) for argument in it.arguments]
+    yield from _delete_programs(station, programs, "will be deleted.")
 
 
-def _delete_programs(station: Station, doomed: Sequence[StoredProgram], what: str) -> Dialogue[bool]:
-    """Delete programs where the user agrees. `what` the user is asked about them. Raises ProgramInterlocked."""
-    for program in doomed:
+def _delete_programs(station: Station, programs: Sequence[StoredProgram], question: str) -> Dialogue[bool]:
+    """Delete programs if the user agrees; the question begins with their names. Raises ProgramInterlocked."""
+    for program in programs:
         station.check_free(program.name)
-    if not (yield from agreed(station, f"{', '.join(program.name for program in doomed)} {what}")):
+    if not (yield from may_delete(station, f"{', '.join(program.name for program in programs)} {question}")):
         return False
-    for program in doomed:
+    for program in programs:
         station.programs.pop(program.program.key, None)
         station.layout = station.layout.with_part(program.program.key, ())
         if station.last_program is not None and key_of(station.last_program) == program.program.key:
@@ -137,10 +142,12 @@ def _delete_programs(station: Station, doomed: Sequence[StoredProgram], what: st
     return True
 
 
+@handles("ZERO")
 def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
+    """Delete all programs and variables. Raises ProgramInterlocked."""
     for stored in station.programs.values():
         station.check_free(stored.name)
-    if not (yield from agreed(station, "All programs and variables will be deleted.")):
+    if not (yield from may_delete(station, "All programs and variables will be deleted.")):
         return
     station.programs.clear()
     station.unstored.programs_deleted()
@@ -151,16 +158,18 @@ def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
         station.tasks.forget(track.number)
 
 
+@handles("EDIT")
 def _edit(station: Station, it: Instruction) -> Dialogue[None]:
-    program, step = _to_edit(station, it)
+    program, step = _program_to_edit(station, it)
     refuse_running(station, program.name)
     editor = station.user_state.editor = Editor(station, opened(station, program, step))
     station.user_state.last_edited = program.name
     yield from (yield from editor.screen())
 
 
+@handles("SEE")
 def _see(station: Station, it: Instruction) -> Dialogue[None]:
-    program, step = _to_edit(station, it)
+    program, step = _program_to_edit(station, it)
     user_state, line_by_line = station.user_state, f"EDIT {program.name} edits line by line"
     if not user_state.attended:
         raise UsageError("SEE fills a terminal, and there is none", line_by_line)
@@ -172,99 +181,79 @@ def _see(station: Station, it: Instruction) -> Dialogue[None]:
     yield from draft.said
 
 
-def _to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
-    """The program that is asked for, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
-    asked = operand(it, 0)
+def _program_to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
+    """Return the program that is named, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
+    given = operand(it, 0)
     last = station.user_state.last_edited or station.last_program
-    if asked is None and last is None:
+    if given is None and last is None:
         raise NoProgramSpecified("none was edited before", f"{it.word} name")
     step = whole(real_or(station, it, 1, 1.0))
     if step < 1:
         raise IllegalValue(f"step {step}", "steps count from 1")
-    return (named_program(last or "") if asked is None else asked_program(asked)), step
+    return (named_program(last or "") if given is None else asked_program(given)), step
 
 
-PROGRAMS: Mapping[str, Handler] = {
-    "LISTP": _listp,
-    "DIRECTORY": _directory,
-    "COPY": _copy,
-    "RENAME": _rename,
-    "DELETE": _delete,
-    "DELETEP": _deletep,
-    "ZERO": _zero,
-    "EDIT": _edit,
-    "SEE": _see,
-}
+# --- variables -------------------------------------------------------------------------------------------------------
 
-
-MANY_VARIABLES = 100
-Rows = tuple[tuple[str, Value], ...]
+Rows = tuple[tuple[str, Value], ...]  # names or texts, with values
 
 REALS, STRINGS = (Kind.REAL,), (Kind.STRING,)
 
 
-def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> Reply:
-    """The reply for variables of these kinds. `truth`: a real stands for true or false."""
+def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> replies.Reply:
+    """Return the reply for variables of these kinds. `truth`: a real stands for true or false."""
     if kinds == REALS:
-        return RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
+        return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
     if kinds == STRINGS:
-        return StringTable(tuple((name, cast(str, value)) for name, value in rows))
-    named = tuple(NamedLocation.of(name, cast("Transform | Joints", value)) for name, value in rows)
-    return LocationTable(named, units)
+        return replies.StringTable(tuple((name, cast(str, value)) for name, value in rows))
+    named = tuple(replies.NamedLocation.of(name, cast("Transform | Joints", value)) for name, value in rows)
+    return replies.LocationTable(named, units)
 
 
-def _list(kinds: tuple[Kind, ...], otherwise: str) -> Handler:
-    def listed(station: Station, it: Instruction) -> Dialogue[None]:
-        rows = yield from _rows(station, it, kinds, otherwise)
-        yield (yield from beside_if(len(rows) >= MANY_VARIABLES, lambda: _table(kinds, rows, station.units)))
+@handles("LISTL", kinds=PLACES, hint="LISTR lists reals, LISTS strings")
+@handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
+@handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
+def _list_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...], hint: str) -> Dialogue[None]:
+    """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for another kind."""
+    rows, expressions = list[tuple[str, Value]](), [argument for argument in it.arguments if argument is not None]
+    if not expressions:
+        memory = station.environment.copy()
+        rows += yield from beside(lambda: list(chain.from_iterable(map(memory.variables, kinds))))
+    for expression in expressions:
+        found = yield from _values(station, expression)
+        for name, value in found:
+            if kind_of_value(value) not in kinds:
+                raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", hint)
+        rows += found
+    yield (yield from beside_if(len(rows) >= MANY, lambda: _table(kinds, tuple(rows), station.units)))
 
-    return listed
 
-
-def shown_value(station: Station, expression: Expression) -> Dialogue[None]:
-    """An expression alone at the prompt: what LISTR, LISTL or LISTS of it answers."""
+def show_value(station: Station, expression: Expression) -> Dialogue[None]:
+    """Answer an expression alone at the prompt as LISTR, LISTL or LISTS does."""
     if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
-        yield Message(f"== compares; {expression_text(expression.left)} = {expression_text(expression.right)} assigns")
+        left, right = expression_text(expression.left), expression_text(expression.right)
+        yield replies.Message(f"== compares; {left} = {right} assigns")
     rows = yield from _values(station, expression)
     truth = isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
     yield _table((kind_of_value(rows[0][1]),), rows, station.units, truth)
 
 
-def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Dialogue[Rows]:
-    """The values of the arguments, each with its name or text; without arguments all variables of these kinds."""
-    asked = [argument for argument in it.arguments if argument is not None]
-    if not asked:
-        memory = station.environment.copy()
-        return (yield from beside(lambda: tuple(chain.from_iterable(map(memory.variables, kinds)))))
-    rows: list[tuple[str, Value]] = []
-    for expression in asked:
-        found = yield from _values(station, expression)
-        for name, value in found:
-            if kind_of_value(value) not in kinds:
-                raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
-        rows += found
-    return tuple(rows)
-
-
 def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
-    """An expression with its value; for a name alone, the simple variable and all elements of the array."""
+    """Return an expression with its value; for a name alone, the simple variable and all elements of the array."""
     rows: Rows = ()
     if isinstance(expression, Variable) and not expression.indexes:
-        key = expression.key
-        if (reference := own(station).get(key)) is not None:
+        if (reference := own_variables(station).get(expression.key)) is not None:
             rows = tuple(_own_elements(station, expression, reference))
         else:
-            found = station.environment.alone(key)
+            found = station.environment.alone(expression.key)
             rows = yield from beside_if(
-                found.count() >= MANY_VARIABLES, lambda: tuple(chain.from_iterable(map(found.variables, Kind)))
+                found.count() >= MANY, lambda: tuple(chain.from_iterable(map(found.variables, Kind)))
             )
-    return rows or ((expression_text(expression), sight(station, expression)()),)
+    return rows or ((expression_text(expression), evaluator(station, expression)()),)
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
-    """Return the values of a variable that the stopped program has to itself. Raises UndefinedValue where there is
-    none.
-    """
+    """Yield the values of a variable of the stopped program itself. Raises UndefinedValue."""
     program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
     if reference.key is not None:
         yield f"{name} ({program})", reference.value()
@@ -275,37 +264,23 @@ def _own_elements(station: Station, asked: Variable, reference: Reference) -> It
             yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
-def _delete_variables(kinds: tuple[Kind, ...]) -> Handler:
-    def delete(station: Station, it: Instruction) -> Dialogue[None]:
-        doomed = [_variable_of(station, argument, kinds) for argument in it.arguments]
-        if not (yield from agreed(station, f"{', '.join(name for name, _ in doomed)} will be deleted.")):
-            return
-        for name, index in doomed:
+@handles("DELETEL", "DPOINT", kinds=PLACES)
+@handles("DELETER", kinds=REALS)
+@handles("DELETES", kinds=STRINGS)
+def _delete_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...]) -> Dialogue[None]:
+    """Delete variables of some kinds, or elements of arrays. Raises UndefinedValue, TypeMismatch."""
+    variables = list[tuple[str, Index | None]]()
+    for expression in it.arguments:
+        if not isinstance(expression, Variable):
+            raise TypeMismatch("an expression", "the name of a variable is wanted")
+        name = expression.sigil + expression.name
+        kind = station.environment.kind_of(name)
+        if kind is None:
+            raise UndefinedValue(name, "there is nothing to delete")
+        if kind not in kinds:
+            raise TypeMismatch(f"{name} is a {kind.value}")
+        indexes = tuple(whole(real(station, index)) for index in expression.indexes or ())
+        variables.append((name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes))
+    if (yield from may_delete(station, f"{', '.join(name for name, _ in variables)} will be deleted.")):
+        for name, index in variables:
             station.environment.delete(name, index)
-
-    return delete
-
-
-def _variable_of(station: Station, expression: Expression | None, kinds: tuple[Kind, ...]) -> tuple[str, Index | None]:
-    """The name, and the index of one element. Raises UndefinedValue, TypeMismatch."""
-    if not isinstance(expression, Variable):
-        raise TypeMismatch("an expression", "the name of a variable is wanted")
-    name = expression.sigil + expression.name
-    kind = station.environment.kind_of(name)
-    if kind is None:
-        raise UndefinedValue(name, "there is nothing to delete")
-    if kind not in kinds:
-        raise TypeMismatch(f"{name} is a {kind.value}")
-    indexes = tuple(whole(real(station, index)) for index in expression.indexes or ())
-    return name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes
-
-
-VARIABLES: Mapping[str, Handler] = {
-    "LISTL": _list(PLACES, "LISTR lists reals, LISTS strings"),
-    "LISTR": _list(REALS, "LISTL lists locations, LISTS strings"),
-    "LISTS": _list(STRINGS, "LISTL lists locations, LISTR reals"),
-    "DELETEL": _delete_variables(PLACES),
-    "DPOINT": _delete_variables(PLACES),
-    "DELETER": _delete_variables(REALS),
-    "DELETES": _delete_variables(STRINGS),
-}

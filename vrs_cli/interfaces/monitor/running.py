@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from functools import partial
+from collections.abc import Callable, Iterable
 
 from vrs_cli.errors import IllegalValue, NoProgramSpecified
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.station.operands import Handler, operand, real_or, sight, word
+from vrs_cli.interfaces.station.operands import evaluator, handles, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping, Track, Watch
-from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.effects import PROCESS_CONTROL
 from vrs_cli.language.run.runtime import Task, arguments_of
 from vrs_cli.language.run.semantics.instructions import checked_task
@@ -23,7 +21,9 @@ from vrs_cli.values.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
 
 
+@handles("EXECUTE")
 def _execute(station: Station, it: Instruction) -> Dialogue[None]:
+    """Run a program; with a task number, start it as a task beside the others."""
     number = whole(real_or(station, it, 3, 0.0))
     if number:
         yield from _start(station, it, checked_task(number))
@@ -34,16 +34,19 @@ def _execute(station: Station, it: Instruction) -> Dialogue[None]:
 def asked_program(
     station: Station, it: Instruction
 ) -> Dialogue[tuple[str | None, tuple[Reference | None, ...], int, int]]:
-    """Program (which is compiled), arguments, cycles and first step of EXECUTE and the like. Raises UndefinedName."""
-    asked = operand(it, 0)
-    name = None if asked is None else station.environment.meant(word(asked)).name
+    """Compile the program of EXECUTE and the like. Return its name, arguments, cycles and first step. Raises
+    UndefinedName.
+    """
+    given = operand(it, 0)
+    name = None if given is None else station.environment.meant(word(given)).name
     step = whole(real_or(station, it, 2, 1.0))
-    yield from station.compiled(name, everywhere=step > 1)
-    given = asked.arguments if isinstance(asked, ProgramCall) else ()
-    arguments = arguments_of(station.environment, station.engine, given)
+    yield from station.compile_program(name, everywhere=step > 1)
+    expressions = given.arguments if isinstance(given, ProgramCall) else ()
+    arguments = arguments_of(station.environment, station.engine, expressions)
     return name, arguments, whole(real_or(station, it, 1, 1.0)), step
 
 
+@handles("PCEXECUTE", number=PROCESS_CONTROL)
 def _start(station: Station, it: Instruction, number: int) -> Dialogue[None]:
     """Start a task beside the robot program."""
     name, arguments, cycles, step = yield from asked_program(station, it)
@@ -52,10 +55,21 @@ def _start(station: Station, it: Instruction, number: int) -> Dialogue[None]:
     station.start(number, name, arguments, cycles, step)
 
 
-def _go_on(station: Station, number: int, retry: bool = False) -> Dialogue[None]:
+def _task_number(station: Station, it: Instruction) -> int:
+    """Return the number of the task that a command names; 0 for the robot program."""
+    return checked_task(real_or(station, it, 0, 0.0))
+
+
+@handles("PROCEED")
+@handles("RETRY", retry=True)
+@handles("PCPROCEED", number=PROCESS_CONTROL)
+@handles("PCRETRY", number=PROCESS_CONTROL, retry=True)
+def _go_on(station: Station, it: Instruction, number: int | None = None, retry: bool = False) -> Dialogue[None]:
+    """Let a stopped task go on; `retry`: with the step that failed."""
+    number = _task_number(station, it) if number is None else number
     track = station.tasks.get(number)
-    if track is not None and (retry or track.task.fault is not None):  # it goes on beside the step that failed
-        yield from station.compiled(track.task.program, everywhere=True)
+    if track is not None and (retry or track.task.fault is not None):  # it goes on at another step than the next
+        yield from station.compile_program(track.task.program, everywhere=True)
     if not number:
         yield from run(station, station.resume(retry=retry))
     else:
@@ -63,13 +77,20 @@ def _go_on(station: Station, number: int, retry: bool = False) -> Dialogue[None]
         station.settle()
 
 
-def _end_cycles(station: Station, number: int) -> Iterable[Reply]:
-    track = station.tasks.end_cycles(number)
+@handles("CYCLE.END")
+@handles("PCEND", number=PROCESS_CONTROL)
+def _end_cycles(station: Station, it: Instruction, number: int | None = None) -> Iterable[Reply]:
+    track = station.tasks.end_cycles(_task_number(station, it) if number is None else number)
     yield Message(f"{track.task.program} ends after its present cycle")
 
 
+@handles("KILL")
+def _kill(station: Station, it: Instruction) -> None:
+    station.tasks.kill(_task_number(station, it))
+
+
 def run(station: Station, track: Track) -> Dialogue[None]:
-    """Wait for a program, and tell how it ended; where the user goes on meanwhile, that is told at the end."""
+    """Wait for a program, and tell how it ended. A user who types on meanwhile is told at the end."""
     if station.user_state.lives and not station.user_state.command_files:
         station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
     else:
@@ -77,7 +98,7 @@ def run(station: Station, track: Track) -> Dialogue[None]:
 
 
 def ending(station: Station, result: RunResult) -> Reply:
-    """The reply at the end of a program."""
+    """Return the reply at the end of a program."""
     if result.fault is not None:
         fault = result.fault
         return ProgramStopped(fault.message, fault.program, fault.step, fault.source, Tone.ERROR)
@@ -89,24 +110,28 @@ def ending(station: Station, result: RunResult) -> Reply:
     return ProgramStopped(what, result.program, task.step, task.source if before else "")
 
 
-def _abort(station: Station, number: int) -> Iterable[Reply]:
+@handles("ABORT")
+@handles("PCABORT", number=PROCESS_CONTROL)
+def _abort(station: Station, it: Instruction, number: int | None = None) -> Iterable[Reply]:
+    """Stop a task; the robot program, with the motion, if none is named."""
+    number = _task_number(station, it) if number is None else number
     if not number:
-        return _stopped(station, station.abort)
+        return _stop(station, station.abort)
     track = station.tasks.abort(number)
     station.settle()
-    return [Message("Nothing is running") if track is None else _aborted(track.task)]
+    return [Message("Nothing is running") if track is None else _abort_reply(track.task)]
 
 
 def emergency_stop(station: Station) -> Dialogue[None]:
     """Stop the motion and all tasks now, and tell what was stopped."""
-    beside = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
-    said = [*_stopped(station, station.stop), *map(_aborted, beside)]
-    yield from (one for one in said if not (beside and isinstance(one, Message)))
+    others = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
+    said = [*_stop(station, station.stop), *map(_abort_reply, others)]
+    yield from (one for one in said if not (others and isinstance(one, Message)))
 
 
-def _stopped(station: Station, stop: Callable[[], None]) -> list[Reply]:
-    """Stop, and tell what was stopped. A user who waits for the end of the program is told of that, and
-    needs no reply.
+def _stop(station: Station, stop: Callable[[], None]) -> list[Reply]:
+    """Stop, and tell what was stopped. A user who waits for the end of the program is told of the end, and needs no
+    reply.
     """
     scheduled, running, task = station.engine.now < station.engine.end, station.running, station.task
     track = station.tasks.get(ROBOT_PROGRAM)
@@ -115,49 +140,46 @@ def _stopped(station: Station, stop: Callable[[], None]) -> list[Reply]:
     if waits:
         return []
     if task is not None and (running or not task.ended):
-        return [_aborted(task)]
+        return [_abort_reply(task)]
     return [Message("The motion is stopped" if scheduled else "Nothing is running")]
 
 
-def _aborted(task: Task) -> ProgramStopped:
+def _abort_reply(task: Task) -> ProgramStopped:
     return ProgramStopped(RunOutcome.ABORTED.value, task.program, task.step)
-
-
-def of_task(
-    act: Callable[[Station, int], Dialogue[None] | Iterable[Reply] | None], number: int | None = None
-) -> Handler:
-    """A command for the task with this number; without one, for the task that is named, or for the robot program."""
-    return lambda station, it: act(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
 
 
 # --- step by step -----------------------------------------------------------------------------------------------------
 
 
+@handles("PRIME")
 def _prime(station: Station, it: Instruction) -> Dialogue[None]:
     task = station.begin(*(yield from asked_program(station, it)), primed=True).task
     yield ProgramStopped("(PRIMED)", task.program, task.step)
 
 
+@handles("SSTEP", "XSTEP", "NEXT")
 def _step(station: Station, it: Instruction) -> Dialogue[None]:
-    """SSTEP, XSTEP: do one step of a program that is named, or of the one that has stopped."""
+    """Do one step of a program that is named, or of the stopped one; XSTEP steps into called programs."""
     if operand(it, 0) is not None:
         station.begin(*(yield from asked_program(station, it)), primed=True)
     yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
 
 
-def _bpt(station: Station, it: Instruction) -> Dialogue[None]:
-    breakpoints, asked, step = station.tasks.breakpoints, operand(it, 0), whole(real_or(station, it, 1, 0.0))
-    if asked is not None:
-        stored = station.environment.program(word(asked))
+@handles("BPT")
+def _set_breakpoint(station: Station, it: Instruction) -> Dialogue[None]:
+    """Set or clear a breakpoint, and list all breakpoints."""
+    breakpoints, given, step = station.tasks.breakpoints, operand(it, 0), whole(real_or(station, it, 1, 0.0))
+    if given is not None:
+        stored = station.environment.program(word(given))
         key, last = stored.program.key, len(stored.program.steps)
-        yield from station.compiled(stored.name)
+        yield from station.compile_program(stored.name)
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:
             found = station.environment.executable(stored).compiled.stand(step - 1)
             if found is None:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
-            breakpoints.add((key, found + 1))  # the first step behind it at which something is done
+            breakpoints.add((key, found + 1))  # the first step from there on that does something
         else:
             breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
     for key, number in sorted(breakpoints):
@@ -166,7 +188,9 @@ def _bpt(station: Station, it: Instruction) -> Dialogue[None]:
         yield Message("No breakpoints")
 
 
+@handles("WATCH")
 def _watch(station: Station, it: Instruction) -> Dialogue[None]:
+    """Watch an expression, at whose changes programs stop; bare: watch nothing."""
     watches, expression = station.tasks.watches, operand(it, 0)
     if expression is None:
         watches.clear()
@@ -174,35 +198,14 @@ def _watch(station: Station, it: Instruction) -> Dialogue[None]:
         return
     units = station.units
     text = station.environment.signals.said(expression_text(expression))
-    watch = Watch(text, sight(station, expression), lambda value: _value_text(value, units))
-    watch.changed()
+
+    def value_text(value: Value) -> str:
+        if isinstance(value, str):
+            return f'"{value}"'
+        numbers = (value,) if isinstance(value, float) else numbers_of(value, units)
+        return ", ".join(plain(round(number, 3)) for number in numbers)
+
+    watch = Watch(text, evaluator(station, expression), value_text)
+    watch.change()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")
-
-
-def _value_text(value: Value, units: JointUnits) -> str:
-    if isinstance(value, str):
-        return f'"{value}"'
-    numbers = (value,) if isinstance(value, float) else numbers_of(value, units)
-    return ", ".join(plain(round(number, 3)) for number in numbers)
-
-
-RUNNING: Mapping[str, Handler] = {
-    "EXECUTE": _execute,
-    "ABORT": of_task(_abort),
-    "PROCEED": of_task(_go_on),
-    "RETRY": of_task(partial(_go_on, retry=True)),
-    "KILL": of_task(lambda station, number: station.tasks.kill(number)),
-    "CYCLE.END": of_task(_end_cycles),
-    "PCEXECUTE": lambda station, it: _start(station, it, PROCESS_CONTROL),
-    "PCABORT": of_task(_abort, PROCESS_CONTROL),
-    "PCEND": of_task(_end_cycles, PROCESS_CONTROL),
-    "PCPROCEED": of_task(_go_on, PROCESS_CONTROL),
-    "PCRETRY": of_task(partial(_go_on, retry=True), PROCESS_CONTROL),
-    "PRIME": _prime,
-    "SSTEP": _step,
-    "XSTEP": _step,
-    "NEXT": _step,
-    "BPT": _bpt,
-    "WATCH": _watch,
-}

@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping
-from functools import partial
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
@@ -19,7 +18,6 @@ from vrs_cli.engine.settings import (
     SWITCHES,
     Idle,
     ParameterRow,
-    Settings,
     Switch,
     idle_of,
     row_of,
@@ -28,7 +26,7 @@ from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.rights import check_may, role_of
-from vrs_cli.interfaces.station.operands import Handler, leave, moment, operand, real, real_or, word
+from vrs_cli.interfaces.station.operands import handles, moment, operand, real, real_or, word, word_or, words
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
 from vrs_cli.language.run.effects import PROCESS_CONTROL
@@ -39,43 +37,24 @@ from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.monitor import BODY_WORDS, CLOCK_WORDS, STOP
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
 from vrs_cli.language.words.word import Role
+from vrs_cli.values import replies
 from vrs_cli.values.commands import SetMonitorSpeed
 from vrs_cli.values.measured import OnAlarm
-from vrs_cli.values.replies import (
-    BodyReport,
-    ClockReport,
-    FileText,
-    FreeReport,
-    Identification,
-    Message,
-    Progress,
-    Reply,
-    Resynchronised,
-    SettingRow,
-    SettingTable,
-    SignalBank,
-    SignalTable,
-    StatusReport,
-    StatusThen,
-)
 from vrs_cli.version import __version__
 
 
-def _status(station: Station, it: Instruction) -> Iterable[Reply]:
-    """STATUS, of a task; AT t: of the robot, whatever ran then."""
-    if it.modifiers.timed:
-        if operand(it, 0) is not None:
-            raise IllegalValue("STATUS of a task AT a time", "STATUS AT t tells where the robot is then")
-        yield _status_then(station, moment(station, it))
+@handles("STATUS")
+@handles("PCSTATUS", number=PROCESS_CONTROL)
+def _tell_status(station: Station, it: Instruction, number: int | None = None) -> Iterable[replies.Reply]:
+    """Tell the state of the robot and of a task; at a time: of the robot alone."""
+    if not it.modifiers.timed:
+        yield _present_status(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
         return
-    yield _status_now(station, checked_task(real_or(station, it, 0, 0.0)))
-
-
-def _status_then(station: Station, t: float) -> StatusThen:
-    engine, signals = station.engine, station.environment.signals
-    position = engine.position(t)
-    on = signals.at(t)
-    return StatusThen(
+    if operand(it, 0) is not None:
+        raise IllegalValue("STATUS of a task AT a time", "STATUS AT t tells where the robot is then")
+    engine, signals, t = station.engine, station.environment.signals, moment(station, it)
+    position, on = engine.position(t), signals.at(t)
+    yield replies.StatusThen(
         time=t,
         motion=position.text if position.moving else "",
         configuration=engine.arm.configuration(position.joints),
@@ -85,33 +64,30 @@ def _status_then(station: Station, t: float) -> StatusThen:
     )
 
 
-def _status_now(station: Station, number: int) -> StatusReport:
-    engine, settings = station.engine, station.engine.settings
-    speed = settings.speed.always
-    return StatusReport(
+def _present_status(station: Station, number: int) -> replies.StatusReport:
+    """Return the state of the robot and of the task with a number."""
+    engine, settings, track = station.engine, station.engine.settings, station.tasks.get(number)
+    speed, progress = settings.speed.always, None
+    if track is not None:
+        task = track.task
+        left = None if task.cycles < 0 else task.cycles - task.cycles_done
+        step = None if task.ended else task.step
+        progress = replies.Progress(task.program, task.state.value, step, task.cycles_done, left)
+    return replies.StatusReport(
         robot=engine.model.title,
-        progress=_progress(station, number),
+        progress=progress,
         monitor_speed=settings.monitor_speed,
         program_speed=f"{plain(speed.value)} {speed.unit.value}",
         power=settings.switch("POWER"),
         clock=engine.now,
         end=engine.end,
         configuration=engine.arm.configuration(engine.position().joints),
-        next_motion=_said_for_next_motion(engine),
+        next_motion=_words_for_next_motion(engine),
     )
 
 
-def _progress(station: Station, number: int) -> Progress | None:
-    track = station.tasks.get(number)
-    if track is None:
-        return None
-    task = track.task
-    left = None if task.cycles < 0 else task.cycles - task.cycles_done
-    return Progress(task.program, task.state.value, None if task.ended else task.step, task.cycles_done, left)
-
-
-def _said_for_next_motion(engine: Engine) -> tuple[str, ...]:
-    """Configuration words that the arm does not have yet, and settings for one motion, in the words of the language."""
+def _words_for_next_motion(engine: Engine) -> tuple[str, ...]:
+    """Return configuration words that the arm does not have yet, and settings for one motion, as they are typed."""
     settings, have = engine.settings, engine.arm.configuration(engine.destination(engine.end).joints)
     said = list(settings.configuration.words_beside((have,)))
     if (speed := settings.speed.once) is not None:
@@ -127,39 +103,46 @@ def _said_for_next_motion(engine: Engine) -> tuple[str, ...]:
     return tuple(said)
 
 
-BANKS: Mapping[int, tuple[str, range]] = {
-    0: ("Inputs", INPUTS),
-    1: ("Outputs", OUTPUTS),
-    2: ("Internal signals", INTERNAL),
-}
-INTERNAL_BANK = 2
+BANKS = (("Inputs", INPUTS), ("Outputs", OUTPUTS), ("Internal signals", INTERNAL))
 
 
-def _io(station: Station, it: Instruction) -> Iterable[Reply]:
-    """IO; AT t: without the internal signals, which are variables."""
-    asked, timed = operand(it, 0), it.modifiers.timed
-    number = None if asked is None else whole(real(station, asked))
-    if number is not None and number not in BANKS:
+@handles("IO")
+def _tell_signals(station: Station, it: Instruction) -> Iterable[replies.Reply]:
+    """Tell signals; at a time without the internal signals, which are variables."""
+    given, timed = operand(it, 0), it.modifiers.timed
+    number = None if given is None else whole(real(station, given))
+    if number is not None and number not in range(len(BANKS)):
         raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
-    if number == INTERNAL_BANK and timed:
+    if number == 2 and timed:
         raise IllegalValue("IO 2 AT a time", "internal signals are variables: IO 2 tells what they are now")
-    chosen = (number,) if number is not None else [one for one in BANKS if not (timed and one == INTERNAL_BANK)]
-    signals, rows = station.environment.signals, list[SignalBank]()
+    signals, rows = station.environment.signals, list[replies.SignalBank]()
     on = frozenset(signals.at(moment(station, it)) if timed else signals.on)
-    for title, bank in map(BANKS.__getitem__, chosen):
-        names = {number: name for number, name in sorted(signals.names.items()) if number in bank}
-        rows.append(SignalBank(title, bank[0], tuple(number in on for number in bank), names))
-    yield SignalTable(tuple(rows))
+    for title, bank in BANKS[: 2 if timed else 3] if number is None else (BANKS[number],):
+        names = {signal: name for signal, name in sorted(signals.names.items()) if signal in bank}
+        rows.append(replies.SignalBank(title, bank[0], tuple(signal in on for signal in bank), names))
+    yield replies.SignalTable(tuple(rows))
 
 
-def _id(station: Station, _it: Instruction) -> Iterable[Reply]:
+@handles("ID")
+def _identify(station: Station, _it: Instruction) -> Iterable[replies.Reply]:
     model, python = station.engine.model, ".".join(map(str, sys.version_info[:3]))
-    yield Identification(__version__, python, model.title, model.name, model.joint_count)
+    yield replies.Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
-def _free(station: Station, _it: Instruction) -> Iterable[Reply]:
+@handles("CALIBRATE")
+def _calibrate(_station: Station, _it: Instruction) -> Iterable[replies.Reply]:
+    yield replies.Message("A virtual robot is calibrated")
+
+
+@handles("HELP")
+def _help(_station: Station, it: Instruction) -> Iterable[replies.Reply]:
+    return help_on(word_or(it, 0))
+
+
+@handles("FREE")
+def _tell_memory(station: Station, _it: Instruction) -> Iterable[replies.Reply]:
     environment = station.environment
-    yield FreeReport(
+    yield replies.FreeReport(
         programs=len(environment.programs),
         steps=sum(len(stored.program.steps) for stored in environment.programs.values()),
         variables=environment.count(),
@@ -169,28 +152,31 @@ def _free(station: Station, _it: Instruction) -> Iterable[Reply]:
 
 
 def free_memory() -> float | None:
-    """Return how much of the computer's memory is free [%]; None where the system does not say."""
+    """Return how much of the computer's memory is free [%]; None if the system does not tell it."""
     try:
         return 100.0 * os.sysconf("SC_AVPHYS_PAGES") / os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError, ZeroDivisionError):
         return None
 
 
-def _history(station: Station, it: Instruction) -> Iterable[Reply]:
-    """The lines that the user has typed, without this one."""
+@handles("HISTORY")
+def _tell_history(station: Station, it: Instruction) -> Iterable[replies.Reply]:
+    """Tell the lines that the user has typed, without the present one."""
     typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
-    yield FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
+    yield replies.FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
 
 
-def _speed(station: Station, it: Instruction) -> None:
+@handles("SPEED")
+def _set_monitor_speed(station: Station, it: Instruction) -> None:
     argument = operand(it, 0)
     assert argument is not None
     station.engine.perform(SetMonitorSpeed(real(station, argument)))
 
 
-def _signal(station: Station, it: Instruction) -> None:
-    """SIGNAL, as the instruction; at the prompt it sets inputs too, as a user at the cabinet can."""
+@handles("SIGNAL")
+def _set_signals(station: Station, it: Instruction) -> None:
+    """Set signals as the instruction does, and inputs too, as a user at the cabinet can."""
     signals, text = station.environment.signals, statement_text(it)
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
     at, within = (None if time is None else real(station, time) for time in (it.modifiers.at, it.modifiers.within))
@@ -207,127 +193,100 @@ def _signal(station: Station, it: Instruction) -> None:
 RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 
-def _clock(station: Station, it: Instruction) -> Dialogue[None]:
-    """CLOCK, CLOCK PAUSE, CLOCK GO, CLOCK RATE = r. Raises UsageError, IllegalValue."""
+@handles("CLOCK", "TIME")
+def _clock(station: Station, it: Instruction) -> Iterable[replies.Reply]:
+    """Tell the clock; CLOCK with an argument pauses it, lets it go on, or changes its rate first. Raises UsageError,
+    IllegalValue.
+    """
+    clock = station.engine.clock
     if it.arguments:
-        word, time = it.arguments[0], station.engine.clock
-        assert isinstance(word, BareWord)
-        if not isinstance(time, WallClock):
+        if not isinstance(clock, WallClock):
             raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
-        _change_clock(time, word.text.upper(), it.value)
-        station.settle()  # it has gone on since the line was given, and may stand now
-    yield clock_report(station)
+        action = word(it.arguments[0]).upper()
+        if action == "RATE":
+            given = it.value.text if isinstance(it.value, BareWord) else "nothing"
+            rate = read_number(given)
+            if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
+                raise IllegalValue(f"a rate of {given}", RATES)
+            clock.change(rate=rate)
+        elif action in CLOCK_WORDS and it.value is None:
+            clock.change(paused=action == "PAUSE")
+        else:
+            raise UsageError(f"CLOCK {action}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
+        station.settle()  # time has passed since the line was given, and the clock may be paused now
+    yield replies.ClockReport(clock.now, clock.rate if isinstance(clock, WallClock) else None, clock.paused)
 
 
-def clock_report(station: Station) -> ClockReport:
-    """Tell the present clock."""
-    time = station.engine.clock
-    return ClockReport(time.now, time.rate if isinstance(time, WallClock) else None, time.paused)
-
-
-def _change_clock(time: WallClock, word: str, value: object) -> None:
-    if word == "RATE":
-        given = value.text if isinstance(value, BareWord) else "nothing"
-        rate = read_number(given)
-        if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
-            raise IllegalValue(f"a rate of {given}", RATES)
-        time.change(rate=rate)
-    elif word in CLOCK_WORDS and value is None:
-        time.change(paused=word == "PAUSE")
-    else:
-        raise UsageError(f"CLOCK {word}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
-
-
+@handles("BODY")
 def _body(station: Station, it: Instruction) -> Dialogue[None]:
-    """BODY, BODY RELEASE, BODY with what is done on an alarm. Raises UsageError, RoleWanted, LeaseHeld,
+    """Tell the body, release it, or choose what is done on an alarm. Raises UsageError, RoleWanted, LeaseHeld,
     RequestRefused.
     """
     body, divergence = station.body, station.divergence
     if operand(it, 0) is None:
-        yield BodyReport(body.seen, body.unknown_since, divergence.on_alarm, divergence.alarm)
+        yield replies.BodyReport(body.seen, body.unknown_since, divergence.on_alarm, divergence.alarm)
         return
-    said = word(it.arguments[0]).upper()
-    if said not in BODY_WORDS:
-        raise UsageError(f"BODY {said}", ", ".join(("BODY", *(f"BODY {known}" for known in BODY_WORDS))))
-    if said != "RELEASE":
-        station.check_may(f"BODY {said}", role_of("PARAMETER"))
-        divergence.choose(OnAlarm[said])
-        yield Message(f"On an alarm of the body: {BODY_WORDS[said]}")
+    action = word(it.arguments[0]).upper()
+    if action not in BODY_WORDS:
+        raise UsageError(f"BODY {action}", ", ".join(("BODY", *(f"BODY {known}" for known in BODY_WORDS))))
+    if action != "RELEASE":
+        station.check_may(f"BODY {action}", role_of("PARAMETER"))
+        divergence.choose(OnAlarm[action])
+        yield replies.Message(f"On an alarm of the body: {BODY_WORDS[action]}")
         return
     check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
     name = body.name
     if not body.leave(name):
         raise RequestRefused("no client is the body", "BODY tells what was reported")
-    yield Message(f"{name} is the body no longer")
+    yield replies.Message(f"{name} is the body no longer")
 
 
+@handles("RESYNC")
 def _resync(station: Station, it: Instruction) -> Dialogue[None]:
-    """RESYNC [STOP]. Raises UsageError, RequestRefused, MotionError."""
-    said = "" if operand(it, 0) is None else word(it.arguments[0]).upper()
-    if said not in ("", STOP):
-        raise UsageError(f"RESYNC {said}", f"RESYNC, RESYNC {STOP}")
-    yield Resynchronised((yield from station.resync(stops=said == STOP)), station.units)
+    """Bring body and timeline together. Raises UsageError, RequestRefused, MotionError."""
+    how = word_or(it, 0).upper()
+    if how not in ("", STOP):
+        raise UsageError(f"RESYNC {how}", f"RESYNC, RESYNC {STOP}")
+    yield replies.Resynchronised((yield from station.resync(stops=how == STOP)), station.units)
 
 
-_Tables = tuple[Mapping[str, Any], Mapping[str, Idle]]  # what there is, and what has no effect
+# --- switches and parameters -----------------------------------------------------------------------------------------
+
+handles("RESET", "SELECT")(Station.do)  # the same as in a program
 
 
-def _table(
-    title: str, tables: _Tables, value: Callable[[Settings, Any, str], str], station: Station, it: Instruction
-) -> Dialogue[None]:
-    """SWITCH, PARAMETER: give one a value, or show those that are named, or all. Raises UsageError."""
-    if it.value is not None:
-        yield from _set(tables[1], station, it)
-        return
-    names = [word(argument).upper() for argument in it.arguments if argument is not None] or tables[0]
-    settings = station.engine.settings
-    shown = ((name, idle_of(tables[1], name) or row_of(tables[0], name, title.lower())) for name in names)
-    rows = [(name if isinstance(row, Idle) else row.name, row) for name, row in shown]
-    yield SettingTable(title, tuple(SettingRow(name, value(settings, row, name), _told(row)) for name, row in rows))
+@handles("ENABLE", "DISABLE", idle_rows=IDLE_SWITCHES)
+def _set(station: Station, it: Instruction, idle_rows: Mapping[str, Idle]) -> Dialogue[None]:
+    """Set switches or a parameter as in a program, and tell which have no effect."""
+    yield from station.do(it)
+    for argument in it.arguments:
+        row = None if argument is None else idle_of(idle_rows, word(argument))
+        if row is not None:
+            yield replies.Message(f"{row.name}: {_summary(row)}")
 
 
-def _told(row: Switch | ParameterRow | Idle) -> str:
+def _summary(row: Switch | ParameterRow | Idle) -> str:
     return f"no effect here: {row.summary}" if isinstance(row, Idle) else row.summary
 
 
-def _set(idle: Mapping[str, Idle], station: Station, it: Instruction) -> Dialogue[None]:
-    """Set it as in a program, and tell where that has no effect."""
-    yield from station.do(it)
-    for argument in it.arguments:
-        row = None if argument is None else idle_of(idle, word(argument))
-        if row is not None:
-            yield Message(f"{row.name}: {_told(row)}")
-
-
-def _switch(settings: Settings, _row: Switch | Idle, name: str) -> str:
-    return "ON" if settings.switch(name) else "OFF"
-
-
-def _parameter(settings: Settings, row: ParameterRow | Idle, name: str) -> str:
-    value = settings.parameter(name)
-    unit = "" if isinstance(row, Idle) else row.unit
-    return value if isinstance(value, str) else f"{plain(value)} {unit}".rstrip()
-
-
-STATE: Mapping[str, Handler] = {
-    "STATUS": _status,
-    "PCSTATUS": lambda station, _it: (_status_now(station, PROCESS_CONTROL),),
-    "IO": _io,
-    "CLOCK": _clock,
-    "BODY": _body,
-    "RESYNC": _resync,
-    "TIME": lambda station, _it: (clock_report(station),),
-    "ID": _id,
-    "FREE": _free,
-    "HELP": lambda _station, it: help_on(word(it.arguments[0]) if operand(it, 0) is not None else ""),
-    "HISTORY": _history,
-    "EXIT": lambda station, _it: leave(station),
-    "QUIT": lambda station, _it: leave(station),
-    "SPEED": _speed,
-    "SIGNAL": _signal,
-    "CALIBRATE": lambda _station, _it: (Message("A virtual robot is calibrated"),),
-    **dict.fromkeys(("RESET", "SELECT"), Station.do),  # the same as in a program
-    **dict.fromkeys(("ENABLE", "DISABLE"), partial(_set, IDLE_SWITCHES)),
-    "SWITCH": partial(_table, "Switch", (SWITCHES, IDLE_SWITCHES), _switch),
-    "PARAMETER": partial(_table, "Parameter", (PARAMETERS, IDLE_PARAMETERS), _parameter),
-}
+@handles("SWITCH", title="Switch", rows=SWITCHES, idle_rows=IDLE_SWITCHES)
+@handles("PARAMETER", title="Parameter", rows=PARAMETERS, idle_rows=IDLE_PARAMETERS)
+def _set_or_list(
+    station: Station, it: Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, Idle]
+) -> Dialogue[None]:
+    """Set a switch or a parameter, or list those that are named, or all. Raises UsageError."""
+    if it.value is not None:
+        yield from _set(station, it, idle_rows)
+        return
+    settings, found = station.engine.settings, list[replies.SettingRow]()
+    for name in [one.upper() for one in words(it)] or rows:
+        row = idle_of(idle_rows, name) or row_of(rows, name, title.lower())
+        full_name = name if isinstance(row, Idle) else row.name
+        if title == "Switch":
+            value = "ON" if settings.switch(full_name) else "OFF"
+        else:
+            number = settings.parameter(full_name)
+            unit = "" if isinstance(row, Idle) else row.unit
+            value = number if isinstance(number, str) else f"{plain(number)} {unit}".rstrip()
+        found.append(replies.SettingRow(full_name, value, _summary(row)))
+    yield replies.SettingTable(title, tuple(found))

@@ -19,10 +19,10 @@ from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
 from vrs_cli.interfaces.editor.screen import program_text
-from vrs_cli.interfaces.monitor.locations import explained, part_table
+from vrs_cli.interfaces.monitor.locations import explain_reach, part_table
 from vrs_cli.interfaces.monitor.pictures import place_of, sketch
-from vrs_cli.interfaces.monitor.programs import directory
-from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motions
+from vrs_cli.interfaces.monitor.programs import program_names
+from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
 from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
@@ -170,7 +170,7 @@ def _explain(session: Session, act: Explain) -> Dialogue[ReachReport]:
     target = act.goal.target
     if not isinstance(target, PoseTarget | JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
-    return explained(session, target, act.name)
+    return explain_reach(session, target, act.name)
 
 
 def _why_refused(session: Session, act: WhyRefused) -> Dialogue[Sketch | None]:
@@ -183,7 +183,7 @@ def _why_refused(session: Session, act: WhyRefused) -> Dialogue[Sketch | None]:
     )
     if target is None:
         return None
-    return sketch((yield from explained(session, target, name)))
+    return sketch((yield from explain_reach(session, target, name)))
 
 
 def _boundary(session: Session, _act: Boundary) -> Dialogue[BoundaryCurves]:
@@ -226,7 +226,7 @@ def _expression(session: Session, text: str) -> Expression:
 
 
 def _define(session: Session, act: Define) -> Dialogue[Defined]:
-    loaded = yield from session.loaded(act.text)
+    loaded = yield from session.read_file(act.text)
     before = dict(session.programs)
     session.take(loaded)
     wrong = [one for one in loaded.diagnostics if one.severity is Severity.ERROR]
@@ -237,7 +237,7 @@ def _define(session: Session, act: Define) -> Dialogue[Defined]:
 
 
 def _execute(session: Session, act: Execute) -> Dialogue[RunResult]:
-    yield from session.compiled(act.program)
+    yield from session.compile_program(act.program)
     return (yield from session.wait(session.begin(act.program, cycles=act.cycles)))
 
 
@@ -272,7 +272,7 @@ def survey(session: Session, act: Survey) -> Surveyed:
     gives back.
     """
     branches, places = session.branches, _places(session)
-    rows = tuple(islice(directory(session.programs), MOST_PROGRAMS))
+    rows = tuple(islice(program_names(session.programs), MOST_PROGRAMS))
     programs = ProgramList(len(session.programs) - len(rows), rows=rows)
     # the name is in it because two lists without rows look the same
     marks = (
@@ -384,7 +384,7 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     Execute: _as("EXECUTE", _execute),
     ListCommands: _as("TIMELINE", _list_commands),
     ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
-    ListMotions: _as("TIMELINE", lambda session, _act: motions(session)),
+    ListMotions: _as("TIMELINE", lambda session, _act: timeline_table(session)),
     LookAtParts: _as("PARTS", lambda session, act: part_table(session, act.time)),
     LookAtProgram: _Row("a look at a program", Role.OBSERVER, _look_at_program),
     RecordProgram: _as("LOAD", _record_program),

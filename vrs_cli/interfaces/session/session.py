@@ -1,7 +1,7 @@
 """A session: a station that is driven line by line. It prints nothing itself.
 
-`HANDLERS` has the function that carries out a monitor command, from a checked instruction to replies. A handler that
-asks questions between its replies is a generator: each reply is shown before the next question.
+A monitor command is carried out by its handler (`handles` of `station/operands.py`), from a checked instruction to
+replies. A handler that asks questions between its replies is a generator: each reply is shown before the next question.
 
 A command file (COMMANDS) is carried out line by line up to the first that fails. Its commands stand between
 `.PROGRAM name` and `.END`, or alone in the file; `MC` before a command is accepted (a command program of V+ has it),
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections import ChainMap
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, cast
@@ -22,16 +22,11 @@ from vrs_cli.engine.branches import MAIN
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Dialogue, Said
-from vrs_cli.interfaces.jog.jogger import jog
+from vrs_cli.interfaces.monitor import files, locations, running, state, timeline  # noqa: F401 - they have handlers
 from vrs_cli.interfaces.monitor.explaining import explain
-from vrs_cli.interfaces.monitor.files import FILES
-from vrs_cli.interfaces.monitor.locations import LOCATIONS, PARTS
-from vrs_cli.interfaces.monitor.programs import PROGRAMS, VARIABLES, shown_value
-from vrs_cli.interfaces.monitor.running import RUNNING
-from vrs_cli.interfaces.monitor.state import STATE
-from vrs_cli.interfaces.monitor.timeline import TIMELINE
+from vrs_cli.interfaces.monitor.programs import show_value
 from vrs_cli.interfaces.rights import check_beside, needed
-from vrs_cli.interfaces.station.operands import own, path_of
+from vrs_cli.interfaces.station.operands import HANDLERS, handles, own_variables, path_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
 from vrs_cli.language.analysis.analyzer import check_line, hidden_statement
@@ -171,7 +166,7 @@ class Session(Station):
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""
         known = self.environment.kinds
-        defined = {key: one for key, one in own(self).items() if one.defined()}
+        defined = {key: one for key, one in own_variables(self).items() if one.defined()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> Diagnostic | None:
@@ -203,7 +198,7 @@ class Session(Station):
             yield from explain(self, statement)
             return
         if isinstance(statement, Show):
-            yield from shown_value(self, statement.expression)
+            yield from show_value(self, statement.expression)
             return
         if isinstance(statement, DoInstruction):
             if statement.statement is None and self.user_state.last_statement is None:
@@ -242,6 +237,7 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
     return tuple(found)
 
 
+@handles("COMMANDS")
 def carry_out_file(session: Session, it: Instruction) -> Dialogue[None]:
     """COMMANDS: carry out the commands of a file; the first that fails is named with its line, and ends it.
 
@@ -249,7 +245,7 @@ def carry_out_file(session: Session, it: Instruction) -> Dialogue[None]:
     """
     path = find_program_file(path_of(session, it))
     lines = command_lines(read_program_file(path, session.folder))
-    if any(path.samefile(running) for running in session.user_state.command_files):
+    if any(path.samefile(other) for other in session.user_state.command_files):
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
     session.user_state.command_files.append(path)
     try:
@@ -288,17 +284,3 @@ def _passed_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
         return dialogue.send(answer)
     except StopIteration:
         return None
-
-
-HANDLERS: Mapping[str, Callable[[Session, Instruction], Dialogue[None] | Iterable[Reply] | None]] = {
-    **LOCATIONS,
-    **PARTS,
-    **VARIABLES,
-    **PROGRAMS,
-    **FILES,
-    **RUNNING,
-    **STATE,
-    **TIMELINE,
-    "JOG": jog,
-    "COMMANDS": carry_out_file,
-}

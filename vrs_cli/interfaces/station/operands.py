@@ -1,77 +1,91 @@
-"""Operands of monitor commands: values of expressions and words that are typed at the prompt; and the questions that
-commands ask before a program, a variable or a file is lost.
+"""Handlers of monitor commands, their operands (values of expressions, words typed at the prompt), and questions that
+they ask before a program, a variable or a file is lost.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from vrs_cli.errors import IllegalValue, NoProgramSpecified, TypeMismatch
+from vrs_cli.errors import FileError, FileExists, IllegalValue, NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.language.run.runtime import WatchedExpression, evaluate
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
-from vrs_cli.language.words.monitor import MEASURED
-from vrs_cli.language.words.values import kind_of_value, plain
+from vrs_cli.language.words.monitor import COMMANDS, MEASURED
+from vrs_cli.language.words.values import Kind, key_of, kind_of_value, plain
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.replies import Reply
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.station.station import Station
-from typing import TYPE_CHECKING
-
-from vrs_cli.errors import FileError, FileExists
-from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.values.questions import Confirmation, Parting
-from vrs_cli.values.replies import Farewell, Message, Tone
+from vrs_cli.values.replies import Farewell, Message, Reply, Tone
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
-
 
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
-MOST_ROWS = 100_000
-DEFAULT_ROWS = 10
-Handler = Callable[["Station", Instruction], Dialogue[None] | Iterable[Reply] | None]  # None: no answer
+MAX_ROWS = 100_000  # of a table of times
+MAX_NAMES = 10  # of programs or variables that a question lists
+PLACES = (Kind.LOCATION, Kind.PRECISION)
 
 
-def value(station: Station, expression: Expression) -> Value:
-    """The present value of an expression. Raises ProgramError."""
-    return evaluate(station.environment, station.engine, expression)
+# --- handlers --------------------------------------------------------------------------------------------------------
+
+Handler = Callable[..., Dialogue[None] | Iterable[Reply] | None]
+"""Carries out a monitor command: takes the station and the checked instruction, and perhaps settings of the command;
+returns the replies and questions, or None for no reply.
+"""
+H = TypeVar("H", bound=Handler)
+HANDLERS: dict[str, Handler] = {}  # by the names of the commands
+
+
+def handles(*names: str, **settings: object) -> Callable[[H], H]:
+    """Make a function the handler of the monitor commands of these names, called with these `settings`. Raises KeyError
+    for a name without a row in `COMMANDS`.
+    """
+
+    def register(handler: H) -> H:
+        HANDLERS.update({COMMANDS[name].name: partial(handler, **settings) for name in names})
+        return handler
+
+    return register
+
+
+# --- operands --------------------------------------------------------------------------------------------------------
 
 
 def real(station: Station, expression: Expression) -> float:
-    """The present value of a real expression. Raises TypeMismatch for another kind of value."""
-    found = value(station, expression)
+    """Return the present value of a real expression. Raises TypeMismatch for another kind of value, ProgramError."""
+    found = evaluate(station.environment, station.engine, expression)
     if not isinstance(found, float):
         raise TypeMismatch(f"a {kind_of_value(found).value}", "a real is wanted here")
     return found
 
 
-def sight(station: Station, expression: Expression) -> Callable[[], Value]:
-    """Return a function that evaluates an expression as the program that has stopped sees it."""
-    seen = WatchedExpression(station.environment, station.engine, expression)
-    return lambda: seen.value(own(station))
+def evaluator(station: Station, expression: Expression) -> Callable[[], Value]:
+    """Return a function that evaluates an expression as the stopped program would."""
+    watched = WatchedExpression(station.environment, station.engine, expression)
+    return lambda: watched.value(own_variables(station))
 
 
-def own(station: Station) -> Mapping[str, Reference]:
-    """The own variables of the program that has stopped: its arguments, and the variables of AUTO and LOCAL."""
+def own_variables(station: Station) -> Mapping[str, Reference]:
+    """Return the arguments and the AUTO and LOCAL variables of the stopped program, by key."""
     return {} if station.task is None else station.task.own
 
 
 def operand(it: Instruction, index: int) -> Expression | None:
+    """Return an argument by its index from 0; None if it was left out."""
     return it.arguments[index] if index < len(it.arguments) else None
 
 
 def real_or(station: Station, it: Instruction, index: int, default: float) -> float:
+    """Return the value of a real argument, or a default if it was left out."""
     given = operand(it, index)
     return default if given is None else real(station, given)
 
 
 def moment(station: Station, it: Instruction) -> float:
-    """AT t, IN dt, or now [s]."""
+    """Return the time of AT t or IN dt, or the present time [s]."""
     at, within = it.modifiers.at, it.modifiers.within
     if at is not None:
         return real(station, at)
@@ -79,7 +93,7 @@ def moment(station: Station, it: Instruction) -> float:
 
 
 def word(expression: Expression | None) -> str:
-    """The name of a file or a program, or another bare word, as it was typed."""
+    """Return the name of a file or a program, or another bare word, as it was typed. Raises NoProgramSpecified."""
     if isinstance(expression, BareWord):
         return expression.text
     if isinstance(expression, Variable | Call | ProgramCall):
@@ -87,34 +101,53 @@ def word(expression: Expression | None) -> str:
     raise NoProgramSpecified()
 
 
+def word_or(it: Instruction, index: int, default: str = "") -> str:
+    """Return a word among the arguments, or a default if it was left out."""
+    given = operand(it, index)
+    return default if given is None else word(given)
+
+
+def words(it: Instruction) -> list[str]:
+    """Return the words among the arguments."""
+    return [word(argument) for argument in it.arguments if argument is not None]
+
+
 def path_of(station: Station, it: Instruction) -> Path:
-    """Raises FileError, FileOutside."""
+    """Return the path of the file that the first argument names. Raises FileError, FileOutside."""
     return station.folder.path(word(operand(it, 0)))
 
 
+def has_times(it: Instruction) -> bool:
+    """Return whether FROM, TO or STEP was given."""
+    return any(operand(it, index) is not None for index in (1, 2, 3))
+
+
 def times(station: Station, it: Instruction) -> Iterator[float]:
-    """FROM t1 TO t2 STEP dt, and the exact end [s]. Raises IllegalValue."""
+    """Yield the times of FROM t1 TO t2 STEP dt, and the exact end [s]. Raises IllegalValue."""
     first = real_or(station, it, 1, 0.0)
     last = real_or(station, it, 2, station.engine.end)
     if last < first:
         raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
-    step = real_or(station, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
-    if not step > 0.0 or (last - first) / step > MOST_ROWS:
-        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
+    step = real_or(station, it, 3, (last - first) / 10 or 1.0)
+    if not step > 0.0 or (last - first) / step > MAX_ROWS:
+        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MAX_ROWS} rows")
     for k in range(int((last - first) / step - 1e-9) + 1):
         yield first + k * step
     if last > first:
         yield last
 
 
-def is_measured(asked: Expression | None) -> bool:
-    """Return whether an operand is MEASURED: the measured robot, and no part or branch."""
-    return isinstance(asked, BareWord) and asked.text.upper() == MEASURED
+def is_measured(operand: Expression | None) -> bool:
+    """Return whether an operand is the word MEASURED, which means the measured robot, not a part or a branch."""
+    return isinstance(operand, BareWord) and operand.text.upper() == MEASURED
 
 
-def agreed(station: Station, question: str) -> Dialogue[bool]:
-    """Ask whether something may be deleted; yes after DISABLE INTERACTIVE. Where it may not, the user is told."""
-    answer = yield from confirmed(station, f"{question} Are you sure (Y/N)?")
+# --- questions -------------------------------------------------------------------------------------------------------
+
+
+def may_delete(station: Station, question: str) -> Dialogue[bool]:
+    """Ask whether something may be deleted, and tell the user if it is not; True after DISABLE INTERACTIVE."""
+    answer = yield from ask_yes_no(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
         yield Message("Nothing is deleted")
     elif answer is None:
@@ -123,17 +156,18 @@ def agreed(station: Station, question: str) -> Dialogue[bool]:
     return bool(answer)
 
 
-def confirmed(station: Station, question: str) -> Dialogue[bool | None]:
-    """Ask, and return the answer, None where there is none. After DISABLE INTERACTIVE yes, without a question."""
+def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
+    """Ask, and return the answer, None if nobody answers. After DISABLE INTERACTIVE return True without a question."""
     if not station.engine.settings.switch("INTERACTIVE"):
         return True
     answer = yield Confirmation(question)
     return None if answer is None else bool(answer)
 
 
-def leave(station: Station) -> Dialogue[None]:
-    """EXIT: say Farewell, once the user knows what is not stored; at once where no person is there, or where the robot
-    goes on for other users, with all that it has in memory.
+@handles("EXIT", "QUIT")
+def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
+    """Say Farewell. If a person has the robot alone, ask first about what runs or is not stored; a robot of other users
+    goes on with all that it has in memory.
     """
     if (
         station.user_state.attended
@@ -144,7 +178,7 @@ def leave(station: Station) -> Dialogue[None]:
         rows = [("program", unstored.programs())]
         for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):
             rows.append((what, sorted(map(name_of, unstored.items(*kinds)))))
-        named = "; ".join(listed(what, names) for what, names in rows if names and unstored.asked_about)
+        named = "; ".join(name_some(what, names) for what, names in rows if names and unstored.asked_about)
         told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
         told += [f"Not stored: {named}. STORE file stores all"] if named else []
         leaves = "Leave without storing (Y/N)?" if named else "Leave (Y/N)?"
@@ -153,31 +187,27 @@ def leave(station: Station) -> Dialogue[None]:
     yield Farewell()
 
 
-MOST_NAMED = 10
-PLACES = (Kind.LOCATION, Kind.PRECISION)
-
-
-def listed(what: str, names: list[str]) -> str:
-    """`program pick`, `locations a, b`, the first few of many."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MOST_NAMED])}{more}"
+def name_some(what: str, names: list[str]) -> str:
+    """Return `program pick`, or `locations a, b`; of many names the first few and the number of the others."""
+    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+    return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MAX_NAMES])}{more}"
 
 
 def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
-    """Return whether a program of that name may be put in memory: there is none, or the user agrees. None where nobody
+    """Return whether a program of that name may be put in memory: none is there, or the user agrees. None if nobody
     answers.
     """
     if key_of(program) not in station.programs:
         return True
-    return (yield from confirmed(station, f"Program {program} exists. Replace it (Y/N)?"))
+    return (yield from ask_yes_no(station, f"Program {program} exists. Replace it (Y/N)?"))
 
 
 def may_write(station: Station, path: Path) -> Dialogue[None]:
-    """Ask before a file is overwritten. Raises FileExists where the user does not agree or nobody answers, FileError
-    for the journal of this session.
+    """Ask before a file is overwritten. Raises FileExists if the user does not agree or nobody answers, FileError for
+    the journal of this session.
     """
     journal = station.journal
     if journal is not None and path.exists() and journal.exists() and path.samefile(journal):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
-    if path.exists() and not (yield from confirmed(station, f"{path} exists. Overwrite it (Y/N)?")):
+    if path.exists() and not (yield from ask_yes_no(station, f"{path} exists. Overwrite it (Y/N)?")):
         raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")

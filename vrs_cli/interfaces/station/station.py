@@ -178,7 +178,7 @@ class Station:
         A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
         ProgramInterlocked where one of these is on the stack of a task.
         """
-        loaded = at_once(self.loaded(text, name))
+        loaded = at_once(self.read_file(text, name))
         self.take(loaded)
         return loaded.diagnostics
 
@@ -206,7 +206,7 @@ class Station:
             self.take(one)
         return tuple(loaded)
 
-    def loaded(self, text: str, name: str = "") -> Dialogue[LoadedFile]:
+    def read_file(self, text: str, name: str = "") -> Dialogue[LoadedFile]:
         """Parse a file and analyse it among what is in memory, ready for `take`. `name`: of the file, for steps without
         a heading. Raises ProgramInterlocked.
         """
@@ -281,7 +281,7 @@ class Station:
         """
         return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits, all_tasks=all_tasks))
 
-    def compiled(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
+    def compile_program(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
         """Compile a program, the last one where none is named, and those that it calls; another thread compiles long
         ones. `everywhere`: the program may be entered at any step. Errors are told when the program begins.
         """

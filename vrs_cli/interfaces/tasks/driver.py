@@ -620,7 +620,7 @@ class Driver:
         event = task.resume(answer, 1)
         if not isinstance(event, Budget):
             return event
-        changes = [change for watch in self.tasks.watches if (change := watch.changed())]
+        changes = [change for watch in self.tasks.watches if (change := watch.change())]
         if changes:
             return Stopped("WATCHED", "; ".join(changes))
         if stepping is not None:

@@ -185,7 +185,7 @@ class Watch(Struct):
     shown: Callable[[Value], str]
     last: Value | None = None
 
-    def changed(self) -> str:
+    def change(self) -> str:
         """Tell the present value and the one before; empty where it is the same."""
         before = self.last
         try:

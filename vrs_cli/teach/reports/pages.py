@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.interfaces.monitor.timeline import plotted, selected
+from vrs_cli.interfaces.monitor.timeline import plot_curves, select_curves
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net.page_data import moments, robot
 from vrs_cli.render.documents import picture
@@ -63,7 +63,7 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
         return None
     at = failed.at if failed is not None else None
     timeline = run.timeline
-    curves = (plotted(run.arm, timeline, selected(run.arm, words)) for words in PLOTS)
+    curves = (plot_curves(run.arm, timeline, select_curves(run.arm, words)) for words in PLOTS)
     begin, end = (timeline.end - LONGEST, timeline.end) if at is None else (at - BEFORE, at + AFTER)
     between = max(begin, timeline.start), min(end, timeline.end)
     cell = None if run.course is None else run.cell
