@@ -54,12 +54,12 @@ def test_the_cell_of_the_robot_is_around_it() -> None:
 
 def test_without_the_page_it_is_said_how_to_build_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(pictures, "BUILT_PAGE", tmp_path)
-    pictures._built.cache_clear()
+    pictures._page_code.cache_clear()
     try:
         with pytest.raises(vrs.UsageError, match="the page of the browser is not built"):
             moved().view()
     finally:
-        pictures._built.cache_clear()
+        pictures._page_code.cache_clear()
 
 
 @needs_chromium

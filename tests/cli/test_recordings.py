@@ -316,7 +316,7 @@ def test_a_report_has_figures_curves_commands_and_the_arm(vrs: Vrs, monkeypatch:
 
 def test_a_report_says_what_it_lacks(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrs_cli.render.pictures.shutil", SimpleNamespace(which=lambda _: None))
-    monkeypatch.setattr("vrs_cli.render.pictures.ELSEWHERE", ())
+    monkeypatch.setattr("vrs_cli.render.pictures.USUAL_PATHS", ())
     monkeypatch.setattr("vrs_cli.render.plots.find_spec", lambda _: None)  # curves need no matplotlib
     assert vrs("replay", "t.vrst", "--report", "a.html") == (0, "", "")
     page = Path("a.html").read_text()

@@ -65,7 +65,7 @@ class Silent:
         return said or ""
 
     def show(self, reply: Reply) -> None:
-        assert isinstance(self._renderer.drawn(reply), str)
+        assert isinstance(self._renderer.to_text(reply), str)
 
 
 class Probe:

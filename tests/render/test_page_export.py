@@ -123,12 +123,12 @@ def test_a_cell_comes_with_the_course_of_its_parts() -> None:
 
 def test_where_the_page_is_not_built_the_command_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(pictures, "BUILT_PAGE", tmp_path)
-    pictures._built.cache_clear()
+    pictures._page_code.cache_clear()
     try:
         with pytest.raises(PageError, match=r"not built.*hatch_build"):
             pictures.check_page()
     finally:
-        pictures._built.cache_clear()
+        pictures._page_code.cache_clear()
 
 
 @needs_chromium

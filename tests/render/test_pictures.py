@@ -90,7 +90,7 @@ def test_a_film_that_ffmpeg_does_not_make_is_said_to_be_none(
 
 @pytest.mark.usefixtures("timeline")
 def test_without_a_browser_it_is_said_what_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pictures, "ELSEWHERE", ())
+    monkeypatch.setattr(pictures, "USUAL_PATHS", ())
     monkeypatch.setattr(pictures.shutil, "which", lambda _: None)
     with pytest.raises(PictureError, match=r"Chromium, Chrome or Edge draws it, and there is none .*--to html"):
         check_still()

@@ -11,7 +11,7 @@ import pytest
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Steps
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.render.symbols import FAMILIES, latex, quoted
+from vrs_cli.render.symbols import FAMILIES, latex, latex_name
 
 FUNCTIONS = {"acos": acos, "atan2": atan2, "cos": cos, "sin": sin, "sqrt": sqrt, "sign": lambda x: copysign(1.0, x)}
 ROBOTS = {"puma560": 11, "irb120": 11, "ur5e": 10, "cobra600": 5, "planar3": 5}  # formulas without a vector
@@ -70,6 +70,6 @@ def test_formulas_in_latex(text: str, written: str) -> None:
 
 
 def test_names_of_users_are_no_latex() -> None:
-    assert quoted("theta_1") == r"\mathrm{theta\_1}"
-    assert quoted(r"a$\input{x}") == r"\mathrm{a\$\\input\{x\}}"
-    assert quoted("A1") == "A_{1}"
+    assert latex_name("theta_1") == r"\mathrm{theta\_1}"
+    assert latex_name(r"a$\input{x}") == r"\mathrm{a\$\\input\{x\}}"
+    assert latex_name("A1") == "A_{1}"

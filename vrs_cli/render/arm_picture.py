@@ -1,4 +1,4 @@
-"""SHOW in the terminal: the arm from the side and from above, in braille dots with colours, or in letters."""
+"""Draw the arm for SHOW in the terminal, from the side and from above: in braille dots with colours, or in letters."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from vrs_cli.render.colours import Ink
 from vrs_cli.values.numbers import fixed, seconds
 from vrs_cli.values.replies import ArmPicture, BodyKind
 
-WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
+WIDTH, HEIGHT = 80, 21  # columns and rows of the picture, if the page has no size
 WORDS = 3  # rows of text above and below the drawing
-LEAST_WIDTH, LEAST_HEIGHT = 24, 7
+MIN_WIDTH, MIN_HEIGHT = 24, 7
 GAP = 2  # columns between the two views
-FLAT = 0.01  # of the reach: an arm that moves no farther up and down is seen from above alone
-THICK = 0.055  # of the reach: the links at the base; those at the tool are half as thick
-HAND = 0.06  # of the reach: how long the fingers are; open, they are as far apart
-EDGE = 0.04  # of the reach: left free around it
-DOTTED = 3  # of a line in dots, each third is drawn
+FLAT = 0.01  # of the reach: an arm whose height range is smaller is drawn from above only
+THICK = 0.055  # of the reach: thickness of the links at the base; at the tool it is half
+HAND = 0.06  # of the reach: length of the fingers, and their distance when open
+EDGE = 0.04  # of the reach: free margin around the picture
+DOTTED = 3  # a dotted line shows every third dot
 
 
 class DrawnPart(IntEnum):
@@ -79,7 +79,7 @@ Lines = tuple[Points, ...]
 
 
 class View(NamedTuple):
-    """A view: the indexes of the coordinates to the right and up."""
+    """One view: the indexes of the coordinates that point right and up."""
 
     title: str
     right: int
@@ -93,8 +93,8 @@ SIDE, ABOVE = View("from the side (X, Z)", 0, 2), View("from above (X, Y)", 0, 1
 
 
 class ViewFrame(NamedTuple):
-    """The frame of a view: its upper left corner [m], and cells a metre across (one is twice as high as wide). `size`:
-    how far the arm reaches from its middle [m].
+    """Where a view stands: its upper left corner [m] and its scale in cells per metre across. A cell is twice as high
+    as wide. `size`: half the extent of the arm [m].
     """
 
     view: View
@@ -107,33 +107,33 @@ class ViewFrame(NamedTuple):
 
 
 def arm_picture(picture: ArmPicture, page: Page) -> Iterator[TextLine]:
-    """Draw what the robot does: both views side by side, a scale and a legend."""
+    """Draw the robot: both views side by side, a scale and a legend."""
     yield from ArmDrawing().lines(picture, page)
 
 
 class ArmDrawing:
-    """Draws pictures of one arm, one after the other; what stays behind the arm is drawn once."""
+    """Draws successive pictures of one arm, and draws the unchanging background only once."""
 
     def __init__(self) -> None:
         self._page: tuple[object, ...] = ()
         self._frames: tuple[ViewFrame, ...] = ()
-        self._reach: tuple[Canvas, ...] = ()  # with nothing else
-        self._behind: tuple[object, ...] = ()  # the lines that do not change now
+        self._reach: tuple[Canvas, ...] = ()  # the canvases with the reach only
+        self._behind: tuple[object, ...] = ()  # the lines that did not change since the last picture
         self._canvases: tuple[Canvas, ...] = ()
-        self._kept: dict[tuple[ViewFrame, int], tuple[Points, Sequence[Cell]]] = {}  # what lines cover in a view
+        self._kept: dict[tuple[ViewFrame, int], tuple[Points, Sequence[Cell]]] = {}  # the cells of each line in a view
         self._new = dict(self._kept)
-        self._rows: dict[tuple[int, int], tuple[Piece, ...]] = {}  # of those, by view and row
+        self._rows: dict[tuple[int, int], tuple[Piece, ...]] = {}  # finished rows of the background, by view and row
 
     def lines(self, picture: ArmPicture, page: Page) -> Iterator[TextLine]:
-        fine, width = page.unicode, max(page.width or WIDTH, LEAST_WIDTH)
-        canvases = self._drawn(picture, page, width)
+        fine, width = page.unicode, max(page.width or WIDTH, MIN_WIDTH)
+        canvases = self._draw_canvases(picture, page, width)
         frames = self._frames
         at = picture.position
         place = zip("XYZ", position(at.T_world_tool), strict=True)
         tool = "  ".join(f"{axis} {fixed(1e3 * x, 1)}" for axis, x in place)
         doing = (at.text or "moving") if at.moving else "at rest"
-        told = ((f"At {seconds(at.time)}  ", Ink.NOTE), (f"{tool} mm  ", Ink.NUMBER), (doing, Ink.INSTRUCTION))
-        yield _fitted(told, width)
+        summary = ((f"At {seconds(at.time)}  ", Ink.NOTE), (f"{tool} mm  ", Ink.NUMBER), (doing, Ink.INSTRUCTION))
+        yield _fit_pieces(summary, width)
         yield TextLine(
             tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames)
         )
@@ -141,10 +141,10 @@ class ArmDrawing:
             yield TextLine(
                 tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row))
             )
-        yield _fitted((*_scale(frames[0], fine), *_legend(picture, fine)), width)
+        yield _fit_pieces((*_scale(frames[0], fine), *_legend(picture, fine)), width)
 
     def _row(self, view: int, canvas: Canvas, row: int) -> tuple[Piece, ...]:
-        """A row of a view; where nothing was drawn before what stays, as it was."""
+        """Return the pieces of one row of a view. A row with background only is taken from the last picture."""
         kept = self._rows.get((view, row)) if canvas.shared[row] else None
         if kept is None:
             kept = (*canvas.pieces(row, lambda part: LOOKS[part][:2]), (" " * GAP, Ink.TEXT))
@@ -152,14 +152,14 @@ class ArmDrawing:
                 self._rows[view, row] = kept
         return kept
 
-    def _drawn(self, picture: ArmPicture, page: Page, width: int) -> list[Canvas]:
+    def _draw_canvases(self, picture: ArmPicture, page: Page, width: int) -> list[Canvas]:
         here = (page, picture.reach, picture.links[0])
         if here != self._page:
-            height = max((page.height or HEIGHT) - WORDS, LEAST_HEIGHT)
+            height = max((page.height or HEIGHT) - WORDS, MIN_HEIGHT)
             self._page, self._frames, self._behind = here, _frames(picture, width, height), ()
             self._kept = {}
-            self._reach = tuple(_drawn_reach(picture, frame, page.unicode) for frame in self._frames)
-        behind = (picture.past[:-1], picture.planned[1:])  # all of the way but the line under way
+            self._reach = tuple(_draw_reach(picture, frame, page.unicode) for frame in self._frames)
+        behind = (picture.past[:-1], picture.planned[1:])  # all lines except the current motion
         if behind != self._behind:
             self._behind, self._rows = behind, {}
             pens = tuple(self._pens(self._reach, page))
@@ -169,10 +169,10 @@ class ArmDrawing:
                         pen.canvas.lay(part, self._cells_of(pen, points))
             self._canvases = tuple(pen.canvas for pen in pens)
             self._kept, self._new = self._new, {}
-        return [_drawn_before(pen, picture) for pen in self._pens(self._canvases, page)]
+        return [_draw_foreground(pen, picture) for pen in self._pens(self._canvases, page)]
 
     def _cells_of(self, pen: Pen, points: Points) -> Sequence[Cell]:
-        """The cells that a line covers, found once as long as the line is in sight."""
+        """Return the cells that a line covers, computed once while the line stays in the picture."""
         key = (pen.frame, id(points))
         kept = self._new.get(key) or self._kept.get(key)
         if kept is None:
@@ -183,13 +183,13 @@ class ArmDrawing:
         return kept[1]
 
     def _pens(self, canvases: Sequence[Canvas], page: Page) -> Iterator[Pen]:
-        """A pen for each view, on a copy of what is there."""
+        """Yield a pen for each view, on a copy of its canvas."""
         for frame, canvas in zip(self._frames, canvases, strict=True):
             yield Pen(frame, page.unicode, canvas.copy())
 
 
-def _fitted(pieces: Iterable[Piece], width: int) -> TextLine:
-    """A line of as many pieces as it has room for."""
+def _fit_pieces(pieces: Iterable[Piece], width: int) -> TextLine:
+    """Return a line with as many pieces as fit into `width`."""
     left, found = width, list[Piece]()
     for text, ink in pieces:
         found.append((text[:left], ink))
@@ -201,8 +201,8 @@ def _fitted(pieces: Iterable[Piece], width: int) -> TextLine:
 
 
 def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ...]:
-    """On one scale, each in the middle of its place."""
-    columns = list(zip(*picture.reach, picture.links[0], strict=True))  # it stays while the arm moves
+    """Return the frames of the views: one common scale, each view centred."""
+    columns = list(zip(*picture.reach, picture.links[0], strict=True))  # these do not change while the arm moves
     low, high = list(map(min, columns)), list(map(max, columns))
     size = max(b - a for a, b in zip(low, high, strict=True))
     views = (ABOVE,) if high[2] - low[2] <= size * FLAT else (SIDE, ABOVE)
@@ -223,7 +223,7 @@ def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ..
 
 
 class Pen:
-    """Draws points of the world [m] in one view. `size` [m]: of the arm."""
+    """Draws points of the world [m] in one view. `size`: the size of the arm [m]."""
 
     def __init__(self, frame: ViewFrame, fine: bool, canvas: Canvas) -> None:
         self.frame, self.fine, self.canvas, self.size = frame, fine, canvas, frame.size
@@ -248,14 +248,14 @@ class Pen:
         self.canvas.stroke(part, (x, y - arm), (x, y + arm))
 
 
-def _drawn_reach(picture: ArmPicture, frame: ViewFrame, fine: bool) -> Canvas:
+def _draw_reach(picture: ArmPicture, frame: ViewFrame, fine: bool) -> Canvas:
     canvas = Canvas(frame.width, frame.height, *(FINE if fine else PLAIN))
     Pen(frame, fine, canvas).line(DrawnPart.REACH, _outline(frame.view, picture.reach), every=DOTTED)
     return canvas
 
 
-def _drawn_before(pen: Pen, picture: ArmPicture) -> Canvas:
-    """The line under way, and the arm."""
+def _draw_foreground(pen: Pen, picture: ArmPicture) -> Canvas:
+    """Draw the current motion, the arm and everything in its cell on the canvas of a pen."""
     for part, lines in ((DrawnPart.PAST, picture.past[-1:]), (DrawnPart.PLANNED, picture.planned[:1])):
         for points in lines:
             pen.line(part, points)
@@ -280,14 +280,14 @@ def _drawn_before(pen: Pen, picture: ArmPicture) -> Canvas:
 
 
 def _outline(view: View, points: Sequence[Vector]) -> list[Vector]:
-    """The convex outline of points as a view shows them, closed (Andrew's monotone chain, 1979)."""
+    """Return the closed convex outline of points in a view (Andrew's monotone chain, 1979)."""
     seen = sorted({view.of(p): p for p in points}.items())
     halves = [_half([p for _, p in row], view) for row in (seen, seen[::-1])]
     return [*halves[0], *halves[1][1:]]
 
 
 def _half(points: Sequence[Vector], view: View) -> list[Vector]:
-    """The right-hand side of the way from the first to the last."""
+    """Return the right-hand half of the outline, from the first point to the last."""
     found = list[Vector]()
     for p in points:
         while len(found) > 1 and not _turns_left(*map(view.of, (*found[-2:], p))):
@@ -304,7 +304,7 @@ def _turns_left(a: Dot, b: Dot, c: Dot) -> bool:
 
 
 def _scale(frame: ViewFrame, fine: bool) -> Iterator[Piece]:
-    """A bar of a round length, at least four cells."""
+    """Yield a scale bar of a round length, at least four cells long."""
     metres = round_step(4.0 / frame.scale)
     cells = round(metres * frame.scale)
     bar = f"├{'─' * (cells - 2)}┤" if fine else f"|{'-' * (cells - 2)}|"

@@ -1,4 +1,4 @@
-"""The middle between replies and what draws them: lines of coloured pieces, and grids of cells."""
+"""Blocks of text between replies and their renderers: lines of coloured pieces, and grids of cells."""
 
 from __future__ import annotations
 
@@ -12,31 +12,34 @@ from msgspec.structs import replace
 
 from vrs_cli.render.colours import Ink
 
-# the codes of TYPE itself stay: /B the bell, /U n lines up; so do tab and both ends of a line
+# TYPE may ring the bell (/B) and move up n lines (/U); tabs and line ends stay too
 _OBEYED = r"\x1b\[[0-9]{1,4}A"
 _CONTROL = re.compile(rf"({_OBEYED})|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
 _CARETS = [f"{'M-' * (code >= 0x80)}^{chr(code % 0x80 ^ 0x40)}" for code in range(0xA0)]
 
 
 def visible(text: str) -> str:
-    """The text with control characters as `cat -v` shows them: ^[ for escape, ^? for delete, M-^[ for 0x9b."""
+    """Return text with control characters as `cat -v` shows them: ^[ for escape, ^? for delete, M-^[ for 0x9b.
+
+    A program's string may hold any character, and a terminal obeys some of them: colours, title, keys to send.
+    """
     return _CONTROL.sub(lambda found: found[1] or _CARETS[ord(found[0])], text)
 
 
 def for_stream(text: str, stream: TextIO) -> str:
-    """What is written to a stream: `visible` where it is a terminal, the text as it is elsewhere."""
+    """Return the text to write to a stream: `visible` text for a terminal, unchanged text for files and pipes."""
     return visible(text) if stream.isatty() else text
 
 
 Piece = tuple[str, Ink]
 
-SCREEN_ROWS = 200  # of a table that grows with time: more than anyone reads on a screen
+SCREEN_ROWS = 200  # maximum rows on a screen of a table that grows with time
 GAP = 2  # blanks between the columns of a grid
-LEAST_FOLD = 20  # a folded column is never narrower
+MIN_FOLD_CHARS = 20  # minimum width of a folded column
 
 
 class TextLine(Struct, frozen=True):
-    """One line of text in pieces. `latex`: the same as a formula, where it is one."""
+    """One line of text in pieces. `latex`: the same line as a formula, if it is one."""
 
     pieces: tuple[Piece, ...]
     latex: str = ""
@@ -47,13 +50,15 @@ class TextLine(Struct, frozen=True):
 
 
 def line(text: str = "", ink: Ink = Ink.TEXT) -> TextLine:
-    """A line of one piece."""
+    """Return a line of one piece."""
     return TextLine(((text, ink),))
 
 
 class Column(Struct, frozen=True):
-    """`width`: at least so many characters. Where the grid is too wide, one column gives way: with `fold` its long text
-    goes on below itself, with `cut` it is cut."""
+    """A column of a grid. `width`: its minimum number of characters.
+
+    If the grid is too wide, one column becomes narrower: `fold` wraps its long text below, `cut` truncates it.
+    """
 
     heading: str
     ink: Ink = Ink.TEXT
@@ -64,7 +69,7 @@ class Column(Struct, frozen=True):
 
 
 def number_column(heading: str, width: int = 10) -> Column:
-    """A column of numbers, ten characters wide as VAL-II prints them."""
+    """Return a column of numbers, ten characters wide as VAL-II prints them."""
     return Column(heading, Ink.NUMBER, right=True, width=width)
 
 
@@ -73,10 +78,10 @@ def number_columns(*headings: str, width: int = 10) -> tuple[Column, ...]:
 
 
 class Grid(Struct, frozen=True):
-    """A table. `tight`: columns touch (their width holds the space); `boxed`: a terminal may draw rules.
+    """A table. `tight`: columns touch, because their width contains the space. `boxed`: a terminal may draw rules.
 
-    Where it is too wide, the columns go below each other, the first `keys` repeated. `latex`: the same as a formula,
-    where it is a row of matrices.
+    A grid that is too wide is split into grids below each other, which repeat the first `keys` columns. `latex`: the
+    same grid as a formula, if it is a row of matrices.
     """
 
     columns: tuple[Column, ...]
@@ -87,7 +92,7 @@ class Grid(Struct, frozen=True):
     latex: str = ""
 
     def widths(self) -> tuple[int, ...]:
-        """The characters that each column needs; numbers of a tight grid keep a blank before them."""
+        """Return the width of each column in characters. Numbers of a tight grid keep one blank before them."""
         return tuple(
             max(column.width, len(column.heading), *(self.tight * column.right + len(row[i]) for row in self.rows), 0)
             for i, column in enumerate(self.columns)
@@ -98,8 +103,11 @@ Block = TextLine | Grid
 
 
 class Page(Struct, frozen=True):
-    """What is drawn on: characters a line and rows of a table that grows with time (None: without end), colours or
-    not, any character or ASCII only; `height`: the rows that are seen at once."""
+    """The size and abilities of the output: characters per line, and rows of a table that grows with time (None: no
+    limit).
+
+    `colours` and `unicode`: whether it shows colours and characters beyond ASCII. `height`: visible rows.
+    """
 
     width: int | None = None
     rows: int | None = None
@@ -111,8 +119,8 @@ class Page(Struct, frozen=True):
 PIPE = Page()
 
 
-def told(text: str, ink: Ink, page: Page) -> Iterator[TextLine]:
-    """A text in as many lines as the page needs."""
+def wrap_lines(text: str, ink: Ink, page: Page) -> Iterator[TextLine]:
+    """Wrap text into lines that fit the page."""
     for part in wrap(text, page.width or len(text)):
         yield line(part, ink)
 
@@ -121,12 +129,12 @@ POSE = ("X", "Y", "Z", "O", "A", "T")
 
 
 def joint_names(count: int) -> tuple[str, ...]:
-    """The headings of columns with joints."""
+    """Return the column headings of joints."""
     return tuple(f"JT{i}" for i in range(1, count + 1))
 
 
 def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
-    """The grid as it is, or cut into several that each fit into `width` where that can be."""
+    """Return the grid unchanged, or split it into several grids that each fit into `width` if possible."""
     gap = 0 if grid.tight else GAP
     widths = grid.widths()
     if width is None or sum(widths) + gap * (len(widths) - 1) <= width:
@@ -134,9 +142,9 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
     for i, column in enumerate(grid.columns):
         room = width - (sum(widths) - widths[i]) - gap * (len(widths) - 1)
         if column.fold:
-            return (_folded(grid, i, max(room, LEAST_FOLD)),)
-        if column.cut and room >= LEAST_FOLD:
-            cut = (tuple(shortened(cell, room) if k == i else cell for k, cell in enumerate(row)) for row in grid.rows)
+            return (_fold(grid, i, max(room, MIN_FOLD_CHARS)),)
+        if column.cut and room >= MIN_FOLD_CHARS:
+            cut = (tuple(shorten(cell, room) if k == i else cell for k, cell in enumerate(row)) for row in grid.rows)
             return (replace(grid, rows=tuple(cut)),)
     parts: list[list[int]] = []
     keys = list(range(grid.keys))
@@ -157,8 +165,8 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
     )
 
 
-def _folded(grid: Grid, i: int, room: int) -> Grid:
-    """The grid with its column `i` broken at blanks to fit into `room`."""
+def _fold(grid: Grid, i: int, room: int) -> Grid:
+    """Return the grid with column `i` wrapped at blanks to fit into `room` characters."""
     rows: list[tuple[str, ...]] = []
     for cells in grid.rows:
         first, *others = wrap(cells[i], room) or [""]
@@ -167,13 +175,13 @@ def _folded(grid: Grid, i: int, room: int) -> Grid:
     return replace(grid, rows=tuple(rows))
 
 
-def shortened(text: str, room: int) -> str:
-    """A text that is too long ends in three dots."""
+def shorten(text: str, room: int) -> str:
+    """Truncate text that is too long, and end it in three dots."""
     return text if len(text) <= room else f"{text[: room - 3]}..."
 
 
 def grid_lines(grid: Grid) -> tuple[TextLine, ...]:
-    """A grid as lines: headings, then rows."""
+    """Yield a grid as lines: first the headings, then the rows."""
     widths = grid.widths()
     heads = tuple((column.heading, Ink.HEADING) for column in grid.columns)
     lines = [_row(grid, widths, heads)] if any(column.heading for column in grid.columns) else []
@@ -198,12 +206,12 @@ def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> TextL
 
 
 def block_lines(shown: Iterable[Block], width: int | None = None) -> Iterator[TextLine]:
-    """Yield the lines of blocks, whose grids are cut where they are wider than `width`."""
+    """Yield the lines of blocks; grids wider than `width` are split."""
     for block in shown:
         for part in split(block, width) if isinstance(block, Grid) else (block,):
             yield from grid_lines(part) if isinstance(part, Grid) else (part,)
 
 
 def text_of(shown: Iterable[Block]) -> str:
-    """Return the text of blocks, each line ended."""
+    """Return the text of blocks; each line ends in a newline."""
     return "".join(f"{line.text.rstrip()}\n" for line in block_lines(shown))

@@ -1,5 +1,5 @@
-"""Drawings in the terminal, in braille dots with colours, or in letters where there are neither: a canvas of cells, and
-PLOT's curves over time.
+"""Draw in the terminal, in braille dots with colours or in plain letters: a canvas of cells, and PLOT's curves over
+time.
 """
 
 from __future__ import annotations
@@ -17,60 +17,62 @@ BRAILLE = 0x2800
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column (Unicode 1.1, U+2800 block)
 FINE, PLAIN = (2, 4), (1, 1)  # dots of a cell, across and down
 
-Dot = tuple[float, float]  # to the right and down, in dots
+Dot = tuple[float, float]  # x to the right and y down, in dots
 Cell = tuple[int, int, int]  # row, column, dots
 
 HEIGHT = 16  # lines of the drawing, unless the page is lower
-WIDTH = 64  # its columns, unless the page is narrower
-LABEL = 11  # columns of the figures at the left
-LEAST_WIDTH, LEAST_HEIGHT = 16, 6
-TICK = 10  # columns between the figures below, about
-TICKS = 0.5  # figures at the left, about, in each row
-SPAN = 2  # columns that one of several curves has in turn
-ENTRY = 28  # columns of a curve in the legend
+WIDTH = 64  # columns of the drawing, unless the page is narrower
+LABEL = 11  # columns of the numbers at the left
+MIN_WIDTH, MIN_HEIGHT = 16, 6
+TICK = 10  # approximate columns between the numbers of the time axis
+TICKS = 0.5  # approximate numbers at the left per row
+SPAN = 2  # columns for which one of several coinciding curves is visible
+ENTRY = 28  # columns of one legend entry
 
 
 class Canvas:
-    """Rows of cells by their columns. `owner`: who drew last in a cell; `dots`: the dots of a cell as bits."""
+    """Rows of cells, indexed by column. `owner`: the object drawn last in each cell. `dots`: the dots of each cell as
+    bits.
+    """
 
     def __init__(self, width: int, height: int, dots_wide: int, dots_high: int) -> None:
         self.width, self.height = width, height
         self.dots_wide, self.dots_high = dots_wide, dots_high
         self.owner: list[dict[int, int]] = [{} for _ in range(height)]
         self.dots: list[dict[int, int]] = [{} for _ in range(height)]
-        self.shared = [False] * height  # with the canvas that this one is a copy of: nothing was drawn in those rows
+        self.shared = [False] * height  # whether a row is still shared with the canvas that was copied
 
     def copy(self) -> Canvas:
-        """The same, to draw on without changing this one, which is drawn on no more."""
+        """Return a copy to draw on. After that, do not draw on this canvas any more."""
         made = Canvas(self.width, 0, self.dots_wide, self.dots_high)
         made.height, made.shared = self.height, [True] * self.height
         made.owner, made.dots = list(self.owner), list(self.dots)
         return made
 
     def empty(self) -> Canvas:
-        """Another one of this size."""
+        """Return an empty canvas of the same size."""
         return Canvas(self.width, self.height, self.dots_wide, self.dots_high)
 
     def cells(self) -> list[Cell]:
-        """The cells that are drawn in."""
+        """Return the cells that have dots."""
         return [(row, column, bits) for row, dots in enumerate(self.dots) for column, bits in dots.items()]
 
     def lay(self, owner: int, cells: Iterable[Cell]) -> None:
-        """Put on what was drawn on another canvas of this size."""
+        """Add the cells of another canvas of the same size."""
         for row, column, bits in cells:
             owners, dots = self._own(row)
             dots[column] = dots.get(column, 0) | bits
             owners[column] = owner
 
     def _own(self, row: int) -> tuple[dict[int, int], dict[int, int]]:
-        """Return the owners and the dots of a row to draw in: copies of those that another canvas shares."""
+        """Return the owners and dots of a row for drawing; copy them first if another canvas shares them."""
         if self.shared[row]:
             self.shared[row] = False
             self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])
         return self.owner[row], self.dots[row]
 
     def mark(self, owner: int, x: int, y: int) -> None:
-        """One dot; none outside."""
+        """Draw one dot; ignore it if it is outside the canvas."""
         row, column = y // self.dots_high, x // self.dots_wide
         if 0 <= row < self.height and 0 <= column < self.width:
             owners, dots = self._own(row)
@@ -78,7 +80,7 @@ class Canvas:
             owners[column] = owner
 
     def _row(self, owner: int, first: int, last: int, y: int) -> None:
-        """Dots beside each other."""
+        """Draw a horizontal run of dots."""
         row, wide = y // self.dots_high, self.dots_wide
         first, last = max(first, 0), min(last, self.width * wide - 1)
         if not 0 <= row < self.height or last < first:
@@ -95,7 +97,7 @@ class Canvas:
             owners[column] = owner
 
     def stroke(self, owner: int, a: Dot, b: Dot, thick: int = 1, every: int = 1) -> None:
-        """A straight line, `thick` dots wide; of a dotted one each `every`th dot."""
+        """Draw a straight line, `thick` dots wide; a dotted line has every `every`th dot."""
         (x0, y0), (x1, y1) = a, b
         steps = max(ceil(max(abs(x1 - x0), abs(y1 - y0))), 1)
         dx, dy = (x1 - x0) / steps, (y1 - y0) / steps
@@ -110,7 +112,7 @@ class Canvas:
             self._fill(owner, ((ax, ay), (bx, by), (cx, cy), (dx, dy)))
 
     def _fill(self, owner: int, corners: Sequence[Dot]) -> None:
-        """The inside of a convex figure."""
+        """Fill a convex figure."""
         edges = list(zip(corners, (*corners[1:], corners[0]), strict=True))
         high, low = min(y for _, y in corners), max(y for _, y in corners)
         for row in range(ceil(high), floor(low) + 1):
@@ -129,7 +131,9 @@ class Canvas:
             self._row(owner, x - half, x + half, y + down)
 
     def pieces(self, row: int, look: Callable[[int], tuple[Ink, str]]) -> Iterator[Piece]:
-        """A row in pieces of one owner each. `look`: the ink of an owner, and its letter where a cell is one dot."""
+        """Return a row as pieces, one for each run of cells with the same owner. `look`: the ink of an owner, and its
+        letter if a cell is one dot.
+        """
         dots = self.dots[row]
         for owner, columns in groupby(range(self.width), self.owner[row].get):
             if owner is None:
@@ -143,7 +147,7 @@ class Canvas:
 
 
 def round_figures(first: float, last: float, size: int, count: float) -> dict[int, str]:
-    """Return about so many round figures by their places, on a scale from `first` to `last` over `size` rows or
+    """Return about `count` round numbers by their places, on a scale from `first` to `last` over `size` rows or
     columns.
     """
     step = round_step(abs(last - first) / max(count, 1.0))
@@ -154,24 +158,24 @@ def round_figures(first: float, last: float, size: int, count: float) -> dict[in
 
 
 def round_step(least: float) -> float:
-    """The smallest of 1, 2 and 5 times a power of ten that is not below `least`."""
+    """Return the smallest number of 1, 2 or 5 times a power of ten that is at least `least`."""
     power = 10.0 ** floor(log10(least))
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))
 
 
 def chart(plot: Plot, page: Page) -> Iterator[TextLine]:
-    """The title, the drawing, the time axis and the legend: all is seen at once where the page is not too low."""
-    width = WIDTH if page.width is None else max(LEAST_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
+    """Yield the title, the curves, the time axis and the legend. The drawing fits the page height if possible."""
+    width = WIDTH if page.width is None else max(MIN_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
     fine = page.unicode and page.colours
     legend = list(_legend(plot.curves, LABEL + width, fine))
-    around = 3 + len(legend)  # with the title and two rows of the time axis
-    height = HEIGHT if page.height is None else max(LEAST_HEIGHT, min(page.height - around, HEIGHT))
+    around = 3 + len(legend)  # rows of legend, title and time axis
+    height = HEIGHT if page.height is None else max(MIN_HEIGHT, min(page.height - around, HEIGHT))
     low = min(min(curve.values) for curve in plot.curves)
     high = max(max(curve.values) for curve in plot.curves)
-    if high - low <= 1e-9:  # all the same: with some room
+    if high - low <= 1e-9:  # constant curves get some room
         low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
-    canvas = _drawn(plot.curves, low, high, Canvas(width, height, *(FINE if fine else PLAIN)))
+    canvas = _draw_curves(plot.curves, low, high, Canvas(width, height, *(FINE if fine else PLAIN)))
     figures = round_figures(high, low, height, TICKS * height)
     for row in range(height):
         axis = (f"{figures.get(row, ''):>{LABEL - 1}} {'+' if row in figures else '|'}", Ink.NOTE)
@@ -182,10 +186,8 @@ def chart(plot: Plot, page: Page) -> Iterator[TextLine]:
     yield from legend
 
 
-def _drawn(curves: Sequence[Curve], low: float, high: float, canvas: Canvas) -> Canvas:
-    """All curves. Cells of several curves are theirs in turn from column to column, so that those that coincide are
-    seen.
-    """
+def _draw_curves(curves: Sequence[Curve], low: float, high: float, canvas: Canvas) -> Canvas:
+    """Draw all curves. Coinciding curves share the columns of a cell in turn, so that each stays visible."""
     shared: dict[tuple[int, int], list[int]] = {}
     for number, curve in enumerate(curves):
         alone = canvas.empty()
@@ -199,7 +201,7 @@ def _drawn(curves: Sequence[Curve], low: float, high: float, canvas: Canvas) -> 
 
 
 def _draw(canvas: Canvas, curve: int, values: Sequence[float], low: float, high: float) -> None:
-    """One curve, its values spread over the width; steep parts are drawn as vertical strokes."""
+    """Draw one curve across the width; steep parts become vertical strokes."""
     columns, rows = canvas.width * canvas.dots_wide, canvas.height * canvas.dots_high
     before: int | None = None
     for x in range(columns):
@@ -212,7 +214,7 @@ def _draw(canvas: Canvas, curve: int, values: Sequence[float], low: float, high:
 
 
 def _at(values: Sequence[float], fraction: float) -> float:
-    """The value at a fraction of the way, between its neighbours."""
+    """Return the value at a fraction of the curve, interpolated between its neighbours."""
     place = fraction * (len(values) - 1)
     i = min(int(place), max(len(values) - 2, 0))
     follower = values[min(i + 1, len(values) - 1)]
@@ -224,14 +226,14 @@ def _time_axis(times: Sequence[float], width: int) -> Iterator[TextLine]:
     yield line(" " * LABEL + "".join("+" if column in figures else "-" for column in range(width)), Ink.NOTE)
     shown = ""
     for column, figure in sorted(figures.items()):
-        begin = min(column, width - len(figure))  # the last one ends where the drawing does
+        begin = min(column, width - len(figure))  # the last number ends at the right edge
         if not shown or begin > len(shown):
             shown = f"{shown:<{begin}}{figure}"
     yield line(" " * LABEL + f"{shown} s", Ink.NOTE)
 
 
 def _legend(curves: Sequence[Curve], width: int, fine: bool) -> Iterator[TextLine]:
-    """The curves with their least and greatest values, as many in a row as fit."""
+    """Yield the curves with their minimum and maximum, as many per row as fit."""
     together = max((width - LABEL) // ENTRY, 1)
     for first in range(0, len(curves), together):
         pieces: list[Piece] = [(" " * LABEL, Ink.TEXT)]

@@ -1,9 +1,8 @@
-"""What a piece of text is, and the colour that goes with it: one table for the input line, listings, tables and bars.
+"""Kinds of text and their colours: one table for the input line, listings, tables and bars.
 
-Text stands on the background of the terminal, which may be dark or light. Its colours have a contrast of at least 4.5
-to 1 to black and to white (WCAG 2.2, success criterion 1.4.3): their relative luminance is 0.175 to 0.183. The sixteen
-colours of terminals have not: bright black on black has 2.4 to 1 in common palettes, yellow on white 1.1. Bars bring a
-background of their own.
+Text has the background of the terminal, dark or light. Each colour has a contrast of at least 4.5 to 1 to black and to
+white (WCAG 2.2, success criterion 1.4.3), so its relative luminance is 0.175 to 0.183. The sixteen terminal colours
+fail this: bright black on black has 2.4 to 1 in common palettes, yellow on white 1.1. Bars have their own background.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from functools import cache
 
 
 class Ink(Enum):
-    """What a piece of text is: that decides how it is drawn."""
+    """The kind of a piece of text, which decides its colour."""
 
     TEXT = "text"
     HEADING = "heading"
@@ -49,7 +48,7 @@ BLUE = "#5f5fff"
 GREY = "#767676"
 RED = "#eb0000"
 
-Palette = Mapping[Ink, tuple[str, bool]]  # colour ("" is the terminal's own), bold
+Palette = Mapping[Ink, tuple[str, bool]]  # colour ("": the terminal's default), bold
 
 COLOURS: Palette = {
     Ink.TEXT: ("", False),
@@ -76,7 +75,7 @@ COLOURS: Palette = {
 
 
 class Bar(Enum):
-    """A row with a background of its own."""
+    """A row with its own background."""
 
     STATUS = "status"
     TITLE = "title"
@@ -96,13 +95,13 @@ BARS: Mapping[Bar, tuple[str, str]] = {
 
 
 def ink_style(ink: Ink, palette: Palette = COLOURS) -> str:
-    """Return the style in words that rich and prompt-toolkit both read."""
+    """Return the style in words that both rich and prompt-toolkit read."""
     colour, bold = palette[ink]
     return " ".join(("bold",) * bold + (colour,) * bool(colour))
 
 
 def bar_style(bar: Bar) -> str:
-    """The style of a bar in prompt-toolkit's words."""
+    """Return the style of a bar in prompt-toolkit's words."""
     text, background = BARS[bar]
     return f"noreverse fg:{text} bg:{background}"
 
@@ -117,11 +116,11 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
-_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name that is assigned
+_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # the text after the name of an assignment
 
-_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # behind a label
+_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # the first word after a label
 
-LINKING = frozenset({"AT", "IN", "DO", "GOTO", "MONITOR"})  # words that link beside those of the tables
+LINKING = frozenset({"AT", "IN", "DO", "GOTO", "MONITOR"})  # linking words that are not in the tables
 
 _INKS: Mapping[str, Ink] = {
     "comment": Ink.COMMENT,
@@ -134,7 +133,7 @@ _INKS: Mapping[str, Ink] = {
 
 @cache
 def _first_ink(word: str) -> Ink | None:
-    """The ink of a first word, also one that is cut short; None where it begins no statement."""
+    """Return the ink of a first word, which may be abbreviated; None if it begins no statement."""
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
     from vrs_cli.language.words.monitor import COMMANDS
     from vrs_cli.language.words.word import rows_for
@@ -148,7 +147,7 @@ def _first_ink(word: str) -> Ink | None:
 
 @cache
 def _inner_words() -> Mapping[str, Ink]:
-    """The ink of every word that stands inside a statement, where it is itself."""
+    """Return the ink of each word that has a meaning inside a statement."""
     from vrs_cli.language.words.functions import FUNCTIONS
     from vrs_cli.language.words.instructions import CONNECTIVES, OPERATOR_WORDS
     from vrs_cli.language.words.monitor import COMMANDS
@@ -161,7 +160,7 @@ def _inner_words() -> Mapping[str, Ink]:
 
 @cache
 def _with_links() -> frozenset[str]:
-    """The words that another may follow at once: READY AT 5, WHERE FROM 1."""
+    """Return the words that a linking word may follow directly: READY AT 5, WHERE FROM 1."""
     from vrs_cli.language.words.instructions import INSTRUCTIONS
     from vrs_cli.language.words.monitor import COMMANDS
 
@@ -170,7 +169,7 @@ def _with_links() -> frozenset[str]:
 
 
 def _words_of(line: str) -> frozenset[str]:
-    """The words that link in such a line alone: the relations in an IF of VAL, the sort of what is declared."""
+    """Return linking words of this kind of line only: the relations in an IF of VAL, the type in a declaration."""
     from vrs_cli.language.text.lexer import SORT, VAL_IF
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
     from vrs_cli.language.words.word import rows_for
@@ -187,11 +186,12 @@ def _words_of(line: str) -> frozenset[str]:
 
 
 def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]:
-    """The pieces of a line with their inks; together they are the line. `variables`: the keys of those that bear the
-    name of a function.
+    """Yield the pieces of a VAL-II line with their inks, without parsing it; joined, they are the line.
+
+    `variables`: keys of variables that share the name of a function.
     """
     first, linking = True, _words_of(line)
-    ended = False  # whether a value has, or the word that starts the line: another word may link then
+    ended = False  # whether a value or the first word is complete: then a linking word may follow
     for token in _TOKEN.finditer(line):
         text, sort = token.group(), token.lastgroup or "operator"
         if sort != "word":
@@ -211,7 +211,7 @@ def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]
 
 
 def _ink(text: str, rest: str, ended: bool, variables: Container[str]) -> Ink:
-    """The ink of a word that does not start a statement."""
+    """Return the ink of a word that does not start a statement."""
     from vrs_cli.language.words.functions import FUNCTIONS
 
     word = text.upper()

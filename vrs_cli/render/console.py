@@ -1,4 +1,4 @@
-"""Replies on a terminal, with rich: colours and, for the big tables, rules."""
+"""Draw replies and lessons on a terminal with rich: colours, and rules for the big tables."""
 
 from __future__ import annotations
 
@@ -17,22 +17,26 @@ from vrs_cli.render.colours import COLOURS, Ink, Palette, ink_style
 from vrs_cli.render.layout import blocks
 from vrs_cli.values.replies import Reply
 
-BELOW = 8  # rows of a screen that the next prompt takes: it has a toolbar and room for a menu
-POOR = ("linux", "vt100", "vt220")  # values of TERM
-RULES = 1  # characters that the rules add between two columns
+PROMPT_ROWS = 8  # rows that the next prompt needs for its toolbar and menu
+TERMS_WITHOUT_UNICODE = ("linux", "vt100", "vt220")  # values of TERM without Unicode
+RULE_CHARS = 1  # extra characters between two columns of a grid with rules
 
 
 def has_unicode(environ: Mapping[str, str]) -> bool:
-    """Whether the terminal shows any character, as far as its user says: not in a locale of another encoding, nor on
-    the console of Linux, whose fonts have 512 characters. Where nothing is said, it does.
+    """Return whether the terminal can show Unicode, as far as the environment says.
+
+    A locale with another encoding cannot, nor can the Linux console, whose fonts have 512 characters. Without such
+    settings, assume it can.
     """
-    spoken = next((value for name in ("LC_ALL", "LC_CTYPE", "LANG") if (value := environ.get(name))), "")
-    encoding = spoken.partition(".")[2].partition("@")[0].replace("-", "").lower()
-    return spoken not in ("C", "POSIX") and encoding in ("", "utf8") and environ.get("TERM") not in POOR
+    locale = next((value for name in ("LC_ALL", "LC_CTYPE", "LANG") if (value := environ.get(name))), "")
+    encoding = locale.partition(".")[2].partition("@")[0].replace("-", "").lower()
+    return (
+        locale not in ("C", "POSIX") and encoding in ("", "utf8") and environ.get("TERM") not in TERMS_WITHOUT_UNICODE
+    )
 
 
 class TerminalRenderer:
-    """Draws replies on one terminal. `width` and `stream` are for tests."""
+    """Draws replies on one terminal. Tests set `width` and `stream`."""
 
     def __init__(self, stream: TextIO | None = None, width: int | None = None, palette: Palette = COLOURS) -> None:
         self._palette = palette
@@ -42,25 +46,25 @@ class TerminalRenderer:
     def page(self) -> Page:
         console = self.console
         unicode = (console.encoding or "").lower().startswith("utf") and has_unicode(os.environ)
-        return Page(console.width, SCREEN_ROWS, console.color_system is not None, unicode, console.height - BELOW)
+        return Page(console.width, SCREEN_ROWS, console.color_system is not None, unicode, console.height - PROMPT_ROWS)
 
     def draw(self, reply: Reply) -> None:
         page = self.page
         for block in blocks(reply, page):
-            for part in (block,) if isinstance(block, TextLine) else _fitted(block, page):
-                drawn = _table(part, self._palette) if isinstance(part, Grid) else rich_text(part, self._palette)
-                self.console.print(drawn)
+            for part in (block,) if isinstance(block, TextLine) else _fit_grid(block, page):
+                shown = _table(part, self._palette) if isinstance(part, Grid) else rich_text(part, self._palette)
+                self.console.print(shown)
 
-    def drawn(self, reply: Reply) -> str:
-        """Return what `draw` would write."""
+    def to_text(self, reply: Reply) -> str:
+        """Return the text that `draw` would write."""
         with self.console.capture() as captured:
             self.draw(reply)
         return captured.get()
 
 
-def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
-    """The grids that fit into a page, or their lines where it has no rules."""
-    rules = RULES * len(grid.columns) if grid.boxed else 0
+def _fit_grid(grid: Grid, page: Page) -> Iterator[Block]:
+    """Yield grids that fit the page, or their lines on a page without rules."""
+    rules = RULE_CHARS * len(grid.columns) if grid.boxed else 0
     for part in split(grid, None if page.width is None else page.width - rules):
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 
@@ -84,14 +88,16 @@ def _table(grid: Grid, palette: Palette) -> Table:
     return table
 
 
-NO_BREAK = "\ue000"  # a private character: a blank at which no row ends
-WIDTH = 100  # characters of a line at most: longer ones are hard to read
+NO_BREAK = "\ue000"  # a private character: a blank that is never the end of a row
+WIDTH = 100  # maximum characters of a line: longer lines are hard to read
 _ITEM = re.compile(r"(\s*(?:[-*]|\d+\.)\s+)(.*)", re.DOTALL)
 _PIECE = re.compile(r"(`[^`]+`|\*\*[^*]+\*\*)")
 
 
 def draw_lesson_text(text: str, palette: Palette = COLOURS, console: Console | None = None) -> None:
-    """Write a text on the terminal, with an empty line after each paragraph. Code in a line is not divided."""
+    """Write the text of a lesson, a small part of Markdown, with an empty line after each paragraph. Inline code is
+    not wrapped.
+    """
     console = console or Console(highlight=False, emoji=False, markup=False)
     width = min(console.width, WIDTH)
     for indent, line in _lines(text):
@@ -105,7 +111,7 @@ def draw_lesson_text(text: str, palette: Palette = COLOURS, console: Console | N
 
 
 def _lines(text: str) -> Iterator[tuple[str, TextLine]]:
-    """Yield each heading, paragraph, item and line of code with what stands before its first row."""
+    """Yield each heading, paragraph, item and line of code, with the prefix of its first row."""
     for block in _blocks(text):
         head = block[0]
         if head.startswith("#"):
@@ -122,7 +128,7 @@ def _lines(text: str) -> Iterator[tuple[str, TextLine]]:
 
 
 def _blocks(text: str) -> Iterator[list[str]]:
-    """Divide a text at empty lines; each item of a list, each heading and each piece of code is a block."""
+    """Split a text at empty lines. Each list item, heading and code section is one block."""
     block, fenced = list[str](), False
     for line in [*text.strip("\n").splitlines(), ""]:
         fences = line.startswith("```")

@@ -1,4 +1,4 @@
-"""What moved, in words: `3 later motions begin 0.528 s later: AT 4, AT 6, AT 20`."""
+"""Describe moved motions: `3 later motions begin 0.528 s later: AT 4, AT 6, AT 20`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vrs_cli.engine.book import SAME_TIME
 from vrs_cli.values.numbers import count, seconds
 from vrs_cli.values.results import Displacement, Moved, Untrue
 
-NAMED = 5  # motions; of the rest it is said how many they are
+MAX_NAMES = 5  # motions listed by name; the others are counted
 
 
 def sentences(it: Displacement) -> Iterator[str]:
@@ -26,26 +26,29 @@ def _count(moved: Sequence[Moved], more: bool) -> str:
 
 
 def _by(moved: Sequence[Moved]) -> str:
-    """By how much: one time, or from the least to the greatest."""
+    """Return the displacement: one time, or the range from the smallest to the largest."""
     times = [abs(one.later) for one in moved]
     least, most = min(times), max(times)
     return seconds(most) if most - least <= SAME_TIME else f"{least:.3f} to {seconds(most)}"
 
 
 def _names(moved: Sequence[Moved]) -> str:
-    names = ", ".join(map(_name, moved[:NAMED]))
-    return names if len(moved) <= NAMED else f"{names} and {len(moved) - NAMED} more"
+    names = ", ".join(map(_name, moved[:MAX_NAMES]))
+    return names if len(moved) <= MAX_NAMES else f"{names} and {len(moved) - MAX_NAMES} more"
 
 
 def _name(one: Moved) -> str:
-    """A motion by its own time, else by its text."""
+    """Return the requested time of a motion, or its text if it has none."""
     if one.asked is None:
         return one.text or "a motion"
     return f"AT {one.asked:.3f}".rstrip("0").rstrip(".")
 
 
 def untrue_sentence(it: Untrue) -> str:
-    """`MOVE b was given when 1001 came on at 3.200 s; it no longer does (pick step 4: WAIT SIG(1001))`."""
+    """Describe a command whose reason no longer holds.
+
+    Example: `MOVE b was given when 1001 came on at 3.200 s; it no longer does (pick step 4: WAIT SIG(1001))`.
+    """
     signal, state = f"{it.signal} ({it.name})" if it.name else str(it.signal), "on" if it.on else "off"
     does, verb = ("came", "does") if it.changed else ("was", "is")
     given = f"{it.command} was given" if it.command else "a program went on"

@@ -17,13 +17,15 @@ from vrs_cli.render.colours import COLOURS, CURVES, GREY, RED, Ink
 from vrs_cli.render.layout import blocks
 from vrs_cli.values.replies import Plot, Reply
 
-WIDTH, HEIGHT = 640, 300  # of the picture of a plot
-LEFT, TOP, RIGHT, BOTTOM = 60, 24, 70, 36  # margins round the drawing
-LINES = 6  # of a scale, about so many
+WIDTH, HEIGHT = 640, 300  # [px] of the picture of a plot
+LEFT, TOP, RIGHT, BOTTOM = 60, 24, 70, 36  # [px] margins around the curves
+LINES = 6  # approximate grid lines of a scale
 
 
 def html(replies: Iterable[Reply]) -> str:
-    """All of them, one below the other. The same for the same replies."""
+    """Return replies as HTML, one below the other: tables, plots as SVG, other replies as monospaced lines. Equal
+    replies give equal HTML.
+    """
     return "".join(picture(reply) if isinstance(reply, Plot) else blocks_html(blocks(reply, PIPE)) for reply in replies)
 
 
@@ -39,7 +41,7 @@ def blocks_html(shown: Iterable[Block]) -> str:
 
 
 def pieces_html(pieces: Iterable[Piece]) -> str:
-    """Pieces of a line, in their colours."""
+    """Return the pieces of a line as HTML with their colours."""
     shown = []
     for text, ink in pieces:
         colour, bold = COLOURS[ink]
@@ -49,7 +51,7 @@ def pieces_html(pieces: Iterable[Piece]) -> str:
 
 
 def _table(grid: Grid) -> str:
-    """A table whose numbers, with their units, stay on one line."""
+    """Return a grid as an HTML table; numbers stay on one line with their units."""
     styles = ["text-align:right;white-space:nowrap" if column.right else "text-align:left" for column in grid.columns]
     heads = [column.heading for column in grid.columns]
     head = f"<thead><tr>{_cells('th', heads, styles)}</tr></thead>" if any(heads) else ""
@@ -66,7 +68,7 @@ def _cells(tag: str, texts: Iterable[str], styles: Iterable[str]) -> str:
 
 
 class SvgScale:
-    """Values from `low` to `high` on a line from `begin` to `end` in the picture."""
+    """Maps values from `low` to `high` to picture coordinates from `begin` to `end` [px]."""
 
     def __init__(self, low: float, high: float, begin: float, end: float) -> None:
         room = 0.0 if high - low > 1e-9 else 1.0
@@ -76,14 +78,14 @@ class SvgScale:
         return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
 
     def marks(self) -> Iterator[float]:
-        """Round values along it."""
+        """Yield round values along the scale."""
         step = round_step((self.high - self.low) / LINES)
         for number in range(ceil(self.low / step), floor(self.high / step) + 1):
             yield number * step
 
 
 def picture(plot: Plot, at: float | None = None) -> str:
-    """The plot as an SVG element, with a line at a time [s], where one is given."""
+    """Return a plot as an SVG element. `at`: a time [s] to mark with a vertical line."""
     values = [value for curve in plot.curves for value in curve.values]
     across = SvgScale(plot.times[0], plot.times[-1], LEFT, WIDTH - RIGHT)
     up = SvgScale(min(values), max(values), HEIGHT - BOTTOM, TOP)
@@ -136,7 +138,7 @@ _LATEX = {"\\": r"\backslash ", "^": r"\^{}", "~": r"\~{}", **{one: f"\\{one}" f
 
 
 def markdown(shown: Iterable[Block]) -> str:
-    """Blocks as Markdown: formulas between $$, headings of tables in their first row."""
+    """Return blocks as Markdown: formulas between $$, headings of tables in their first row. User text is escaped."""
     parts = []
     for block in shown:
         if block.latex:
@@ -160,7 +162,7 @@ def _escape(text: str) -> str:
 
 
 def latex_document(shown: Iterable[Block]) -> str:
-    """Blocks as LaTeX that MathJax draws too: texts as they are, formulas and tables between $$."""
+    """Return blocks as LaTeX that MathJax draws too: text as it is, formulas and tables between $$."""
     parts = []
     for block in shown:
         if block.latex:
@@ -183,12 +185,12 @@ def _latex_text(text: str) -> str:
     return "".join(_LATEX.get(one, one) for one in text.strip())
 
 
-CAST_COLUMNS, CAST_ROWS = 100, 30  # characters of a cast
+CAST_COLUMNS, CAST_ROWS = 100, 30  # size of a cast in characters
 CAST_PAGE = Page(CAST_COLUMNS, unicode=True)
 
 
 class TranscriptFormat(NamedTuple):
-    """How a transcript begins and ends, and how a line is written that came so many seconds after the beginning."""
+    """The parts of a transcript: its beginning, its end, and a function that writes a line with its time [s]."""
 
     begin: str
     line: Callable[[TextLine, float], str]
@@ -196,7 +198,7 @@ class TranscriptFormat(NamedTuple):
 
 
 def _cast_line(line: TextLine, seconds: float) -> str:
-    """An event of asciicast v2 (docs.asciinema.org/manual/asciicast/v2)."""
+    """Return an event of asciicast v2 (docs.asciinema.org/manual/asciicast/v2)."""
     drawn = "".join(_ansi(text, ink) for text, ink in line.pieces)
     return json.dumps([round(seconds, 3), "o", f"{drawn}\r\n"]) + "\n"
 
@@ -222,7 +224,7 @@ FORMATS: Mapping[str, TranscriptFormat] = {".html": HTML_FORMAT, ".htm": HTML_FO
 
 
 class Transcript:
-    """A file that is being written. Raises OSError."""
+    """A transcript file that is being written. Raises OSError."""
 
     def __init__(self, path: Path, clock: Callable[[], float]) -> None:
         self.path = path
@@ -239,7 +241,7 @@ class Transcript:
             self._line(one)
 
     def type(self, text: str) -> None:
-        """Add what a program types; lines are written when they are complete."""
+        """Add output of TYPE; a line is written once it is complete."""
         *complete, self._open_line = (self._open_line + text).split("\n")
         for one in complete:
             self._line(line(one))

@@ -1,4 +1,4 @@
-"""What EXPLAIN shows, as blocks. Formulas and matrices are text on a terminal, and LaTeX in a notebook."""
+"""Lay out EXPLAIN and WHY as blocks. Formulas and matrices are text on a terminal, and LaTeX in a notebook."""
 
 from __future__ import annotations
 
@@ -10,10 +10,21 @@ from typing import Any
 from vrs_cli.kinematics.joints import Configuration, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector, compose
 from vrs_cli.language.words.values import numbers_of
-from vrs_cli.render.blocks import POSE, Block, Column, Grid, Page, TextLine, joint_names, line, number_columns, told
+from vrs_cli.render.blocks import (
+    POSE,
+    Block,
+    Column,
+    Grid,
+    Page,
+    TextLine,
+    joint_names,
+    line,
+    number_columns,
+    wrap_lines,
+)
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
-from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, quoted
+from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, latex_name
 from vrs_cli.values.numbers import count, fixed, seconds
 from vrs_cli.values.replies import ReachReport
 from vrs_cli.values.results import (
@@ -54,20 +65,22 @@ def reach_report(reply: ReachReport, page: Page) -> Iterator[Block]:
     )
     yield Grid(columns, rows, boxed=True, keys=1)
     if reach.chosen is not None:
-        yield from told(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Ink.NOTE, page)
+        yield from wrap_lines(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Ink.NOTE, page)
     elif reach.line.trouble == reach.reason:
-        yield from told(f"MOVE, MOVES: {reach.reason}", Ink.ERROR, page)
+        yield from wrap_lines(f"MOVE, MOVES: {reach.reason}", Ink.ERROR, page)
         return
     else:
-        yield from told(f"MOVE: {reach.reason}", Ink.ERROR, page)
+        yield from wrap_lines(f"MOVE: {reach.reason}", Ink.ERROR, page)
     yield from _line_check(reach.line, page)
     for word, contact in (("MOVE", reply.move_contact), ("MOVES", reply.line_contact)):
         if contact is not None:
-            yield from told(f"{word}: {contact.said('after')}", Ink.ERROR, page)
+            yield from wrap_lines(f"{word}: {contact.said('after')}", Ink.ERROR, page)
 
 
 def verdict(option: Option, units: JointUnits) -> str:
-    """Say that a location is in reach, which joints leave their range by how much, or how far away it is."""
+    """Describe how reachable a location is: in reach, which joints leave their range and by how much, or how far away
+    it is.
+    """
     if option.usable:
         return "in reach"
     if option.joints is not None:
@@ -78,13 +91,13 @@ def verdict(option: Option, units: JointUnits) -> str:
 
 
 def _overruns(overruns: Sequence[Overrun], units: JointUnits) -> str:
-    """By how much joints leave their range; the unit stands once for joints that follow one another."""
-    told = []
+    """Describe by how much joints leave their range; neighbouring joints with equal units share one unit."""
+    parts = []
     for this, after in zip_longest(overruns, overruns[1:]):
         unit = units.unit(this.joint)
         last = after is None or units.unit(after.joint) != unit
-        told.append(f"JT{this.joint} {units.one_shown(this.joint, this.by):+.1f}" + (f" {unit}" if last else ""))
-    return ", ".join(told)
+        parts.append(f"JT{this.joint} {units.one_shown(this.joint, this.by):+.1f}" + (f" {unit}" if last else ""))
+    return ", ".join(parts)
 
 
 def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:
@@ -92,14 +105,14 @@ def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:
     if check.duration is not None:
         stops = " and ".join(f"{1e3 * stop:.1f} mm" for stop in check.stops)
         rests = f"; it stops after {stops}, where joints turn back at once, and goes on" if stops else ""
-        yield from told(f"MOVES: {way} in {seconds(check.duration)}{rests}", Ink.NOTE, page)
+        yield from wrap_lines(f"MOVES: {way} in {seconds(check.duration)}{rests}", Ink.NOTE, page)
         return
     at = ""
     if check.at is not None and check.length > 0.0:
         at = f" after {1e3 * check.at:.1f} of {way} ({100.0 * check.at / check.length:.0f} %)"
-    yield from told(f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Ink.ERROR, page)
+    yield from wrap_lines(f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Ink.ERROR, page)
     for out in check.ways_out:
-        yield from told(_way_out(out), Ink.NOTE, page)
+        yield from wrap_lines(_way_out(out), Ink.NOTE, page)
 
 
 def _way_out(out: WayOut) -> str:
@@ -112,22 +125,22 @@ def _way_out(out: WayOut) -> str:
     return "Instead: MOVE, on another path"
 
 
-BINDS = 0.95  # of a limit: lines are planned with margins below it
-ROUNDING = 1e-9  # [rad] of an angle
-NEAR_END = 1.0  # [deg, mm] of a range: a joint that is nearer to its end is at it
+BINDS = 0.95  # of a limit: above this it binds, because lines are planned with a margin
+ROUNDING = 1e-9  # [rad] tolerance of an angle
+NEAR_END = 1.0  # [deg, mm] a joint this close to the end of its range is at the end
 SCALES = {"mm": 1e3, "mm2": 1e6, "deg": degrees(1.0), "": 1.0}
-NOTHING = 5e-4  # of a limit: it is shown as zero, and has no time
-ENTRY = 9  # characters of a number of a matrix
-PLAIN_WIDTH = 100  # of matrices beside each other, where a page has no width
+NOTHING = 5e-4  # of a limit: a smaller share is shown as zero, without a time
+ENTRY = 9  # characters of a matrix element
+PLAIN_WIDTH = 100  # characters per row of matrices, if the page has no width
 
 
 def formula(text: str, written: str = "") -> TextLine:
-    """A formula on a line; `written` in LaTeX, where it has names of a user."""
+    """Return a line with a formula. `written`: its LaTeX form, needed if it contains names of a user."""
     return TextLine(((f"    {text}", Ink.TEXT),), written or latex(text))
 
 
 def matrices(named: Sequence[tuple[str, Transform]], page: Page, *, turns: bool = False) -> Iterator[Grid]:
-    """Matrices beside each other with their names, as many as fit; positions in mm. `turns`: rotations alone."""
+    """Yield named matrices side by side, as many as fit; positions are in mm. `turns`: show only the rotations."""
     row = list(named[:1])
     for one in named[1:]:
         if sum(_beside([*row, one], turns).widths()) <= (page.width or PLAIN_WIDTH):
@@ -148,7 +161,7 @@ def _beside(named: Sequence[tuple[str, Transform]], turns: bool) -> Grid:
         for i, cells in enumerate(numbers):
             rows[i].extend([f"{name} =" if i == 1 else "", *map(fixed, cells)])
         body = [" & ".join(map(fixed, cells)) for cells in numbers] + ([] if turns else ["0 & 0 & 0 & 1"])
-        formulas.append(rf"{quoted(name)} = \begin{{bmatrix}}" + r" \\ ".join(body) + r"\end{bmatrix}")
+        formulas.append(rf"{latex_name(name)} = \begin{{bmatrix}}" + r" \\ ".join(body) + r"\end{bmatrix}")
     return Grid(tuple(columns), tuple(map(tuple, rows)), tight=True, latex=r" \quad ".join(formulas))
 
 
@@ -176,12 +189,12 @@ def _overview(reply: ExplainOverview, _page: Page) -> Iterator[Block]:
 def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
     plan, units = reply.plan, reply.units
     if plan is None:
-        yield from told(f"{reply.text}: {reply.refusal}", Ink.ERROR, page)
+        yield from wrap_lines(f"{reply.text}: {reply.refusal}", Ink.ERROR, page)
         return
     yield line(
         f"{reply.text} begins at {fixed(plan.begin)}, ends at {fixed(plan.end)}: {seconds(plan.end - plan.begin)}"
     )
-    yield from told(_how(plan), Ink.NOTE, page)
+    yield from wrap_lines(_how(plan), Ink.NOTE, page)
     rows = tuple(
         (
             stretch.phase,
@@ -199,7 +212,7 @@ def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
     if plan.space != "rest":
         yield _loads(plan.loads, units)
         for text in _bindings(plan, units):
-            yield from told(text, Ink.NOTE, page)
+            yield from wrap_lines(text, Ink.NOTE, page)
     yield line(
         f"The way of the tool tip is {1e3 * plan.length:.1f} mm; it ends {str(plan.configuration) or 'at'}:".strip()
     )
@@ -210,9 +223,9 @@ def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
         yield Grid(number_columns(*names), (tuple(map(fixed, numbers)),), tight=True)
     if plan.displaced is not None:
         for text in sentences(plan.displaced):
-            yield from told(text, Ink.WARNING, page)
+            yield from wrap_lines(text, Ink.WARNING, page)
     for text in plan.notes:
-        yield from told(text, Ink.WARNING, page)
+        yield from wrap_lines(text, Ink.WARNING, page)
 
 
 SPACES = {"joint": "joint-interpolated", "straight": "a straight line", "rest": "standing still"}
@@ -228,7 +241,7 @@ def _how(plan: MotionPlan) -> str:
 
 
 def _loads(loads: Sequence[JointLoad], units: JointUnits) -> Grid:
-    """The peaks of each joint: value, part of the limit, and when."""
+    """Yield the peaks of each joint: value, share of the limit, and time."""
     smooth = any(load.jerk is not None for load in loads)
     rates = (("velocity", "/s"), ("acceleration", "/s2"), *((("jerk", "/s3"),) if smooth else ()))
     columns = [Column("Joint", Ink.NAME)]
@@ -253,7 +266,7 @@ def _loads(loads: Sequence[JointLoad], units: JointUnits) -> Grid:
 
 
 def _bindings(plan: MotionPlan, units: JointUnits) -> Iterator[str]:
-    """Say which limits bind, and where on the path."""
+    """Describe which limits bind, and where on the path."""
     found = list[tuple[str, Peak]]()
     for load in plan.loads:
         rates = (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk))
@@ -296,11 +309,11 @@ def _chain(reply: ChainReport, page: Page) -> Iterator[Block]:
 
 
 def _product(name: str, names: Sequence[str]) -> TextLine:
-    return formula(f"{name} = {' '.join(names)}", f"{latex(name)} = " + r"\,".join(map(quoted, names)))
+    return formula(f"{name} = {' '.join(names)}", f"{latex(name)} = " + r"\,".join(map(latex_name, names)))
 
 
 def _factors(factors: Sequence[Factor]) -> Grid:
-    """Each factor, and the product up to it."""
+    """Yield each factor, and the product up to it."""
     rows = list[tuple[str, ...]]()
     for place, factor in enumerate(factors):
         rows.append((factor.name, f"{factor.inner} in {factor.outer}", *map(fixed, numbers_of(factor.T))))
@@ -328,7 +341,7 @@ def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
     yield line("Back from the matrix:", Ink.NOTE)
     if reply.vertical:
         vertical = "The tool is vertical: O and T turn about one axis, and only their sum or difference counts. "
-        yield from told(f"{vertical}O is taken as 90, and T is the rest.", Ink.WARNING, page)
+        yield from wrap_lines(f"{vertical}O is taken as 90, and T is the rest.", Ink.WARNING, page)
         yield formula("T = atan2(ny, sy)")
     else:
         yield formula(f"O = atan2(ax, -ay) = atan2({fixed(T.ax)}, {fixed(-T.ay)})")
@@ -356,28 +369,28 @@ def _inverse(reply: InverseReport, page: Page) -> Iterator[Block]:
     yield from _solutions(reply)
     if reply.chosen is not None:
         way = f"MOVE from here ({str(reply.have) or 'one configuration'}) takes "
-        yield from told(way + "; ".join(filter(None, (str(reply.chosen), reply.reason))), Ink.NOTE, page)
+        yield from wrap_lines(way + "; ".join(filter(None, (str(reply.chosen), reply.reason))), Ink.NOTE, page)
     else:
-        yield from told(f"MOVE: {reply.reason}", Ink.ERROR, page)
+        yield from wrap_lines(f"MOVE: {reply.reason}", Ink.ERROR, page)
 
 
 def _formulas(reply: InverseReport, family: Family, page: Page) -> Iterator[Block]:
     known = [(family.symbols[name], value) for name, value in reply.constants.items() if name in family.symbols]
     shown = (f"{one.name} = {fixed(SCALES[one.unit] * value)} {one.unit}".rstrip() for one, value in known)
-    yield from told(", ".join(shown), Ink.NOTE, page)
+    yield from wrap_lines(", ".join(shown), Ink.NOTE, page)
     for number, stage in enumerate(family.stages, 1):
-        yield from told(f"{number}. {stage.title}", Ink.HEADING, page)
+        yield from wrap_lines(f"{number}. {stage.title}", Ink.HEADING, page)
         for text in stage.formulas:
             yield formula(text)
         yield _values(stage, family, reply.solutions)
     if reply.senses:
         pairs = enumerate(reply.senses, 1)
         said = (_sense(i, sign, zero) for i, (sign, zero) in pairs)
-        yield from told(f"The joints of this robot: {', '.join(said)}, and whole turns.", Ink.NOTE, page)
+        yield from wrap_lines(f"The joints of this robot: {', '.join(said)}, and whole turns.", Ink.NOTE, page)
 
 
 def _sense(i: int, sign: float, zero: float) -> str:
-    """How a joint of the robot follows from that of the formulas."""
+    """Return the equation of a robot's joint and the joint of the formulas."""
     theta = (
         f"theta{i}" if abs(zero) < ROUNDING else f"theta{i} {'-' if zero > 0.0 else '+'} {fixed(degrees(abs(zero)), 1)}"
     )
@@ -385,12 +398,12 @@ def _sense(i: int, sign: float, zero: float) -> str:
 
 
 def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) -> Grid:
-    """The values of a stage, once for all configurations that share them."""
+    """Return a grid with the values of a stage, one row for configurations with equal values."""
     symbols = [family.symbols[name] for name in stage.values]
     rows = dict[tuple[str, ...], list[Configuration]]()
     for solution in solutions:
         values = [solution.steps.get(name) for name in stage.values]
-        cells = (_shown(one, x) for one, x in zip(symbols, values, strict=True))
+        cells = (_value_text(one, x) for one, x in zip(symbols, values, strict=True))
         rows.setdefault(tuple(cells), []).append(solution.option.configuration)
     headings = (one.name if one.unit == SIGN else f"{one.name} {one.unit}".rstrip() for one in symbols)
     every = [solution.option.configuration for solution in solutions]
@@ -398,14 +411,14 @@ def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) ->
     return Grid((Column("Configuration", Ink.NAME), *number_columns(*headings, width=8)), shown, keys=1)
 
 
-def _shown(symbol: Symbol, value: float | None) -> str:
+def _value_text(symbol: Symbol, value: float | None) -> str:
     if value is None:
         return "-"
     return f"{value:+.0f}" if symbol.unit == SIGN else fixed(SCALES[symbol.unit] * value)
 
 
 def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str:
-    """The fewest words that say which configurations these are, of every one."""
+    """Return the shortest text that names these configurations among all."""
     if len(ways) == len(every):
         return "all"
     found = dict[str, None]()
@@ -436,7 +449,7 @@ def _solutions(reply: InverseReport) -> Iterator[Block]:
 
 def _splice(reply: SpliceReport, page: Page) -> Iterator[Block]:
     what = f"{reply.cause} of {reply.text}" if reply.cause else reply.text
-    yield from told(
+    yield from wrap_lines(
         f"{what}: issued at {fixed(reply.issued)}, executed at {fixed(reply.executed)}; what was planned after "
         f"{seconds(reply.cut)} gave way",
         Ink.NOTE,

@@ -1,4 +1,4 @@
-"""Replies as blocks: one function a reply, found by its type in LAYOUTS."""
+"""Lay out replies as blocks: one function for each type of reply, found in LAYOUTS."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vrs_cli.render.blocks import (
     line,
     number_column,
     number_columns,
-    told,
+    wrap_lines,
 )
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink, scan
@@ -39,10 +39,10 @@ from vrs_cli.values.results import CommandRecord, Comparison, Extent
 
 TONES: Mapping[Tone, Ink] = {Tone.NOTE: Ink.NOTE, Tone.WARNING: Ink.WARNING, Tone.ERROR: Ink.ERROR}
 
-PLAIN_WIDTH = 80  # where a page has no width and text must be broken
+PLAIN_WIDTH = 80  # characters per line of wrapped text, if the page has no width
 NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
-ROWS_ALWAYS = 2  # of a bank of signals; further rows only where a signal is on
+ROWS_ALWAYS = 2  # rows of a bank of signals that are always shown; others only if a signal is on
 LINEAGE: Mapping[str, str] = {"1": "VAL", "2": "VAL-II", "+": "V+"}
 BODY_MODES: Mapping[BodyMode, str] = {
     BodyMode.FOLLOWS: "follows",
@@ -50,7 +50,7 @@ BODY_MODES: Mapping[BodyMode, str] = {
     BodyMode.STOPPED: "has stopped by itself",
 }
 NAMES = Column("", Ink.NAME, width=NAME_COLUMN)
-NOTHING: Mapping[type, str] = {  # what is said of tables without rows
+NOTHING: Mapping[type, str] = {  # messages for tables without rows
     replies.LocationTable: "No locations defined",
     replies.RealTable: "No reals defined",
     replies.StringTable: "No strings defined",
@@ -59,7 +59,7 @@ NOTHING: Mapping[type, str] = {  # what is said of tables without rows
 
 
 def blocks(reply: Reply, page: Page) -> Iterator[Block]:
-    """The blocks of a reply, from top to bottom."""
+    """Yield the blocks of a reply, from top to bottom."""
     none = NOTHING.get(type(reply))
     if none is not None and not reply.rows:  # type: ignore[union-attr]  # each of those has rows
         yield line(none, Ink.NOTE)
@@ -245,7 +245,7 @@ def _progress(progress: replies.Progress) -> Iterator[tuple[str, str]]:
 
 
 def _facts(*facts: tuple[str, str]) -> Iterator[Block]:
-    """Names and what they are, in two columns."""
+    """Yield names and their values in two columns."""
     yield Grid((Column("", Ink.HEADING, width=NAME_COLUMN), Column("", fold=True)), facts, tight=True)
 
 
@@ -288,13 +288,13 @@ def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
         return
     order = "to follow" if body.order is BodyMode.FOLLOWS else "to hold still"
     ordered = "" if body.order is body.mode else f"; it is told {order}"
-    told, counts = BODY_MODES[body.mode], body.counts
+    mode, counts = BODY_MODES[body.mode], body.counts
     last = "none so far" if body.last is None else f"{body.rate:.0f} a second, the last of {seconds(body.last)}"
     unknown = "" if reply.unknown is None else f"; unknown since {seconds(reply.unknown)}"
     early = "ahead" if body.offset >= 0.0 else "behind"
     drift = f"drift {fixed(1e6 * body.drift, 1)} us in a second"
     yield from _facts(
-        ("Body", f"{body.name} {told}{ordered}" if body.name else "none any more"),
+        ("Body", f"{body.name} {mode}{ordered}" if body.name else "none any more"),
         ("Reports", f"{counts.received}: {last}{unknown}"),
         ("", f"{counts.lost} lost, {counts.late} late, {counts.duplicate} duplicate, {counts.reordered} reordered"),
         ("Its clock", f"{fixed(1000.0 * abs(body.offset))} ms {early}, {drift}"),
@@ -305,7 +305,7 @@ def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
         yield line(alarm_text(alarm), Ink.NOTE)
 
 
-def _resynchronised(reply: replies.Resynchronised, _page: Page) -> Iterator[Block]:
+def _resynchronisation(reply: replies.Resynchronised, _page: Page) -> Iterator[Block]:
     report, units = reply.report, reply.units
     worst = max(range(len(report.distances)), key=lambda place: abs(report.distances[place]))
     size = f"joint {worst + 1} by {fixed(units.one_shown(worst + 1, report.distances[worst]))} {units.unit(worst + 1)}"
@@ -372,7 +372,7 @@ def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
 
 
 def _sentence(text: str) -> str:
-    """The text with a capital and a full stop."""
+    """Return the text with a capital letter and a full stop."""
     text = text[:1].upper() + text[1:]
     return text if text.endswith((".", "!", "?")) or not text else f"{text}."
 
@@ -388,15 +388,15 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
     yield line()
     yield from _latest(_segment_grid(reply.segments), "segments", page.rows)
     for row in reply.stops:
-        text = f"{_labelled(row)} stops on its way, at {seconds(row.finish)}, and goes on"
-        yield from told(text, Ink.NOTE, page)
+        text = f"{_segment_label(row)} stops on its way, at {seconds(row.finish)}, and goes on"
+        yield from wrap_lines(text, Ink.NOTE, page)
     for reading in reply.untrue:
         yield line(untrue_sentence(reading), Ink.WARNING)
     yield line(f"The clock is at {seconds(reply.clock)}", Ink.NOTE)
 
 
 def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
-    """The last rows of a table that may be long, and how many were left out."""
+    """Return the last rows of a table that may be long, and the number of omitted rows."""
     if most is not None and len(grid.rows) > most:
         yield line(f"The first {len(grid.rows) - most} {what} are not shown; SAVE writes all of them", Ink.NOTE)
         grid = replace(grid, rows=grid.rows[-most:])
@@ -404,7 +404,7 @@ def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
 
 
 def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
-    """The commands with their times; the time that was asked too, where a motion begins at another."""
+    """Return a grid of commands with their times; add the requested time if a motion begins at another time."""
     displaced = any(row.displaced for row in commands)
     headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
     columns = (
@@ -413,13 +413,13 @@ def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
         *number_columns(*headings, width=8),
     )
     rows = tuple(
-        (str(row.number), row.text, fixed(row.issued), *((_asked(row),) if displaced else ()), *_times(row))
+        (str(row.number), row.text, fixed(row.issued), *((_requested_time(row),) if displaced else ()), *_times(row))
         for row in commands
     )
     return Grid(columns, rows, boxed=True)
 
 
-def _asked(record: CommandRecord | None) -> str:
+def _requested_time(record: CommandRecord | None) -> str:
     return "" if record is None or record.asked is None else fixed(record.asked)
 
 
@@ -433,7 +433,7 @@ def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
             Column("Command", Ink.INSTRUCTION, cut=True),
         ),
         tuple(
-            (str(number), fixed(row.start), fixed(row.finish), row.phase, row.space, _labelled(row))
+            (str(number), fixed(row.start), fixed(row.finish), row.phase, row.space, _segment_label(row))
             for number, row in enumerate(segments, 1)
         ),
         boxed=True,
@@ -457,20 +457,20 @@ def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
 
 
 def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
-    told = reply.comparison
+    compared = reply.comparison
     columns = (NAMES, *number_columns(reply.a, reply.b, "Change"), Column("", Ink.NOTE))
-    yield Grid(columns, tuple(_measures(told.a, told.b)), boxed=True)
+    yield Grid(columns, tuple(_measures(compared.a, compared.b)), boxed=True)
     yield line()
     yield from _latest(_fates(reply), "commands", page.rows)
-    yield line(_apart(told, reply.units), Ink.NOTE)
+    yield line(_apart(compared, reply.units), Ink.NOTE)
 
 
 def _measured_comparison(reply: replies.MeasuredComparisonTable, _page: Page) -> Iterator[Block]:
-    told, units = reply.comparison, reply.units
-    shown = [("Tool", told.tool, 1000.0, "mm"), ("Tool, turned", told.turned, degrees(1.0), "deg")]
+    compared, units = reply.comparison, reply.units
+    shown = [("Tool", compared.tool, 1000.0, "mm"), ("Tool, turned", compared.turned, degrees(1.0), "deg")]
     shown += [
         (name, one, units.one_shown(joint, 1.0), units.unit(joint))
-        for joint, (name, one) in enumerate(zip(joint_names(len(told.joints)), told.joints, strict=True), 1)
+        for joint, (name, one) in enumerate(zip(joint_names(len(compared.joints)), compared.joints, strict=True), 1)
     ]
     columns = (NAMES, *number_columns("rms", "Greatest", "at"), Column("", Ink.NOTE))
     rows = (
@@ -478,9 +478,9 @@ def _measured_comparison(reply: replies.MeasuredComparisonTable, _page: Page) ->
         for name, one, scale, unit in shown
     )
     yield Grid(columns, tuple(rows), boxed=True)
-    unknown = f"; unknown for {seconds(told.unknown)} of it" if told.unknown else ""
-    span = f"{seconds(told.begin)} to {seconds(told.end)}"
-    yield line(f"{count(told.reports, 'report')} from {span} beside {reply.branch}{unknown}", Ink.NOTE)
+    unknown = f"; unknown for {seconds(compared.unknown)} of it" if compared.unknown else ""
+    span = f"{seconds(compared.begin)} to {seconds(compared.end)}"
+    yield line(f"{count(compared.reports, 'report')} from {span} beside {reply.branch}{unknown}", Ink.NOTE)
 
 
 def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
@@ -498,7 +498,7 @@ def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
 
 
 def _fates(reply: replies.ComparisonTable) -> Grid:
-    """Each command with its times on both sides; the time that was asked too, where a motion begins at another."""
+    """Yield each command with its times on both timelines; add the requested time where a motion begins at another."""
     headings = (reply.a, "to", reply.b, "to", "Change")
     pairs = reply.comparison.commands
     displaced = any(record.displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
@@ -510,7 +510,7 @@ def _fates(reply: replies.ComparisonTable) -> Grid:
     for pair in pairs:
         ends = [record.end for record in (pair.a, pair.b) if record is not None and record.end is not None]
         change = _change(ends[1] - ends[0]) if len(ends) == 2 else ""
-        asked = (_asked(pair.a or pair.b),) * displaced
+        asked = (_requested_time(pair.a or pair.b),) * displaced
         rows.append((pair.text, *asked, *_times(pair.a), *_times(pair.b), change))
     return Grid(columns, tuple(rows), boxed=True)
 
@@ -522,24 +522,24 @@ def _times(record: CommandRecord | None) -> tuple[str, str]:
 
 
 def _change(difference: float) -> str:
-    """A difference with its sign; "" for zero."""
+    """Return a difference with its sign; "" for zero."""
     text = fixed(difference)
     return "" if not text.strip("0.") else text if difference < 0.0 else f"+{text}"
 
 
-def _apart(told: Comparison, units: JointUnits) -> str:
-    if told.since is None:
+def _apart(compared: Comparison, units: JointUnits) -> str:
+    if compared.since is None:
         return "The robot does the same on both"
-    joint = told.joints.joint
-    moved = fixed(units.one_shown(joint, told.joints.distance))
+    joint = compared.joints.joint
+    moved = fixed(units.one_shown(joint, compared.joints.distance))
     return (
-        f"The same until {seconds(told.since)}. At most {fixed(told.tool.distance * 1000.0)} mm apart, at "
-        f"{seconds(told.tool.time)}; joint {joint} {moved} {units.unit(joint)}, at "
-        f"{seconds(told.joints.time)}"
+        f"The same until {seconds(compared.since)}. At most {fixed(compared.tool.distance * 1000.0)} mm apart, at "
+        f"{seconds(compared.tool.time)}; joint {joint} {moved} {units.unit(joint)}, at "
+        f"{seconds(compared.joints.time)}"
     )
 
 
-def _labelled(row: replies.SegmentRow | replies.ReplayRow) -> str:
+def _segment_label(row: replies.SegmentRow | replies.ReplayRow) -> str:
     return f"{row.motion} {row.text}".rstrip() if row.motion else ""
 
 
@@ -547,7 +547,7 @@ def _replay(reply: replies.ReplayTable, _page: Page) -> Iterator[Block]:
     yield Grid(
         (*number_columns("t", *POSE), Column("   Command", Ink.INSTRUCTION)),
         tuple(
-            (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_labelled(row)}".rstrip())
+            (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_segment_label(row)}".rstrip())
             for row in reply.rows
         ),
         tight=True,
@@ -579,7 +579,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.SettingTable: _settings,
     replies.ClockReport: _clock,
     replies.BodyReport: _body,
-    replies.Resynchronised: _resynchronised,
+    replies.Resynchronised: _resynchronisation,
     replies.Identification: _identification,
     replies.FreeReport: _free,
     replies.HelpOverview: _help_overview,

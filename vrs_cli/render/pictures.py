@@ -1,4 +1,12 @@
-"""A trajectory as it looks, in files: formats beside those of `files/exports.py`. The page draws all of them."""
+"""Write a timeline as files that show the robot: HTML pages that play without a server, and pictures and films of the
+page.
+
+A page file holds the script for recordings, which computes the robot at each time, and the recording as JSON. Its
+security policy allows only this script, by its hash, and no address. Many recordings of one robot can share a viewer.
+
+Pictures come from the Chromium, Chrome or Edge of this machine, without a window, over the DevTools protocol. It
+renders in software, so that pictures are the same on every machine.
+"""
 
 from __future__ import annotations
 
@@ -51,25 +59,27 @@ class PageError(UsageError, text="No page"):
 
 
 def page(data: Mapping[str, Any]) -> str:
-    """Return the HTML file of a `recorded_page`: the same text for the same data. Raises PageError without a page."""
+    """Return the HTML file of a `recorded_page`: equal data give equal text. Raises PageError if the page is not
+    built.
+    """
     return _html(data["title"], "recording", data)
 
 
 def viewer(robot: Mapping[str, Any]) -> str:
-    """Return an HTML file that plays `replays/NAME.js` beside it as `viewer.html#NAME`: `replay` makes such files, of
-    this `robot` alone. Raises PageError without a page.
+    """Return an HTML file that plays `replays/NAME.js` beside it as `viewer.html#NAME`; `replay` writes such files for
+    the same `robot`. Raises PageError if the page is not built.
     """
     return _html(robot["model"]["title"], "robot", robot, " 'self' file:")
 
 
 def replay(moments: Mapping[str, Any]) -> str:
-    """Return the script with what a `viewer` plays."""
+    """Return the script of a recording that a `viewer` plays."""
     return f"replay({json.dumps(moments, separators=(',', ':'))})\n"
 
 
 def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> str:
-    """Return the page with its data. `scripts`: where it may have other scripts from."""
-    script, sheet = _built()
+    """Return the page with its data. `scripts`: a further source of scripts that the policy allows."""
+    script, sheet = _page_code()
     title = escape(title).encode("ascii", "xmlcharrefreplace").decode()
     policy = POLICY.format(script=b64encode(sha256(script.encode()).digest()).decode(), more=scripts)
     return (
@@ -85,23 +95,23 @@ def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> 
 
 
 def in_script(data: Mapping[str, Any]) -> str:
-    """Return JSON that can end no script and begin no comment of HTML."""
+    """Return JSON that contains no end of a script and no HTML comment."""
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _ascii(code: str) -> str:
-    """Return JavaScript that means the same in any encoding: a notebook may be read in another one."""
+    """Return JavaScript in ASCII with the same meaning: a notebook may be read in another encoding."""
 
-    def escaped(found: re.Match[str]) -> str:
+    def escape_sign(found: re.Match[str]) -> str:
         units = found[0].encode("utf-16-be").hex()
         return "".join([f"\\u{units[k : k + 4]}" for k in range(0, len(units), 4)])
 
-    return NOT_ASCII.sub(escaped, code)
+    return NOT_ASCII.sub(escape_sign, code)
 
 
 @cache
-def _built() -> tuple[str, str]:
-    """Return script and style sheet as they can stand inside HTML."""
+def _page_code() -> tuple[str, str]:
+    """Return the script and the style sheet in a form that can be embedded in HTML."""
     try:
         script, sheet = ((BUILT_PAGE / name).read_text(encoding="utf-8") for name in (SCRIPT, SHEET))
     except OSError:
@@ -111,21 +121,21 @@ def _built() -> tuple[str, str]:
 
 
 def check_page() -> None:
-    """Raises PageError where the page is not built."""
-    _built()
+    """Raise PageError if the page is not built."""
+    _page_code()
 
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
-ELSEWHERE = (  # where they stand on systems that have no PATH for them
+USUAL_PATHS = (  # usual paths of browsers that are not on PATH
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
     r"C:\Program Files\Google\Chrome\Application\chrome.exe",
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
-PATIENCE = 90.0  # [s] until a browser that shows nothing is given up: a slow machine draws the first picture in 10 s
-PAUSE = 0.05  # [s] between two looks whether it has begun
-PORT_FILE = "DevToolsActivePort"  # in its profile: the port, and the path of the address
-MAX_BYTES = 200_000_000  # of one message of the browser
+BROWSER_TIMEOUT_S = 90.0  # [s] maximum wait for a browser: a slow machine draws the first picture in 10 s
+POLL_PERIOD_S = 0.05  # [s] between two checks whether the browser has started
+PORT_FILE = "DevToolsActivePort"  # file in the browser's profile with the port and the path of the address
+MAX_BYTES = 200_000_000  # maximum size of one message of the browser
 FLAGS = (
     "--headless=new",
     "--use-angle=swiftshader",
@@ -139,7 +149,7 @@ FLAGS = (
     "--hide-scrollbars",
     "--no-first-run",
     "--remote-debugging-port=0",
-    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # of its own accord it asks nobody either
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # the browser itself connects to no other host either
 )
 
 
@@ -148,9 +158,9 @@ class PictureError(UsageError, text="No picture"):
 
 
 def find_browser() -> str:
-    """Return Chromium, Chrome or Edge. Raises PictureError where there is none."""
+    """Return the path of Chromium, Chrome or Edge. Raises PictureError if there is none."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    found = found or next((path for path in ELSEWHERE if Path(path).exists()), None)
+    found = found or next((path for path in USUAL_PATHS if Path(path).exists()), None)
     if found is None:
         raise PictureError(
             "Chromium, Chrome or Edge draws it, and there is none",
@@ -160,13 +170,13 @@ def find_browser() -> str:
 
 
 class BrowserPage:
-    """A page in the browser. All raise PictureError where the browser does not do it."""
+    """A page in the browser. All methods raise PictureError if the browser fails."""
 
     def __init__(self, socket: Connection) -> None:
         self._socket, self._id, self._session = socket, 0, ""
 
     def open(self, url: str, size: tuple[int, int]) -> None:
-        """Open a page whose view has so many pixels in width and height."""
+        """Open a page whose view has `width` times `height` pixels."""
         target = self._call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
@@ -175,7 +185,7 @@ class BrowserPage:
         self._call("Page.navigate", url=url)
 
     def evaluate(self, expression: str) -> Any:
-        """Return the value of an expression of JavaScript, awaited if it is a promise."""
+        """Return the value of a JavaScript expression; a promise is awaited."""
         told = self._call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in told:
             details = told["exceptionDetails"]
@@ -183,7 +193,7 @@ class BrowserPage:
         return told["result"].get("value")
 
     def picture(self, form: str, **options: Any) -> bytes:
-        """Return what is seen, as `png` or `jpeg`."""
+        """Return a screenshot as `png` or `jpeg`."""
         return b64decode(self._call("Page.captureScreenshot", format=form, **options)["data"])
 
     def _call(self, method: str, **parameters: Any) -> Any:
@@ -192,7 +202,7 @@ class BrowserPage:
         message = {"id": self._id, "method": method, "params": parameters, **session}
         try:
             self._socket.send(json.dumps(message))
-            deadline = time.monotonic() + PATIENCE
+            deadline = time.monotonic() + BROWSER_TIMEOUT_S
             while True:
                 told = json.loads(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.0)))
                 if told.get("id") == self._id:
@@ -206,41 +216,41 @@ class BrowserPage:
 
 @contextmanager
 def browser_page() -> Iterator[BrowserPage]:
-    """Start the browser, with a profile of its own, for one page. Raises PictureError."""
+    """Start the browser with its own profile for one page. Raises PictureError."""
     from websockets.sync.client import connect
 
     browser, none = find_browser(), subprocess.DEVNULL
-    root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)  # Chromium gives root none
+    root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)  # Chromium has no sandbox for root
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = (browser, *FLAGS, *root, f"--user-data-dir={profile}", "about:blank")
         with subprocess.Popen(command, stdin=none, stdout=none, stderr=none) as running:
             try:
                 address = _address(Path(profile) / PORT_FILE, running, browser)
-                with connect(address, max_size=MAX_BYTES, open_timeout=PATIENCE, compression=None) as socket:
+                with connect(address, max_size=MAX_BYTES, open_timeout=BROWSER_TIMEOUT_S, compression=None) as socket:
                     yield BrowserPage(socket)
             finally:
                 running.terminate()
 
 
 def _address(file: Path, running: subprocess.Popen[bytes], browser: str) -> str:
-    """Return the address of the browser's protocol once it has begun."""
-    for _ in range(int(PATIENCE / PAUSE)):
+    """Return the address of the browser's protocol as soon as the browser has started."""
+    for _ in range(int(BROWSER_TIMEOUT_S / POLL_PERIOD_S)):
         try:
             port, path = file.read_text().split()
         except (OSError, ValueError):
             if running.poll() is not None:
                 break
-            time.sleep(PAUSE)
+            time.sleep(POLL_PERIOD_S)
             continue
         return f"ws://127.0.0.1:{port}{path}"
     raise PictureError(f"{browser} shows nothing", "does it run with --headless=new and --use-angle=swiftshader?")
 
 
 SIZE, FILM_SIZE, GIF_SIZE = (960, 640), (1280, 720), (640, 420)  # [px]
-FINE, FAST = 1, 3  # quality of the page: with shadows; without
-RATE = 10.0  # [1/s] frames of a film
-MOST_FRAMES = 600  # of a film: each takes a tenth of a second to a second to draw
-TENTHS = 10  # of a second in a caption: finer figures are not read while they change
+FINE, FAST = 1, 3  # quality of the page: with and without shadows
+FRAMES_A_SECOND = 10.0  # [1/s] frames of a film
+MAX_FRAMES = 600  # maximum frames of a film: each takes 0.1 s to 1 s to draw
+TIME_STEPS_A_SECOND = 10  # steps per second of the time in a caption: finer digits are unreadable in a film
 JPEG = {"quality": 92, "optimizeForSpeed": True}
 H264 = ("-c:v", "libx264", "-preset", "fast", "-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-movflags", "+faststart")
 GIF_COLOURS = 256
@@ -250,27 +260,29 @@ READY = "new Promise((done) => { const look = () => (window.ready ? ready.then(d
 def write_page(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
-    """Write an HTML file that plays a timeline, `rate` seconds of it in one second."""
+    """Write an HTML file that plays a timeline at `rate` robot seconds per second."""
     stream.write(page(recorded_page(arm, timeline, title=title, rate=rate, cell=_cell(world))).encode())
 
 
 def write_still(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float, world: World | None = None, title: str = ""
 ) -> None:
-    """Write a PNG of the moment t [s], with robot and time. Raises PictureError where there is no browser."""
-    with _shown(arm, timeline, SIZE, FINE, world) as seen:
-        seen.evaluate(_taken(arm, timeline, t, title or arm.model.title))
+    """Write a PNG of time t [s] with a caption. Raises PictureError if there is no browser."""
+    with _open_scene(arm, timeline, SIZE, FINE, world) as seen:
+        seen.evaluate(_picture_script(arm, timeline, t, title or arm.model.title))
         stream.write(seen.picture("png"))
 
 
 def write_gif(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
-    """Write a moving picture with so many frames a second, without an end. Raises PictureError."""
+    """Write an endless animation with `rate` frames per second. Raises PictureError."""
     from PIL import Image
 
     def in_few_colours(frame: bytes) -> Image.Image:
-        """An octree keeps the colours of thin lines, which the median cut gives to large surfaces."""
+        """Return a picture with few colours. An octree keeps the colours of thin lines, which the median cut gives to
+        large surfaces.
+        """
         picture = Image.open(BytesIO(frame)).convert("RGB")
         return picture.quantize(GIF_COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
@@ -282,14 +294,14 @@ def write_gif(
 def write_mp4(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
-    """Write a film with so many frames a second, by the ffmpeg of this machine. Raises PictureError."""
+    """Write a film with `rate` frames per second, by the ffmpeg of this machine. Raises PictureError."""
     come = ("-f", "image2pipe", "-c:v", "mjpeg", "-framerate", f"{rate:.6g}", "-i", "-")
     with TemporaryDirectory() as folder, _frames(arm, timeline, rate, FILM_SIZE, world, title, "jpeg") as frames:
         made = Path(folder) / "film.mp4"
         command = (find_ffmpeg(), "-loglevel", "error", *come, *H264, str(made))
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as running:
             assert running.stdin is not None, "it is piped"
-            with suppress(BrokenPipeError):  # it says why it ended
+            with suppress(BrokenPipeError):  # ffmpeg itself reports why it ended
                 for frame in frames:
                     running.stdin.write(frame)
             _, said = running.communicate()
@@ -308,29 +320,31 @@ def _frames(
     title: str,
     form: str,
 ) -> Iterator[Iterator[bytes]]:
-    """Pictures of the whole timeline as `png` or `jpeg`. Raises PictureError where there would be too many."""
+    """Give an iterator over pictures of the whole timeline, as `png` or `jpeg`. Raises PictureError for too many
+    frames.
+    """
     count = ceil((timeline.end - timeline.start) * rate)
-    if count > MOST_FRAMES:
+    if count > MAX_FRAMES:
         raise PictureError(
-            f"{count} frames are more than a film has ({MOST_FRAMES}), as each takes a moment to draw",
-            f"give --rate {floor(10.0 * MOST_FRAMES / (timeline.end - timeline.start)) / 10.0:g}, or --to html",
+            f"{count} frames are more than a film has ({MAX_FRAMES}), as each takes a moment to draw",
+            f"give --rate {floor(10.0 * MAX_FRAMES / (timeline.end - timeline.start)) / 10.0:g}, or --to html",
         )
     name, options = title or arm.model.title, JPEG if form == "jpeg" else {}
-    with _shown(arm, timeline, size, FAST, world) as seen, RunProgress("drawing", timeline.end) as progress:
+    with _open_scene(arm, timeline, size, FAST, world) as seen, RunProgress("drawing", timeline.end) as progress:
 
-        def taken(t: float) -> bytes:
+        def take(t: float) -> bytes:
             progress(t)
-            seen.evaluate(_taken(arm, timeline, t, name))
+            seen.evaluate(_picture_script(arm, timeline, t, name))
             return seen.picture(form, **options)
 
-        yield (taken(min(timeline.start + k / rate, timeline.end)) for k in range(count + 1))
+        yield (take(min(timeline.start + k / rate, timeline.end)) for k in range(count + 1))
 
 
 @contextmanager
-def _shown(
+def _open_scene(
     arm: RobotArm, timeline: Timeline, size: tuple[int, int], quality: int, world: World | None
 ) -> Iterator[BrowserPage]:
-    """Show the picture of the page in a browser. Raises PictureError."""
+    """Show the page in a browser. Raises PictureError."""
     with TemporaryDirectory() as folder, browser_page() as seen:
         file = Path(folder) / "page.html"
         file.write_text(page(recorded_page(arm, timeline, cell=_cell(world), picture=quality)), encoding="utf-8")
@@ -343,39 +357,39 @@ def _cell(world: World | None) -> Cell | None:
     return None if world is None else world.cell
 
 
-def _taken(arm: RobotArm, timeline: Timeline, t: float, title: str) -> str:
-    """Return the expression that shows a moment with its caption."""
+def _picture_script(arm: RobotArm, timeline: Timeline, t: float, title: str) -> str:
+    """Return the JavaScript expression that shows a time with its caption."""
     return f"take({t!r}, {json.dumps(caption(arm, timeline, t, title))})"
 
 
 def caption(arm: RobotArm, timeline: Timeline, t: float, title: str) -> str:
-    """Return `PUMA 560  3.2 s  MOVES part`, the command only while it moves the robot."""
+    """Return `PUMA 560 3.2 s MOVES part`; the command appears only while it moves the robot."""
     here = position_at(arm, timeline, t)
-    shown = floor(t * TENTHS + 1e-6) / TENTHS
+    shown = floor(t * TIME_STEPS_A_SECOND + 1e-6) / TIME_STEPS_A_SECOND
     return f"{title}   {shown:.1f} s   {here.text if here.moving else ''}".rstrip()
 
 
 def check_still() -> None:
-    """Raises UsageError where a browser or the page is missing."""
+    """Raise UsageError if a browser or the page is missing."""
     check_page()
     find_browser()
 
 
 def check_gif() -> None:
-    """Raises UsageError where a browser, the page or Pillow is missing."""
+    """Raise UsageError if a browser, the page or Pillow is missing."""
     check_still()
     if find_spec("PIL") is None:
         raise PictureError("moving pictures need Pillow, which is not installed", how_to_install("pillow"))
 
 
 def check_mp4() -> None:
-    """Raises UsageError where a browser, the page or ffmpeg is missing."""
+    """Raise UsageError if a browser, the page or ffmpeg is missing."""
     check_still()
     find_ffmpeg()
 
 
 def find_ffmpeg() -> str:
-    """Raises PictureError where there is none."""
+    """Return the path of ffmpeg. Raises PictureError if there is none."""
     found = shutil.which("ffmpeg")
     if found is None:
         raise PictureError("ffmpeg makes films, and there is none", "install it (apt-get install ffmpeg), or --to gif")
@@ -393,7 +407,7 @@ PICTURES: Mapping[str, Exporter] = {
     for exporter in (
         _picture("html", "a page that plays in a browser, offline", write_page, check_page, lambda _: 1.0),
         _picture("png", "a picture of one moment", write_still, check_still, lambda timeline: timeline.end),
-        _picture("gif", "a moving picture", write_gif, check_gif, lambda _: RATE),
-        _picture("mp4", "a film, by ffmpeg", write_mp4, check_mp4, lambda _: RATE),
+        _picture("gif", "a moving picture", write_gif, check_gif, lambda _: FRAMES_A_SECOND),
+        _picture("mp4", "a film, by ffmpeg", write_mp4, check_mp4, lambda _: FRAMES_A_SECOND),
     )
 }

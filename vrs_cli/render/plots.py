@@ -1,6 +1,6 @@
-"""A trajectory as a picture file: joint angles, joint velocities and the tool's position over time.
+"""Plot curves over time: a trajectory as a picture file by matplotlib, and panels of curves as SVG without it.
 
-Matplotlib draws it; it comes with the extra `plot`, is looked for before anything runs and imported last.
+Matplotlib comes with the extra `plot`. It is looked up before anything runs, and imported as late as possible.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from math import ceil, floor, isfinite, log10
 from typing import TYPE_CHECKING
 
 TIME = "t [s]"
-SAMPLES = 2000  # along the whole time, beside the borders of segments
-MOST_BORDERS = 4000  # of segments that get samples of their own
+SAMPLES = 2000  # even samples, besides those at the borders of segments
+MAX_BORDERS = 4000  # maximum number of segments whose borders are sampled too
 SIZE = (9.0, 8.0)  # [inch]
 DOTS_PER_INCH = 120
 STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
 
 
 class Curves(NamedTuple):
-    """One panel: its unit, and named columns of values, each over the N values `along`. `marks`: values along the axis
-    at which a line stands, each with its name.
+    """One panel: its title with the unit, and named columns of values, each over the N values `along`. `marks`: values
+    along the axis with a named vertical line.
     """
 
     title: str
@@ -48,7 +48,7 @@ class Curves(NamedTuple):
 
 
 def check_plot(path: str | Path) -> None:
-    """Raise now what would make `plot_trajectory` fail later: UsageError or FileError."""
+    """Raise early the error that `plot_trajectory` would raise later: UsageError or FileError."""
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURES:
         raise PlotError(f"{path} is no picture file", f"its name ends in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
@@ -66,36 +66,38 @@ class PlotError(UsageError, text="No plot"):
 
 
 def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: str) -> None:
-    """Draw the whole timeline into a picture file: the same bytes for the same timeline.
+    """Draw the whole timeline into a picture file: equal timelines give equal bytes.
 
-    Raises UsageError (no matplotlib, no picture file) or FileError.
+    Raises UsageError (no matplotlib, unknown kind of file) or FileError.
     """
     plot_panels(path, TIME, trajectory_panels(arm, timeline), title)
 
 
 def plot_curves(path: str | Path, plot: Plot) -> None:
-    """Draw what PLOT shows into a file. Raises as `plot_trajectory` does."""
+    """Draw the curves of PLOT into a file. Raises the errors of `plot_trajectory`."""
     names, columns = [curve.label for curve in plot.curves], [curve.values for curve in plot.curves]
     plot_panels(path, TIME, [Curves(f"[{plot.unit}]", names, columns, plot.times)], plot.title)
 
 
 def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: str) -> None:
-    """Draw panels below each other. Raises as `plot_trajectory` does."""
+    """Draw panels below each other into a file. Raises the errors of `plot_trajectory`."""
     check_plot(path)
-    picture = _drawn(along, panels, title, Path(path).suffix.lower()[1:])
+    picture = _picture_bytes(along, panels, title, Path(path).suffix.lower()[1:])
     with atomically(path) as stream:
         stream.write(picture)
 
 
 def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
-    """Joints, their velocities and the tool, at even steps and at the borders of segments, where curves bend."""
+    """Return panels of joints, their velocities and the tool, at even steps and at the borders of segments, where
+    curves bend.
+    """
     import numpy as np
 
     from vrs_cli.engine.position import positions_at
     from vrs_cli.files.exports import shown_joints
 
     times = np.linspace(timeline.start, timeline.end, SAMPLES)
-    if len(timeline) <= MOST_BORDERS:
+    if len(timeline) <= MAX_BORDERS:
         times = np.union1d(times, [segment.start for segment in timeline])
     units = arm.model.units
     names = tuple(dict.fromkeys(units.unit(joint) for joint in range(1, arm.model.joint_count + 1)))
@@ -109,7 +111,7 @@ def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
     )
 
 
-def _drawn(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes:
+def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes:
     matplotlib: Any = import_module("matplotlib")
     figure_class: Any = import_module("matplotlib.figure").Figure
     with matplotlib.rc_context(STYLE):
@@ -120,12 +122,14 @@ def _drawn(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes
             _draw_panel(axis, panel)
         axes[-1].set_xlabel(along)
         buffer, undated = BytesIO(), {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
-        figure.savefig(buffer, format=form, metadata=undated[form])  # without the date of today
+        figure.savefig(
+            buffer, format=form, metadata=undated[form]
+        )  # without a date, so that equal curves give equal bytes
         return buffer.getvalue()
 
 
 def _draw_panel(axis: Any, panel: Curves) -> None:
-    """A curve on which others lie already is drawn in dashes, so that these are seen through it."""
+    """Draw one panel. A curve that coincides with an earlier one is dashed, so that both stay visible."""
     import numpy as np
 
     before: list[Sequence[float] | Floats] = []
@@ -143,18 +147,18 @@ def _draw_panel(axis: Any, panel: Curves) -> None:
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 
 
-WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] of a panel, and around its curves
+WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] size of a panel, and its margins
 CURVE_COLOURS = ("#1a5fb4", "#b3201b", "#14692d", "#8a4b08", "#6b3fa0", "#00697a", "#a3246b")
-TICKS = 6  # at most about so many along an axis
+TICKS = 6  # approximate maximum along an axis
 STEPS = (1.0, 2.0, 5.0, 10.0)
 SVG_STYLE = "font:12px sans-serif;fill:#1a1f26"
-HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # a name that lies on a curve can be read
+HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # makes a name readable on a curve
 MARK_ROWS = 2
-FLAT = 1e-9  # of a panel whose curves are constant: half its height [unit]
+FLAT = 1e-9  # half the height of a panel whose curves are constant [unit]
 
 
 def curves_svg(panels: Sequence[Curves], along: str) -> str:
-    """Return the panels, which share the values along the axis, as one `<svg>`. The same text for the same numbers."""
+    """Return panels with a common horizontal axis as one `<svg>`. Equal numbers give equal text."""
     height = HEIGHT * len(panels) + BOTTOM
     parts = [_panel(panel, k * HEIGHT) for k, panel in enumerate(panels)]
     middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT)
@@ -194,24 +198,24 @@ def _panel(panel: Curves, top: float) -> str:
     parts = [f'<text x="{LEFT}" y="{top + TOP - 8:g}" font-weight="bold">{escape(panel.title)}</text>']
     for t in ticks(first, last):
         parts.append(f'<path d="M{x(t):.1f} {top + TOP:g}V{under:g}" stroke="#d3d8df"/>')
-        parts.append(f'<text x="{x(t):.1f}" y="{under + 15:g}" text-anchor="middle">{_said(t)}</text>')
+        parts.append(f'<text x="{x(t):.1f}" y="{under + 15:g}" text-anchor="middle">{_number_text(t)}</text>')
     for value in ticks(low, high):
         parts.append(f'<path d="M{LEFT} {y(value):.1f}H{right}" stroke="#d3d8df"/>')
-        parts.append(f'<text x="{LEFT - 6}" y="{y(value) + 4.0:.1f}" text-anchor="end">{_said(value)}</text>')
+        parts.append(f'<text x="{LEFT - 6}" y="{y(value) + 4.0:.1f}" text-anchor="end">{_number_text(value)}</text>')
     drawn: list[str] = []
     for k, (name, column) in enumerate(zip(panel.names, columns, strict=True)):
         colour, points = (
             CURVE_COLOURS[k % len(CURVE_COLOURS)],
             _points([(x(t), y(v)) for t, v in zip(times, column, strict=True)]),
         )
-        under_it = drawn.count(points)  # a curve on which others lie already is dashed, so that these are seen
+        under_it = drawn.count(points)  # a curve that coincides with earlier ones is dashed, so that all stay visible
         dashes = f' stroke-dasharray="6 {6 * under_it}"' if under_it else ""
         drawn.append(points)
         parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.6"{dashes}/>')
         place = top + TOP + 12 + 16 * k
         parts.append(f'<text x="{right + 10}" y="{place:g}" style="fill:{colour}">{escape(name)}</text>')
     for k, (place, name) in enumerate(panel.marks):
-        level = top + TOP + 12 + 14 * (k % MARK_ROWS)  # names of neighbours do not lie upon each other
+        level = top + TOP + 12 + 14 * (k % MARK_ROWS)  # neighbouring names do not overlap
         parts.append(f'<path d="M{x(place):.1f} {top + TOP:g}V{under:g}" stroke="#545d69" stroke-dasharray="2 3"/>')
         parts.append(f'<text x="{x(place) + 4:.1f}" y="{level:g}" style="{HALO}">{escape(name)}</text>')
     parts.append(f'<path d="M{LEFT} {top + TOP:g}V{under:g}H{right}" fill="none" stroke="#545d69"/>')
@@ -219,7 +223,7 @@ def _panel(panel: Curves, top: float) -> str:
 
 
 def _points(places: Sequence[tuple[float, float]]) -> str:
-    """Return points of a line in tenths of a pixel, without those in the middle of one place or of a level stretch."""
+    """Return the points of a line in tenths of a pixel, without repeated points and points inside a level stretch."""
     rounded = [(f"{x:.1f}", f"{y:.1f}") for x, y in places]
     kept = rounded[:1]
     for (before, here), after in zip(pairwise(rounded), [*rounded[2:], None], strict=True):
@@ -229,6 +233,6 @@ def _points(places: Sequence[tuple[float, float]]) -> str:
     return " ".join(f"{x},{y}" for x, y in kept)
 
 
-def _said(value: float) -> str:
+def _number_text(value: float) -> str:
     """Return a number without needless digits, and never -0."""
     return f"{value + 0.0:.6g}" if abs(value) > 1e-12 else "0"

@@ -1,4 +1,4 @@
-"""A line on stderr that shows that a long run is alive; it goes when the run is over."""
+"""Show on stderr that a long run is alive, with a line that disappears at the end."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-DELAY = 0.5  # [s] a run that is shorter shows nothing
-PERIOD = 0.1  # [s] between two pictures
+DELAY = 0.5  # [s] a shorter run shows nothing
+PERIOD = 0.1  # [s] between two updates
 
 
 class RunProgress(AbstractContextManager["RunProgress"]):
-    """Call it with the robot's time [s] as often as you like. `total`: the time at which the run is over at last.
+    """A progress line: call it with the robot's time [s] as often as you like. `total`: the time at which the run ends
+    at the latest.
 
-    `told` puts the time, or what else is counted, into words; `wall` tells real time. Nothing is shown unless stderr is
-    a terminal. What is printed meanwhile needs `hide` first.
+    `told` formats the time, or another quantity; `wall` returns real time. Nothing is shown unless stderr is a
+    terminal. Call `hide` before you print anything else.
     """
 
     def __init__(
@@ -47,12 +48,12 @@ class RunProgress(AbstractContextManager["RunProgress"]):
             self._bar.start()
 
     def hide(self) -> None:
-        """Take the line away until the next call that shows it."""
+        """Remove the line until the next call shows it again."""
         if self._bar is not None and self._bar.live.is_started:
             self._bar.stop()
 
     def say(self, text: str) -> None:
-        """A line on stderr, in place of the picture."""
+        """Print a line on stderr in place of the progress line."""
         self.hide()
         print(text, file=sys.stderr)
 
@@ -61,7 +62,7 @@ class RunProgress(AbstractContextManager["RunProgress"]):
 
 
 def reading(path: str) -> RunProgress:
-    """For a file: call it with the share that has been read, from 0 to 1."""
+    """Return the progress line of a file; call it with the share that was read, from 0 to 1."""
     return RunProgress(f"reading {path}", 1.0, told=lambda share: f"{share:.0%}")
 
 

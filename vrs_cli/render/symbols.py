@@ -1,14 +1,13 @@
-"""The symbols and formulas of EXPLAIN, in this one place.
+"""Symbols and formulas of EXPLAIN.
 
-The symbols are those of Lee and Ziegler (1984), and of Fu, Gonzalez and Lee, "Robotics" (1987):
+The symbols are those of Lee and Ziegler (1984), and of Fu, Gonzalez and Lee, "Robotics" (1987). theta_i, d_i, a_i:
+joint angle, offset and length of a link. A_i = T_(i-1)_i: the pose of frame i in frame i - 1. n, s, a, p: the axes and
+the position of T6, the flange in the robot's frame. ARM, ELBOW, WRIST: +1 and -1 for RIGHTY LEFTY, ABOVE BELOW, NOFLIP
+FLIP.
 
-    theta_i d_i a_i     joint angle, offset and length of a link; A_i = T_(i-1)_i, the pose of frame i in frame i - 1
-    n s a p             the axes and the position of T6, the flange as the robot sees it
-    ARM ELBOW WRIST     +1 and -1: RIGHTY LEFTY, ABOVE BELOW, NOFLIP FLIP
-
-The closed forms use others beside them (u h v psi m t), which the formulas define. The derivations stand in the modules
-of the closed forms, whose values these are: a stage names formulas, and the values (`Steps`) that they give. A formula
-is written once, as text; `latex` makes LaTeX of it.
+The closed forms use further symbols (u h v psi m t), which the formulas define. Their derivations stand in the modules
+of the closed forms. A stage names formulas and the values (`Steps`) that they give. Each formula is written once, as
+text; `latex` converts it.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from typing import NamedTuple
 
 
 class Symbol(NamedTuple):
-    """A value of a closed form: its name, and its unit as it is shown: mm, mm2, deg, SIGN, or empty."""
+    """A value of a closed form: its name, and the unit to show: mm, mm2, deg, SIGN, or empty."""
 
     name: str
     unit: str = ""
@@ -29,7 +28,7 @@ SIGN = "sign"  # instead of a unit: +1 or -1
 
 
 class Stage(NamedTuple):
-    """A step of the inverse; `values` by their names in `Steps`."""
+    """A step of the inverse kinematics. `values`: names of its values in `Steps`."""
 
     title: str
     formulas: tuple[str, ...]
@@ -53,36 +52,36 @@ _LATEX: Mapping[str, str] = {
     **{name: rf"\mathrm{{{name}}}" for name in ("ARM", "ELBOW", "WRIST", "BASE", "TOOL")},
 }
 _WORD = re.compile(r"(?P<name>[A-Za-z]+?)(?P<index>\d|(?<=^.)[xyz]|(?<=[^A-Za-z].)[xyz])?(?![A-Za-z0-9])|atan2")
-_BETWEEN = re.compile(r"(?<=[A-Za-z0-9})]) (?=[A-Za-z\\(\[])")  # two factors
+_BETWEEN = re.compile(r"(?<=[A-Za-z0-9})]) (?=[A-Za-z\\(\[])")  # the blank between two factors
 _OWN = re.compile(r"(?:R[xyz]\([OAT]\)|[ATMR]\d?|BASE|TOOL|BASE\^-1|TOOL\^-1| )+")
 
 
 def latex(text: str) -> str:
-    """Write a formula in LaTeX."""
+    """Return a formula in LaTeX."""
     at = text.find("sqrt(")
     if at >= 0:
         end = _closing(text, at + len("sqrt"))
         inner = text[at + len("sqrt(") : end]
         return f"{latex(text[:at])}\\sqrt{{{latex(inner)}}}{latex(text[end + 1 :])}"
-    return _BETWEEN.sub(r"\,", _WORD.sub(_written, text)).replace("^-1", "^{-1}")
+    return _BETWEEN.sub(r"\,", _WORD.sub(_latex_word, text)).replace("^-1", "^{-1}")
 
 
-def _written(found: re.Match[str]) -> str:
+def _latex_word(found: re.Match[str]) -> str:
     if found[0] in _LATEX:
         return _LATEX[found[0]]
     name = _LATEX.get(found["name"], found["name"])
     return f"{name}_{{{found['index']}}}" if found["index"] else name
 
 
-def quoted(name: str) -> str:
-    """Write a name in LaTeX: of the symbols here as such, any other upright."""
+def latex_name(name: str) -> str:
+    """Return a name in LaTeX: symbols of this module in italics, other names upright."""
     if _OWN.fullmatch(name):
         return latex(name)
     return r"\mathrm{" + re.sub(r"[^\w.,:()+ -]", lambda found: f"\\{found[0]}", name).replace("_", r"\_") + "}"
 
 
 def _closing(text: str, opening: int) -> int:
-    """The index of the parenthesis that closes the one at an index."""
+    """Return the index of the parenthesis that closes the one at an index."""
     depth = 0
     for at in range(opening, len(text)):
         depth += (text[at] == "(") - (text[at] == ")")

@@ -1,5 +1,5 @@
-"""Replies as text for those without a terminal of ours: plain text for pipes and files, which is the same wherever it
-runs, and runs of styled text for clients that draw them themselves.
+"""Return replies as text for output other than our terminal: plain text for pipes and files, and styled text for
+clients that draw it themselves.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from vrs_cli.values.replies import Message, Reply, StyledLine
 
 
 def plain_text(reply: Reply) -> str:
-    """Return the text of a reply, each line ended; "" for a reply that says nothing."""
-    if isinstance(reply, Message):  # how a run ends: most say nothing else, and the layouts take a while to load
+    """Return the text of a reply, each line with its newline; "" for an empty reply."""
+    if isinstance(reply, Message):  # most runs show only such a message, and the layouts take a while to load
         return "".join(f"{line.rstrip()}\n" for line in reply.text.split("\n"))
     from vrs_cli.render.layout import blocks
 
@@ -20,8 +20,9 @@ def plain_text(reply: Reply) -> str:
 
 
 def styled_lines(reply: Reply, columns: int) -> Iterator[StyledLine]:
-    """Yield the lines of a reply for a screen of so many `columns`, as runs of (text, name of an `Ink`). Tables that
-    grow with time end after `SCREEN_ROWS` rows, as on a terminal.
+    """Yield the lines of a reply for a screen of `columns` characters, as runs of (text, name of an `Ink`).
+
+    Tables that grow with time end after `SCREEN_ROWS` rows, as on a terminal.
     """
     from vrs_cli.render.layout import blocks
 

@@ -110,14 +110,14 @@ def vi_mode(app: Application[Any]) -> str:
 
 def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
     """The form of the word that is typed, its present argument marked, and what it does as far as that fits."""
-    from vrs_cli.render.blocks import shortened
+    from vrs_cli.render.blocks import shorten
 
     begin, end = found.arguments[found.active]
     pieces = [("", f" {found.form[:begin]}"), (ACTIVE, found.form[begin:end]), ("", found.form[end:])]
     room = width - 1 - len(found.form) - len(GAP)
     if room < 0:
         return [(style, text) for (style, _), text in zip(pieces, _cut(pieces, width), strict=True)]
-    return [*pieces, ("", f"{GAP}{shortened(found.summary, room)}")] if room >= LEAST_MESSAGE else pieces
+    return [*pieces, ("", f"{GAP}{shorten(found.summary, room)}")] if room >= LEAST_MESSAGE else pieces
 
 
 def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
@@ -128,12 +128,12 @@ def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
 
 def _message(last: str, room: int) -> str:
     """The message, cut where it is too long; nothing where hardly any of it would be seen."""
-    from vrs_cli.render.blocks import shortened
+    from vrs_cli.render.blocks import shorten
 
     room -= len(GAP)
     if not last or room < min(len(last), LEAST_MESSAGE):
         return ""
-    return GAP + shortened(last, room)
+    return GAP + shorten(last, room)
 
 
 def _state(status: PromptStatus) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.interfaces.dialogue import Reading, Running
-from vrs_cli.render.blocks import for_stream, shortened, visible
+from vrs_cli.render.blocks import for_stream, shorten, visible
 from vrs_cli.render.colours import COLOURS
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended
@@ -194,7 +194,7 @@ class ShellTerminal:
         if not isinstance(reply, LONG):
             renderer.draw(reply)
             return
-        text = renderer.drawn(reply)
+        text = renderer.to_text(reply)
         if text.count("\n") < renderer.console.height or not shown_by(self.pager, text):
             renderer.console.file.write(text)
             renderer.console.file.flush()
@@ -315,7 +315,7 @@ class ShellTerminal:
             return
         self._refreshed = now
         self._progress_shown = True
-        self.stream.write(f"{CLEAR_LINE}{shortened(text, (self._renderer().page.width or len(text)) - 1)}")
+        self.stream.write(f"{CLEAR_LINE}{shorten(text, (self._renderer().page.width or len(text)) - 1)}")
         self.stream.flush()
 
     def end_progress(self) -> None:
