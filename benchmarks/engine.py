@@ -28,8 +28,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget, Motion, MotionKind, PoseTarget, Start
+from vrs_cli.values.commands import JointTarget, Motion, MotionKind, Move, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 MOTIONS = 3400  # of three segments each

@@ -17,8 +17,7 @@ from vrs_cli.interfaces.dialogue import Notes
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import SetChannels, Stamp
-from vrs_cli.values.events import HAND
+from vrs_cli.values.commands import HAND, SetChannels, Stamp
 
 EVENTS = 10_000
 READS = 20_000

@@ -14,8 +14,7 @@ from tests.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.collector import collect_in_small_parts
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Reply
 

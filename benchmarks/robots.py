@@ -28,7 +28,7 @@ from vrs_cli.kinematics.joints import JointKind, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 SEVEN = Path(__file__).parents[1] / "tests" / "kinematics" / "urdf" / "seven.urdf"
 ROBOTS = ("puma560", "irb120", "ur5e", "cobra600", "planar2", "panda", SEVEN)

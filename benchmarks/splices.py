@@ -17,7 +17,7 @@ from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 MODEL = load_robot("puma560")
 ARM = Engine(MODEL).arm

@@ -21,7 +21,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 PATTERN = 300  # motions that are planned; longer timelines repeat them

@@ -17,7 +17,7 @@ from vrs_cli.kinematics.joints import ALL, Configuration
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import TimelineDelta
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 from vrs_cli.wire.records import DeltaRecord, Motions, SegmentRecord, delta_record, segment_records
 
 GIVEN: Mapping[Any, st.SearchStrategy[Any]] = {

@@ -139,9 +139,7 @@ DEFERRED = (
     Deferred(("kinematics/urdf/tree.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
-    Deferred(
-        ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
-    ),
+    Deferred(("files/atomic.py", "files/disk.py", "files/disk.py"), ("tempfile", "shutil"), "most runs write nothing"),
     Deferred(("cli/check.py", "cli/batch.py"), ("json",), "only --json needs it"),
     Deferred(("language/text/lalr.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
@@ -181,7 +179,8 @@ DEFERRED = (
         ("vrs_cli.interfaces.station.station",),
         "as above",
     ),
-    Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
+    Deferred(("files/rebuild.py",), ("vrs_cli.engine.breaches",), "it brings numpy"),
+    Deferred(("files/program_file.py",), ("concurrent.futures",), "most commands keep nothing"),
     Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(

@@ -29,9 +29,8 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.link_data import LinkMasses
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
-from vrs_cli.values.commands import Move
+from vrs_cli.values.commands import JointTarget, Move
 from vrs_cli.values.measured import BodyMode, Report
-from vrs_cli.values.motion import JointTarget
 
 PUMA = load_robot("puma560")
 PLACE: Joints = (0.2, -1.2, 1.0, 0.2, 0.5, 0.1)

@@ -22,9 +22,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import BodyOrder
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Move
+from vrs_cli.values.commands import JointTarget, Move
 from vrs_cli.values.measured import BodyMode, Report
-from vrs_cli.values.motion import JointTarget
 
 OFFSET = 5000.0  # [s] the clock of ROS minus the robot's
 TICK = 0.01

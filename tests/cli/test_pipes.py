@@ -37,7 +37,7 @@ DOORS = (
 def test_no_subcommand_hangs(
     vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], made: Callable[[Path], None]
 ) -> None:
-    monkeypatch.setattr(opening, "PATIENCE", 0.0)
+    monkeypatch.setattr(opening, "PIPE_WAIT_S", 0.0)
     (tmp_path / "p.v2").write_text(".PROGRAM p\nDRIVE 1, 1, 100\n.END\n")
     (tmp_path / "t.csv").write_text("0,0,-90,90,0,0,0\n")
     for ending in ("v2", "toml", "urdf"):

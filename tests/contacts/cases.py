@@ -22,10 +22,18 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, rotation_about, translation
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move
-from vrs_cli.values.contacts import Contact
-from vrs_cli.values.motion import JointTarget, PoseTarget
-from vrs_cli.values.scene import BoxShape, CellScene, CylinderShape, Fixture, MeshShape, ScenePart, Shape, SphereShape
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget
+from vrs_cli.values.world import (
+    BoxShape,
+    CellScene,
+    Contact,
+    CylinderShape,
+    Fixture,
+    MeshShape,
+    ScenePart,
+    Shape,
+    SphereShape,
+)
 
 GREY = (0.5, 0.5, 0.5)
 TICK = 5e-4  # [s] between two poses that are looked at

@@ -16,9 +16,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, translation
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget, PoseTarget
-from vrs_cli.values.scene import BoxShape, CellScene, Fixture, ScenePart, Shape, SphereShape
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget
+from vrs_cli.values.world import BoxShape, CellScene, Fixture, ScenePart, Shape, SphereShape
 
 GREY = (0.5, 0.5, 0.5)
 PLANAR = "planar2"
@@ -66,7 +65,7 @@ def test_contact_tells_time_pair_place_depth_and_what_is_needed() -> None:
     assert all(abs(x - centre) < 0.11 for x, centre in zip(found.place, (tip.px, tip.py, tip.pz), strict=True))
     assert found.depth > 0.05
     assert found.needed == pytest.approx(found.depth)
-    assert found.said().startswith(f"hand touches box at {found.t:.3f} s near X ")
+    assert found.describe().startswith(f"hand touches box at {found.t:.3f} s near X ")
 
 
 def test_clearance_counts_what_comes_near() -> None:
@@ -89,7 +88,7 @@ def test_clearance_is_kept_by_what_comes_nearer() -> None:
         if found is not None:
             assert found.depth == 0.0
             assert 0.0 < found.needed <= 0.1
-            assert "too near" in found.said()
+            assert "too near" in found.describe()
 
 
 def test_held_part_touches_where_the_hand_does_not() -> None:

@@ -17,7 +17,7 @@ from vrs_cli.contacts.solids import Solid, SolidForm, solids_of_robot, solids_of
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position, compose, inverse, position, translation
-from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, SphereShape
+from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, SphereShape
 from vrs_cli.world.solids import Solid as WorldSolid
 from vrs_cli.world.solids import separation, solids_of
 

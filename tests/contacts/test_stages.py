@@ -12,7 +12,7 @@ from tests.contacts.test_watch import session_of
 from vrs_cli.contacts.checker import Checker
 from vrs_cli.contacts.stages import stages
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.values.contacts import Contact
+from vrs_cli.values.world import Contact
 from vrs_cli.world.course import World
 
 CELL = """

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import MotionKind, Start
+from vrs_cli.values.commands import MotionKind, Start
 
 SAME = 1e-8  # of the elements of a pose
 

@@ -18,8 +18,7 @@ from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector, position, translation
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.commands import Delay, Move, SetBase, SetParameter, SetTool, Stamp
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import Delay, JointTarget, Move, PoseTarget, SetBase, SetParameter, SetTool, Stamp
 
 WAYS = dict.fromkeys((*product(("puma560", "cobra600"), Profile.__members__), *product(KINDS, ("SCURVE",))))
 DENSE = 20  # looks a line, and more where it is long

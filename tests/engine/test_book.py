@@ -20,8 +20,19 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Brake, Delay, Move, OperateHand, SetBase, SetDuration, SetParameter, SetTool, Stamp
-from vrs_cli.values.motion import JointOffsetTarget, JointTarget
+from vrs_cli.values.commands import (
+    Brake,
+    Delay,
+    JointOffsetTarget,
+    JointTarget,
+    Move,
+    OperateHand,
+    SetBase,
+    SetDuration,
+    SetParameter,
+    SetTool,
+    Stamp,
+)
 from vrs_cli.values.results import Displacement
 
 MODEL = load_robot("puma560")

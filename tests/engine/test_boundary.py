@@ -34,8 +34,7 @@ from vrs_cli.kinematics.transform import (
     unit,
 )
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
-from vrs_cli.values.commands import Move, SetParameter, SetSpeed
-from vrs_cli.values.motion import NamedTarget, PoseTarget
+from vrs_cli.values.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
 
 PLACES = 40  # of a stretch, at which a bound is checked
 

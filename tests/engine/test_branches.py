@@ -15,8 +15,15 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Move, SetMonitorSpeed, SetParameter, Stamp
-from vrs_cli.values.motion import JointOffsetTarget, JointTarget, PoseTarget
+from vrs_cli.values.commands import (
+    JointOffsetTarget,
+    JointTarget,
+    Move,
+    PoseTarget,
+    SetMonitorSpeed,
+    SetParameter,
+    Stamp,
+)
 
 MODEL = load_robot("puma560")
 

@@ -17,8 +17,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.transform import at_position
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move, SetParameter
-from vrs_cli.values.motion import Motion, MotionKind, PoseTarget, Start
+from vrs_cli.values.commands import Motion, MotionKind, Move, PoseTarget, SetParameter, Start
 
 ARM = arm_for(puma())
 MOVE = Motion(1, MotionKind.JOINT, Start.AT, goal=STAND)

@@ -21,8 +21,7 @@ from vrs_cli.errors import IllegalValue, MotionError, TooLate
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import Move, SetParameter
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, SetParameter
 
 MODELS = {name: load_robot(name) for name in ("puma560", "cobra600", "planar2")}
 

@@ -22,8 +22,7 @@ from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position, compose, position, rotation_x
-from vrs_cli.values.commands import Move, SetParameter, SetSpeed
-from vrs_cli.values.motion import NamedTarget, PoseTarget
+from vrs_cli.values.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
 
 URDF = Path(__file__).parents[1] / "kinematics" / "urdf"
 CLOSELY = 1e-4  # [s] between two readings

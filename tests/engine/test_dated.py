@@ -13,9 +13,19 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue, TooLate, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Delay, Move, OperateHand, SetChannels, SetParameter, Stamp
-from vrs_cli.values.events import HAND, Event
-from vrs_cli.values.motion import JointOffsetTarget, JointTarget, MotionKind
+from vrs_cli.values.commands import (
+    HAND,
+    Delay,
+    Event,
+    JointOffsetTarget,
+    JointTarget,
+    MotionKind,
+    Move,
+    OperateHand,
+    SetChannels,
+    SetParameter,
+    Stamp,
+)
 
 SIGNAL, INPUT = 1, 1001
 

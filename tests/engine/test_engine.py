@@ -26,9 +26,13 @@ from vrs_cli.trajectory.timeline import Cause
 from vrs_cli.values.commands import (
     Break,
     Delay,
+    JointOffsetTarget,
+    JointTarget,
     Mode,
     Move,
+    NamedTarget,
     OperateHand,
+    PoseTarget,
     Request,
     SetAcceleration,
     SetBase,
@@ -42,8 +46,9 @@ from vrs_cli.values.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
+    Start,
+    ToolOffsetTarget,
 )
-from vrs_cli.values.motion import JointOffsetTarget, JointTarget, NamedTarget, PoseTarget, Start, ToolOffsetTarget
 
 MODEL = load_robot("puma560")
 
@@ -531,7 +536,7 @@ def test_a_record_says_which_time_was_asked_for_and_when_a_motion_begins_and_end
     engine.perform(scheduled_move(TABLE, 60.0))
     first, second, third = engine.book.records()
     assert [one.asked for one in (first, second, third)] == [0.5, None, 60.0]
-    assert [one.displaced for one in (first, second, third)] == [False, False, False]
+    assert [one.is_displaced for one in (first, second, third)] == [False, False, False]
     assert first.executed == 0.5
     assert second.executed == first.end
     assert third.executed == 60.0

@@ -19,8 +19,7 @@ from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import Feed, Inbox, MissedEvents, TimelineReplaced
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointOffsetTarget
+from vrs_cli.values.commands import JointOffsetTarget, Move
 
 
 def test_messages_are_taken_in_their_order() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 VERSIONS = st.lists(st.integers(0, 40), unique=True, min_size=1, max_size=12).map(sorted)
 

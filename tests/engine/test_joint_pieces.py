@@ -23,8 +23,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
-from vrs_cli.values.commands import Move, SetParameter
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetParameter
 
 MODELS = [load_robot(name) for name in ("puma560", "cobra600", "planar2", "irb120", "so100")]
 MODELS += [FIVE, SEVEN, seven_joints("panda")]

@@ -21,7 +21,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, position
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)

@@ -21,8 +21,20 @@ from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Break, Delay, Move, SetParameter, SetTool, Stamp
-from vrs_cli.values.motion import JointTarget, Motion, MotionKind, NamedTarget, PoseTarget, Start
+from vrs_cli.values.commands import (
+    Break,
+    Delay,
+    JointTarget,
+    Motion,
+    MotionKind,
+    Move,
+    NamedTarget,
+    PoseTarget,
+    SetParameter,
+    SetTool,
+    Stamp,
+    Start,
+)
 
 MODEL = load_robot("puma560")
 

@@ -16,9 +16,18 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, rotation_about, translation
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Break, Delay, Move, OperateHand, SetBase, SetParameter, SetTool
-from vrs_cli.values.events import HAND
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import (
+    HAND,
+    Break,
+    Delay,
+    JointTarget,
+    Move,
+    OperateHand,
+    PoseTarget,
+    SetBase,
+    SetParameter,
+    SetTool,
+)
 
 
 @pytest.fixture(scope="module", params=list(Profile.__members__))

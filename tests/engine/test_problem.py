@@ -25,7 +25,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
+from vrs_cli.values.commands import Frames, Motion, MotionKind, Start
 
 STEP = 1e-4  # [s] of differences
 POINTING = [FIVE, SEVEN, CLOSED]

@@ -30,8 +30,10 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 from vrs_cli.values.commands import (
+    JointTarget,
     Mode,
     Move,
+    PoseTarget,
     SetAcceleration,
     SetBase,
     SetConfiguration,
@@ -42,7 +44,6 @@ from vrs_cli.values.commands import (
     SetSpeed,
     SpeedUnit,
 )
-from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.results import Position
 
 MODEL = load_robot("puma560")

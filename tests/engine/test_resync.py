@@ -15,8 +15,7 @@ from vrs_cli.kinematics.joints import Joints, Profile, largest_change, put_insid
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.segment import CartesianPath
-from vrs_cli.values.commands import Move, SetParameter, SetSwitch, Stamp
-from vrs_cli.values.motion import JointTarget, PoseTarget, ToolOffsetTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetParameter, SetSwitch, Stamp, ToolOffsetTarget
 
 SMALL = 1e-9  # [rad]
 

@@ -17,8 +17,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, from_oat, position
-from vrs_cli.values.commands import Move, SetParameter, Stamp
-from vrs_cli.values.motion import JointTarget, PoseTarget, Start
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetParameter, Stamp, Start
 
 MODEL = load_robot("puma560")
 PROFILES = pytest.mark.parametrize("profile", list(Profile.__members__))

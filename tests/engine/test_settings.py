@@ -10,7 +10,12 @@ from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.kinematics.joints import NONE, Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.values.commands import (
+    JointTarget,
     Mode,
+    Motion,
+    MotionKind,
+    NamedTarget,
+    PoseTarget,
     SetAcceleration,
     SetConfiguration,
     SetDuration,
@@ -21,8 +26,9 @@ from vrs_cli.values.commands import (
     SetSwitch,
     SetSwivel,
     SettingChange,
+    Start,
+    Swivel,
 )
-from vrs_cli.values.motion import JointTarget, Motion, MotionKind, NamedTarget, PoseTarget, Start, Swivel
 
 JOINTS, POSE = JointTarget((0.0,) * 6), PoseTarget(IDENTITY)
 

@@ -16,8 +16,7 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.model import PROFILES, ArmTask
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, from_oat, position, rotation_about
-from vrs_cli.values.commands import Move, SetSpeed
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import Move, PoseTarget, SetSpeed
 
 
 @pytest.mark.parametrize(("seed", "joints", "profile", "tool"), [(6, 4, "SCURVE", TOOLS[1]), (7, 5, "LSPB", TOOLS[0])])

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, at_position
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 BEGIN = (0.1, -0.7, 2.9, 0.0, 0.8, 0.0)
 

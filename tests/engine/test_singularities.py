@@ -15,8 +15,7 @@ from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, Str
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, from_oat, position, rotation_z, translation
-from vrs_cli.values.commands import Move, SetBase, SetParameter
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import Move, PoseTarget, SetBase, SetParameter
 
 MODEL = load_robot("puma560")
 PROFILES = pytest.mark.parametrize("profile", list(Profile.__members__))

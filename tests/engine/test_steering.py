@@ -20,8 +20,7 @@ from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move, SetParameter, SetSwitch, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, SetParameter, SetSwitch, Stamp
 
 MODEL = load_robot("puma560")
 READY = MODEL.poses["ready"]

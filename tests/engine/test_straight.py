@@ -34,8 +34,19 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move, SetDuration, SetParameter, Stamp
-from vrs_cli.values.motion import Frames, JointOffsetTarget, JointTarget, Motion, MotionKind, PoseTarget, Start
+from vrs_cli.values.commands import (
+    Frames,
+    JointOffsetTarget,
+    JointTarget,
+    Motion,
+    MotionKind,
+    Move,
+    PoseTarget,
+    SetDuration,
+    SetParameter,
+    Stamp,
+    Start,
+)
 
 MODEL = load_robot("puma560")
 ALONG = radians(90), radians(90), 0.0  # the tool along Y

@@ -22,8 +22,18 @@ from vrs_cli.kinematics.transform import (
     rotation_y,
     translation,
 )
-from vrs_cli.values.commands import Break, Move, SetBase, Stamp
-from vrs_cli.values.motion import AlignedTarget, JointOffsetTarget, JointTarget, PoseTarget, Target, ToolOffsetTarget
+from vrs_cli.values.commands import (
+    AlignedTarget,
+    Break,
+    JointOffsetTarget,
+    JointTarget,
+    Move,
+    PoseTarget,
+    SetBase,
+    Stamp,
+    Target,
+    ToolOffsetTarget,
+)
 
 START: Joints = tuple(radians(q) for q in (10.0, -60.0, 70.0, 5.0, 40.0, 20.0))
 ASIDE: Joints = tuple(radians(q) for q in (30.0, -70.0, 80.0, 0.0, 30.0, 0.0))

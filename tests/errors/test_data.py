@@ -13,8 +13,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import position, translation
 from vrs_cli.language.run.operations import message
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget
 
 PUMA = load_robot("puma560")
 

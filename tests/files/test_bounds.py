@@ -16,7 +16,7 @@ from vrs_cli.errors import FileError, FileOutside
 from vrs_cli.files import atomic
 from vrs_cli.files import opening as bounds
 from vrs_cli.files.atomic import atomically, write_atomically
-from vrs_cli.files.folder import copy, delete, entries, rename
+from vrs_cli.files.disk import copy, delete, entries, rename
 from vrs_cli.files.journal import keep_journal, take
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import read_program_file

@@ -21,8 +21,7 @@ from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.link_data import Box, LinkShape
-from vrs_cli.values.commands import Move, SetParameter, Stamp
-from vrs_cli.values.motion import JointOffsetTarget, JointTarget
+from vrs_cli.values.commands import JointOffsetTarget, JointTarget, Move, SetParameter, Stamp
 
 
 def drive(joint: int, degrees: float, at: float | None = None) -> Move:

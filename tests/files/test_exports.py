@@ -36,7 +36,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, position, to_oat
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND, Event
+from vrs_cli.values.commands import HAND, Event
 from vrs_cli.world.course import World
 
 ARM = arm_for(puma())

@@ -107,7 +107,7 @@ def test_a_file_without_checksums_goes_on_as_it_is(path: Path) -> None:
 
 
 def test_a_journal_has_one_writer_by_whatever_name(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(atomic, "PATIENCE", 0.02)
+    monkeypatch.setattr(atomic, "LOCK_WAIT_S", 0.02)
     kept = Kept.on(saved(path))
     before = path.read_bytes()
     (link := path.with_name("link.vrst")).symlink_to(path)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileOpened
-from vrs_cli.files import atomic, folder
+from vrs_cli.files import atomic, disk
 from vrs_cli.files.atomic import check_writable, claim, hold, write_atomically
 
 HOLDER = """
@@ -42,17 +42,17 @@ def held_elsewhere(path: Path) -> Iterator[subprocess.Popen[str]]:
 WRITERS: dict[str, Callable[[Path], object]] = {
     "write": lambda path: write_atomically(path, "new"),
     "check": check_writable,
-    "copy": lambda path: folder.copy(path.with_name("other"), path),
-    "rename to": lambda path: folder.rename(path.with_name("other"), path),
-    "rename": lambda path: folder.rename(path, path.with_name("third")),
-    "delete": folder.delete,
+    "copy": lambda path: disk.copy(path.with_name("other"), path),
+    "rename to": lambda path: disk.rename(path.with_name("other"), path),
+    "rename": lambda path: disk.rename(path, path.with_name("third")),
+    "delete": disk.delete,
 }
 
 
 def test_every_writer_keeps_away_from_a_file_that_another_process_writes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(atomic, "PATIENCE", 0.02)
+    monkeypatch.setattr(atomic, "LOCK_WAIT_S", 0.02)
     path = tmp_path / "day.vrst"
     path.write_text("old")
     (tmp_path / "other").write_text("other")
@@ -87,7 +87,7 @@ def test_a_lock_is_free_when_its_owner_has_ended_however_that_was(tmp_path: Path
 @pytest.mark.skipif(atomic.WINDOWS, reason="a file that is open stays")
 def test_a_lock_file_that_was_removed_meanwhile_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Between its opening and its locking the owner before may have removed it: a lock on it would hold nothing."""
-    path, opened, before = tmp_path / "day.vrst", list[int](), atomic._opened
+    path, opened, before = tmp_path / "day.vrst", list[int](), atomic._open_lock
 
     def removed(beside: Path) -> int | None:
         opened.append(before(beside) or 0)
@@ -95,7 +95,7 @@ def test_a_lock_file_that_was_removed_meanwhile_is_made_again(tmp_path: Path, mo
             beside.unlink()
         return opened[-1]
 
-    monkeypatch.setattr(atomic, "_opened", removed)
+    monkeypatch.setattr(atomic, "_open_lock", removed)
     with hold(path):
         assert len(opened) == 2
         with pytest.raises(FileOpened):
@@ -111,7 +111,7 @@ def test_a_disk_without_locks_lets_everybody_write_and_clears_nothing(
     def refuse(_handle: int) -> bool:
         raise OSError(next(iter(atomic.NO_LOCKS)), "no locks here")
 
-    monkeypatch.setattr(atomic, "_locked", refuse)
+    monkeypatch.setattr(atomic, "_lock_handle", refuse)
     with hold(path) as first, hold(path) as second:
         assert not first.firm
         assert not second.firm

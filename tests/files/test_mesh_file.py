@@ -78,7 +78,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 
 
 def test_a_small_file_of_many_faces_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mesh_file, "MOST_FACES", 3)
+    monkeypatch.setattr(mesh_file, "MAX_FACES", 3)
     (tmp_path / "bomb.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + 4 * "f 1 2 3\n", encoding="utf-8")
     with pytest.raises(FileError, match="4 faces"):
         load_mesh(tmp_path / "bomb.obj")

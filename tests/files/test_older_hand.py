@@ -15,9 +15,7 @@ from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Delay, OperateHand
-from vrs_cli.values.events import HAND
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import HAND, Delay, Motion, MotionKind, OperateHand, Start
 
 
 def older(seed: int, count: int) -> tuple[list[Timeline], list[TimelineDelta]]:

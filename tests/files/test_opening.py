@@ -26,7 +26,7 @@ def pipe(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(opening, "PATIENCE", 0.0)
+    monkeypatch.setattr(opening, "PIPE_WAIT_S", 0.0)
 
 
 def test_what_somebody_writes_into_a_pipe_is_read_whole(pipe: Path) -> None:

@@ -17,8 +17,7 @@ from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import Move, OperateHand, SetChannels, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, OperateHand, SetChannels, Stamp
 
 REACH = WindowSize(changes=16, segments=8, checkpoint=8)
 

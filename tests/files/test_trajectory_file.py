@@ -18,7 +18,7 @@ from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.trajectory.laws.law import VERSION
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 from vrs_cli.wire.lines import Checksums, LineEncoder, decode_delta
 from vrs_cli.wire.records import MotionRecord, Motions
 

@@ -19,9 +19,18 @@ from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.events import Event, EventEdit
-from vrs_cli.values.motion import AlignedTarget, Frames, JointOffsetTarget, Motion, MotionKind, Start, ToolOffsetTarget
-from vrs_cli.wire.records import LARGEST, Form
+from vrs_cli.values.commands import (
+    AlignedTarget,
+    Event,
+    EventEdit,
+    Frames,
+    JointOffsetTarget,
+    Motion,
+    MotionKind,
+    Start,
+    ToolOffsetTarget,
+)
+from vrs_cli.wire.records import MAX_NUMBER, Form
 
 JOINTS = 6
 STAND = (0.0, radians(-45.0), radians(150.0), 0.0, radians(30.0), 0.0)
@@ -98,7 +107,7 @@ def motion(rng: random.Random, number: int) -> Motion:
 
 # --- arbitrary values: as a file must give them back, whether or not a robot could do them -----------------
 
-floats = st.floats(-LARGEST, LARGEST)
+floats = st.floats(-MAX_NUMBER, MAX_NUMBER)
 times = st.integers(-(2**53), 2**53).map(lambda ticks: ticks * TICK)
 polynomials = st.lists(floats, min_size=1, max_size=4).map(tuple)
 joints = st.tuples(*[floats] * JOINTS)
@@ -112,7 +121,7 @@ relatives = (
     | st.just(AlignedTarget())
 )
 fractions = st.floats(0.0, 1.0, exclude_min=True)
-positive = st.floats(0.0, LARGEST, exclude_min=True)
+positive = st.floats(0.0, MAX_NUMBER, exclude_min=True)
 every_motion = st.builds(
     Motion,
     number=st.integers(0, 9),
@@ -130,7 +139,7 @@ every_motion = st.builds(
     text=st.text(st.characters(codec="utf-8")),
     relative=st.none() | relatives,
     profile=st.sampled_from(Profile),
-    rounding=st.none() | st.floats(0.0, LARGEST),
+    rounding=st.none() | st.floats(0.0, MAX_NUMBER),
     swivel=st.none(),  # no joint of this robot is too many
 ).map(lambda motion: motion._replace(goal=None, pose=None) if motion.kind is MotionKind.REST else motion)
 joint_paths = st.integers(1, 4).flatmap(lambda n: st.tuples(*[st.tuples(*[floats] * n)] * JOINTS)).map(JointPath)

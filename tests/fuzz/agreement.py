@@ -168,7 +168,7 @@ class Agreement:
                 station.begin(stored.name, primed=True)
             except VrsError as refused:
                 raise AssertionError(f"check finds nothing in {stored.name}, EXECUTE refuses it: {refused}") from None
-            _ = station.environment.executable(stored).compiled
+            _ = station.environment.executable(stored).compilation
             self.counted["programs primed"] += 1
 
 

@@ -17,7 +17,7 @@ from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import GROUPED, SORT_WORDS, Argument, Shape, Word
-from vrs_cli.values.dialect import DIALECTS
+from vrs_cli.values.diagnostics import DIALECTS
 
 EXTREMES = (
     *("0", "-0", "0.0", "1E-320", "-1E-320", "5E-324", "2.3E-308", "1E-100", "1E-38", "1E-12", "1E-9", "1E-4"),

@@ -26,8 +26,7 @@ from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.values.commands import SetParameter
-from vrs_cli.values.diagnostics import show
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect, show
 from vrs_cli.values.questions import Answer, Confirmation, LineWanted, OnScreen, Question
 from vrs_cli.values.replies import Reply
 

@@ -15,9 +15,8 @@ from vrs_cli.kinematics.joints import Jacobian, Joints
 from vrs_cli.kinematics.numeric.search import NEAREST_STEPS
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, at_position, distance, from_oat
-from vrs_cli.values.commands import Move, SetSwitch
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetSwitch
 from vrs_cli.values.hand import Hold, Limit, Shortfall
-from vrs_cli.values.motion import JointTarget, PoseTarget
 
 MODEL = load_robot("puma560")
 SEVEN = Path(__file__).parent.parent / "kinematics" / "urdf" / "seven.urdf"
@@ -85,7 +84,7 @@ def test_beyond_reach_it_is_on_the_edge_and_comes_back(engine: Engine) -> None:
     assert Hold(Limit.REACH, which="far") in held.holds
     assert held.away > 1.0
     assert engine.position().T_world_tool.py > 0.8
-    assert "too far" in " ".join(hold.said(MODEL) for hold in held.holds)
+    assert "too far" in " ".join(hold.describe(MODEL) for hold in held.holds)
     assert pull(dragging, TABLE, 3.0) == Shortfall()
     assert engine.arm.configuration(engine.position().joints) == dragging.pursuit.kept
 
@@ -109,7 +108,7 @@ def test_a_joint_at_its_limit_is_named() -> None:
         held = dragging.to(engine.world_pose((q[0] + radians(0.4 * k), *q[1:])))
         engine.clock.advance(engine.now + 0.02)
     assert held.holds[0] == Hold(Limit.JOINT, 1, "upper")
-    assert held.holds[0].said(MODEL) == "JT1 is at its upper limit, 160.0 deg"
+    assert held.holds[0].describe(MODEL) == "JT1 is at its upper limit, 160.0 deg"
     assert dragging.pursuit.goal[0] == MODEL.upper[0]
     assert engine.position(engine.end).joints[0] == pytest.approx(MODEL.upper[0], abs=1e-3)
 
@@ -138,7 +137,7 @@ def test_what_is_too_fast_is_said_and_caught_up(engine: Engine) -> None:
     dragging = Dragging(engine)
     held = dragging.to(moved(0.4, 0.1, 0.2))
     assert held.holds[0].limit is Limit.SPEED
-    assert "as fast as it may be" in held.holds[0].said(MODEL)
+    assert "as fast as it may be" in held.holds[0].describe(MODEL)
     assert pull(dragging, moved(0.4, 0.1, 0.2), 4.0) == Shortfall()
 
 

@@ -19,8 +19,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, angle_between, at_position, position
 from vrs_cli.values.acts import Define
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move
 
 MILLIMETRES = Tolerance(0.002, radians(1.0))
 BEGIN = tuple(map(radians, (30.0, -130.0, 40.0, 10.0, 60.0, 20.0)))

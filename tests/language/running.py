@@ -18,8 +18,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
-from vrs_cli.values.commands import SetSpeed
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import Frames, SetSpeed
 from vrs_cli.values.results import Position
 
 TICK = 0.028

@@ -40,7 +40,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
+from vrs_cli.values.commands import Frames, Motion, MotionKind, Start
 
 Floats = NDArray[np.float64]
 

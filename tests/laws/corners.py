@@ -20,8 +20,7 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_y, translation
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.commands import Break, Move, SetParameter, SetSpeed, Stamp
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import Break, Move, PoseTarget, SetParameter, SetSpeed, Stamp
 
 MODEL = load_robot("puma560")
 PROFILES = ("LSPB", "SCURVE")

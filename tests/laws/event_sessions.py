@@ -28,11 +28,21 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.mirror import ClockReading, Mirror
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Delay, Move, OperateHand, SetChannels, SetParameter, Stamp
-from vrs_cli.values.events import FIRST_INPUT, HAND, Event, EventEdit
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import (
+    FIRST_INPUT,
+    HAND,
+    Delay,
+    Event,
+    EventEdit,
+    JointTarget,
+    Move,
+    OperateHand,
+    SetChannels,
+    SetParameter,
+    Stamp,
+)
+from vrs_cli.wire.messages import SnapshotRecord, snapshot_of, snapshot_record
 from vrs_cli.wire.records import DeltaRecord, Form, Motions, delta_of, delta_record
-from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_of, snapshot_record
 
 MODEL = load_robot("puma560")
 READY = MODEL.poses["ready"]

@@ -19,7 +19,7 @@ from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 WRIST = 4  # joint 5 by its index: the arm is singular where it is 0, unless its wrist is another
 

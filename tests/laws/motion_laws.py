@@ -16,7 +16,7 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.motion import MotionKind, Start
+from vrs_cli.values.commands import MotionKind, Start
 
 POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
 POSE_ROUNDING = 2e-16  # of a pose, from which joints are found

@@ -19,7 +19,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue, MotionError, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, position
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import JointTarget, PoseTarget
 
 RECORDED = Path(__file__).with_name("recorded_sessions.txt")
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"

@@ -34,7 +34,7 @@ from vrs_cli.kinematics.transform import Transform, at_position, position
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 LINES = 60
 WAY = 0.2  # [m]

@@ -27,7 +27,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, at_position, compose, position, rotation_about
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 READINGS = 2000  # of a line at least
 STEP = 1e-3  # [s] between two readings at most

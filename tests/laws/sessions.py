@@ -28,12 +28,17 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_z, translation
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import (
+    AlignedTarget,
     Brake,
     Break,
     Delay,
+    JointOffsetTarget,
+    JointTarget,
     Mode,
     Move,
+    NamedTarget,
     OperateHand,
+    PoseTarget,
     Request,
     SetAcceleration,
     SetBase,
@@ -46,13 +51,6 @@ from vrs_cli.values.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
-)
-from vrs_cli.values.motion import (
-    AlignedTarget,
-    JointOffsetTarget,
-    JointTarget,
-    NamedTarget,
-    PoseTarget,
     Target,
     ToolOffsetTarget,
 )

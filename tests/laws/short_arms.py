@@ -28,8 +28,7 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     translation,
 )
-from vrs_cli.values.commands import Move, SetTool
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import Move, PoseTarget, SetTool
 
 STEP = 1e-3  # [s]
 HONEST = 1.001  # of a velocity limit, by differences of positions

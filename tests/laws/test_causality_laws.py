@@ -29,8 +29,7 @@ from vrs_cli.repl.player import JogPanel
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.acts import Go, Goal, Redo, Undo
-from vrs_cli.values.commands import Brake, Break, SetParameter, SetTool
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import Brake, Break, JointTarget, SetParameter, SetTool
 from vrs_cli.values.results import Position
 
 LOOKS = 6  # instants of the past that are looked at before and after each command

@@ -306,8 +306,8 @@ def test_nothing_keeps_a_program_that_is_deleted(
         for stored in session.programs.values():
             program = session.environment.executable(stored)
             pieces = [stored, program.program, program]
-            if "compiled" in vars(program):
-                pieces.append(program.compiled.ordinary.function)
+            if "compilation" in vars(program):
+                pieces.append(program.compilation.ordinary.function)
             for piece in pieces:
                 finalize(piece, gone.setdefault(f"{type(piece).__name__} {id(piece)}", Event()).set)
 

@@ -21,17 +21,21 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import (
+    AlignedTarget,
     Delay,
+    JointOffsetTarget,
+    JointTarget,
     Move,
     OperateHand,
+    PoseTarget,
     SetAcceleration,
     SetDuration,
     SetMonitorSpeed,
     SetParameter,
     SetSpeed,
     Stamp,
+    ToolOffsetTarget,
 )
-from vrs_cli.values.motion import AlignedTarget, JointOffsetTarget, JointTarget, PoseTarget, ToolOffsetTarget
 
 MODEL = load_robot("puma560")
 

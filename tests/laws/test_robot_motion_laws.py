@@ -17,8 +17,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.model import PROFILES, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import Move, SetSpeed, Stamp
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetSpeed, Stamp
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 OTHERS = [*SEARCHED, "crooked.urdf", "gantry.urdf"]

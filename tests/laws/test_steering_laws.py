@@ -30,8 +30,7 @@ from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.repl.player import JogPanel
 from vrs_cli.trajectory.state import Target
-from vrs_cli.values.commands import Move, SetAcceleration, SetParameter, SetTool, Stamp
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetAcceleration, SetParameter, SetTool, Stamp
 
 TICK = 0.02
 PROFILES = tuple(Profile.__members__)

@@ -33,8 +33,7 @@ from vrs_cli.kinematics.transform import (
     subtracted,
     translation,
 )
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import Move, PoseTarget
 
 SHORT = Path(__file__).parents[1] / "kinematics" / "urdf" / "short.urdf"
 CAUGHT = ((-70.8, 20.2, 146.4, 103.9, 2.9), (-18.7, 35.0, 54.9, 132.3, -59.1), (-66.2, 92.8, 116.3, 122.2, 183.9))

@@ -27,8 +27,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.kinematics.urdf.tree import expanded, has_macros, robot_element
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import NamedTarget, PoseTarget
+from vrs_cli.values.commands import Move, NamedTarget, PoseTarget
 
 POSES, LINES = 20, 10
 LINE = 0.1  # [m]

@@ -18,8 +18,7 @@ from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.kinematics.transform import Transform, from_oat
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Delay, Move, OperateHand, SetChannels, SetParameter
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import Delay, Move, OperateHand, PoseTarget, SetChannels, SetParameter
 from vrs_cli.world.course import World, WorldCourse
 
 CELL = """

@@ -19,9 +19,8 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 from vrs_cli.net.course_teller import CourseTeller, Cut, Heard, clipped
 from vrs_cli.net.messages import Contacts, Course, FromServer, ServerMessage
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.contacts import ContactSpan
-from vrs_cli.values.motion import Frames
-from vrs_cli.values.world import SpanKind
+from vrs_cli.values.commands import Frames
+from vrs_cli.values.world import ContactSpan, SpanKind
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.world.course import World
 from vrs_cli.world.sensing import GRAVITY

@@ -13,8 +13,7 @@ from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import Move, Request, SetParameter, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, Request, SetParameter, Stamp
 
 LONGEST = 120  # segments
 NAMES = ("one", "two")

@@ -53,8 +53,8 @@ from vrs_cli.net.messages import (
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.protocol import ClientConnection, ConnectionState, ServerConnection
 from vrs_cli.wire.codec import Encoding, Frame, encode
+from vrs_cli.wire.messages import snapshot_of, snapshot_record
 from vrs_cli.wire.records import Motions, RecordError, delta_of, delta_record
-from vrs_cli.wire.snapshots import snapshot_of, snapshot_record
 
 BOUNDS = Bounds(seconds=60.0, told=50_000, ended=50, waiting=50)
 BACKLOG = 50_000  # bytes

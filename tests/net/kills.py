@@ -24,15 +24,14 @@ from tests.net.serving import Caller
 from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.engine import Engine
 from vrs_cli.files.journal import keep_journal, take_up
-from vrs_cli.files.past import GrowingFile, resumed
+from vrs_cli.files.past import GrowingFile, resume_journal
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import Hello, Shown, Window
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move
+from vrs_cli.wire.messages import snapshot_of
 from vrs_cli.wire.records import Form
-from vrs_cli.wire.snapshots import snapshot_of
 
 ROBOTS = ("cell1", "cell2")
 BEFORE = 1700  # changes of each robot before the first kill: a restart begins at a checkpoint
@@ -110,7 +109,7 @@ def begin(path: Path) -> None:
     journal.settle()
     journal.close()
     file = GrowingFile(path)
-    assert resumed(file, reach.changes) is not None
+    assert resume_journal(file, reach.changes) is not None
     file.close()
 
 

@@ -45,14 +45,13 @@ from vrs_cli.net.stream import Listening, MessageForm, Packet
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move, Stamp
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, Stamp
 from vrs_cli.values.results import Position
-from vrs_cli.wire import line_pieces
+from vrs_cli.wire import steered
 from vrs_cli.wire.codec import Reader
+from vrs_cli.wire.messages import snapshot_of
 from vrs_cli.wire.records import Form as RobotForm
 from vrs_cli.wire.records import Motions, SegmentRecord, delta_of
-from vrs_cli.wire.snapshots import snapshot_of
 
 JSON, MSGPACK = MessageForm(text=True), MessageForm(text=False)
 READER: Reader[ServerMessage] = Reader(FromServer)
@@ -348,13 +347,13 @@ def test_pieces_are_computed_and_encoded_once_for_all_who_want_them(
     services: RoomServices, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     services.bend()
-    joints_of, asked = line_pieces.joint_pieces, list[float]()
+    joints_of, asked = steered.joint_pieces, list[float]()
 
     def counted(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[JointPiece, ...]:
         asked.append(tolerance)
         return joints_of(arm, segment, tolerance)
 
-    monkeypatch.setattr(line_pieces, "joint_pieces", counted)
+    monkeypatch.setattr(steered, "joint_pieces", counted)
     lines = [services.listen(Subscribe(1, deltas=True, joints=joints))[0] for joints in (1e-3, 2e-3, 9e-3)]
     services.line(0.1)
     first, second, third = (line.packets[-1] for line in lines)

@@ -20,15 +20,13 @@ from vrs_cli.net.far_end import CATCHING_UP, HELD_UP, PATIENCE, QUIET, FarEnd
 from vrs_cli.net.messages import At, Clock, Done, Line, Subscribe, Told
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.values.acts import Rest
-from vrs_cli.values.commands import Move
+from vrs_cli.values.commands import JointOffsetTarget, Move
 from vrs_cli.values.hand import DragState
-from vrs_cli.values.motion import JointOffsetTarget
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import LineWanted
+from vrs_cli.values.questions import LineWanted, PromptStatus
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding
+from vrs_cli.wire.messages import snapshot_record
 from vrs_cli.wire.records import Motions, delta_record
-from vrs_cli.wire.snapshots import snapshot_record
 
 HELLO = messages.Hello((messages.VERSION,), format=Encoding.MSGPACK)
 

@@ -18,9 +18,8 @@ from vrs_cli.net.messages import Asked, Delta, FromClient, FromServer, Line, Ref
 from vrs_cli.values.questions import Question
 from vrs_cli.values.replies import Reply
 from vrs_cli.wire.codec import Encoding, Frame, Reader, UnknownType, encode
+from vrs_cli.wire.messages import Refusal, SnapshotRecord
 from vrs_cli.wire.records import Motions, RecordError, delta_record
-from vrs_cli.wire.refusal import Refusal
-from vrs_cli.wire.snapshots import SnapshotRecord
 
 FROM_CLIENT: Reader[FromClient] = Reader(FromClient)
 FROM_SERVER: Reader[FromServer] = Reader(FromServer)

@@ -25,8 +25,8 @@ from vrs_cli.net.messages import Delta, FromServer
 from vrs_cli.net.mirror import SLACK, ClockReading, Mirror
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.codec import Encoding, Reader, encode
+from vrs_cli.wire.messages import snapshot_of, snapshot_record
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
-from vrs_cli.wire.snapshots import snapshot_of, snapshot_record
 from vrs_cli.wire.steered import SteeredRecord, steered_record
 
 READER: Reader[FromServer] = Reader(FromServer)

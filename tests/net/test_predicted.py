@@ -22,12 +22,10 @@ from vrs_cli.net.mirror import Mirror, parting
 from vrs_cli.net.preview import CHANGING, Flags, changing
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.acts import Execute, Go, Goal, ListMotions, Say, Undo
-from vrs_cli.values.commands import Move, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, Stamp
 from vrs_cli.values.replies import Message
+from vrs_cli.wire.messages import Refusal, snapshot_record
 from vrs_cli.wire.records import Motions, delta_record
-from vrs_cli.wire.refusal import Refusal
-from vrs_cli.wire.snapshots import snapshot_record
 from vrs_cli.wire.steered import steered_record
 
 FORWARD, BACKWARD = 0.375, 0.125  # [s]

@@ -22,8 +22,7 @@ from vrs_cli.kinematics.transform import translation
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.preview import PASSED_OVER, Flags, FlagWindow, Preview, Wishes, merged
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move, Request, SetParameter, SetSpeed, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, Request, SetParameter, SetSpeed, Stamp
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)

@@ -45,12 +45,12 @@ from vrs_cli.net.messages import (
     Withdrawn,
 )
 from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, MOST_WAITING, ClientConnection, ServerConnection
-from vrs_cli.values.prompt import PromptStatus as Around
 from vrs_cli.values.questions import LineWanted
+from vrs_cli.values.questions import PromptStatus as Around
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding, Frame, encode
+from vrs_cli.wire.messages import SnapshotRecord
 from vrs_cli.wire.records import Motions, delta_record, segment_records
-from vrs_cli.wire.snapshots import SnapshotRecord
 
 HELLO = Hello((1,), format=Encoding.MSGPACK)
 

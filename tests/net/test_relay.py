@@ -207,7 +207,7 @@ def test_what_is_predicted_is_what_the_robot_does(robot: Serving) -> None:
 
 def page_mirror(robot: Serving, page: Page) -> Mirror:
     """What the page knows of the timeline."""
-    from vrs_cli.wire.snapshots import snapshot_of
+    from vrs_cli.wire.messages import snapshot_of
 
     arm = robot.hub.rooms["cell1"].session.engine.arm
     form = Form.of(arm)

@@ -27,8 +27,7 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.socket_port import Loop, SocketPort
 from vrs_cli.net.stream import SEGMENTS
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointOffsetTarget
+from vrs_cli.values.commands import JointOffsetTarget, Move
 
 DOWN = (0, -45, 180, 0, 45, 0)
 PART = vrs.trans(300, 450, -200, 90, 90, 0)

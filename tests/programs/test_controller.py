@@ -23,8 +23,7 @@ from vrs_cli.language.analysis.structure import canonical_text
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.parser import parse_file
-from vrs_cli.values.diagnostics import errors
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect, errors
 
 HERE = Path(__file__).parent
 FILES = sorted((HERE / "controller").glob("*.v2"))

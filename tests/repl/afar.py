@@ -32,8 +32,7 @@ from vrs_cli.net.mirror import LastStatus
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import Local
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import Editing
+from vrs_cli.values.questions import Editing, PromptStatus
 from vrs_cli.wire.codec import Encoding, Reader, encode
 
 FORMS = (Encoding.MSGPACK, Encoding.JSON)

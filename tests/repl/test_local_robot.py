@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from tests.interfaces.monitor.people import Person
-from vrs_cli.files.recovery import files_in, left
+from vrs_cli.files.program_file import left_files, recovery_files
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import at_once
 from vrs_cli.interfaces.editor.lines import named_program
@@ -94,7 +94,7 @@ def test_whatever_is_typed_comes_back(folder: Path, seed: int) -> None:
     if unstored.programs() or unstored.items():
         assert recovered(folder).memory == shell.memory, typed
     else:
-        assert left(folder) == []
+        assert left_files(folder) == []
 
 
 def test_a_program_that_is_being_typed_comes_back(folder: Path) -> None:
@@ -129,9 +129,9 @@ def test_a_program_on_the_screen_comes_back_as_its_lines_were_left(folder: Path)
 def test_what_is_stored_needs_no_file(folder: Path) -> None:
     shell = Shell(folder)
     shell.take("HERE #p", "n = 1")
-    assert len(files_in(folder)) == 1
+    assert len(recovery_files(folder)) == 1
     shell.take("STORE all")
-    assert files_in(folder) == []
+    assert recovery_files(folder) == []
 
 
 def test_who_only_looks_writes_nothing(folder: Path) -> None:
@@ -143,7 +143,7 @@ def test_who_only_looks_writes_nothing(folder: Path) -> None:
 def test_a_line_that_changes_nothing_writes_nothing(folder: Path) -> None:
     shell = Shell(folder)
     shell.take("n = 1")
-    (file,) = files_in(folder)
+    (file,) = recovery_files(folder)
     file.write_text("as it is")
     shell.take("WHERE", "LISTR n", "n = 1")
     assert file.read_text() == "as it is"
@@ -159,7 +159,7 @@ def test_a_memory_that_takes_long_to_write_is_written_now_and_then(
     texts = []
     for number in range(4):
         shell.take(f"n = {number}")
-        texts.append(files_in(folder)[0].read_text().split()[-2])
+        texts.append(recovery_files(folder)[0].read_text().split()[-2])
     assert texts == ["0", "0", "0", "3"]
 
 
@@ -170,7 +170,7 @@ def test_what_came_back_is_kept_again(folder: Path) -> None:
     again = recovered(folder)
     again.kill()
     assert recovered(folder).memory == shell.memory
-    assert len(files_in(folder)) == 1
+    assert len(recovery_files(folder)) == 1
 
 
 def test_it_is_said_when_another_robot_was_held(folder: Path) -> None:

@@ -33,7 +33,7 @@ from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Message
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.messages import Refusal
 
 ENTER, CTRL_C, CTRL_D, TAB, SAVE, QUIT, UP = "\r", "\x03", "\x04", "\t", "\x13", "\x11", "\x1b[A"
 

@@ -17,8 +17,7 @@ from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 from vrs_cli.values.acts import KeepDraft
-from vrs_cli.values.diagnostics import LineRefused
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect, LineRefused
 from vrs_cli.values.questions import Answer, Editing, Question
 from vrs_cli.values.replies import Message
 

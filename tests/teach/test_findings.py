@@ -11,7 +11,7 @@ from tests.teach.runs import PICK, evidence
 from vrs_cli.errors import FileDamaged
 from vrs_cli.teach.exercise import read_exercise
 from vrs_cli.teach.findings import findings_of, mutants_of
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 
 
 @pytest.fixture

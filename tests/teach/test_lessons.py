@@ -7,7 +7,7 @@ import pytest
 from tests.teach.lesson_files import CHECKS, TEXT, lesson
 from vrs_cli.errors import FileDamaged, NonexistentFile
 from vrs_cli.teach.lessons import chosen_folder, lesson_folders, lessons_folder, read_lesson
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 
 
 def wrong(folder: Path, checks: str = CHECKS, text: str = TEXT) -> str:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from vrs_cli.errors import IllegalValue
 from vrs_cli.trajectory.measured import GAP, MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.reports import CHUNK, ReportColumns
-from vrs_cli.values.measured import LATE, BodyMode, Report, ReportCounts
+from vrs_cli.values.measured import MAX_LATENESS_S, BodyMode, Report, ReportCounts
 
 JOINTS = 2
 TICK = 1.0 / 64.0  # [s]: exact, and its halves too
@@ -58,7 +58,7 @@ def test_a_record_gives_back_its_reports(reports: list[Report]) -> None:
 
 @given(report_lists(), st.randoms(use_true_random=False))
 def test_any_order_of_arrival_with_duplicates_gives_the_same_record(reports: list[Report], random: Random) -> None:
-    reports = [one for one in reports if one.t >= reports[-1].t - LATE]
+    reports = [one for one in reports if one.t >= reports[-1].t - MAX_LATENESS_S]
     arriving = reports + random.sample(reports, len(reports) // 2)
     random.shuffle(arriving)
     record = MeasuredRecord(JOINTS)
@@ -73,12 +73,12 @@ def test_any_order_of_arrival_with_duplicates_gives_the_same_record(reports: lis
 def test_what_a_reader_has_never_changes(reports: list[Report], random: Random) -> None:
     record = MeasuredRecord(JOINTS)
     taken = []
-    arriving = sorted(reports, key=lambda one: one.t + random.uniform(0.0, LATE))
+    arriving = sorted(reports, key=lambda one: one.t + random.uniform(0.0, MAX_LATENESS_S))
     for one in arriving:
         record.add([one])
         taken.append((record.view, list(record.view)))
         if random.random() < 0.2:
-            record.forget_before(one.t - LATE)
+            record.forget_before(one.t - MAX_LATENESS_S)
     for seen, was in taken:
         assert list(seen) == was
 
@@ -181,8 +181,8 @@ def test_reports_that_are_too_late_are_dropped_and_counted() -> None:
     record = MeasuredRecord(1)
     record.add([Report(10.0, (1.0,))])
     later = [
-        Report(10.0 - LATE, (2.0,)),
-        Report(10.0 - LATE - 0.01, (3.0,)),
+        Report(10.0 - MAX_LATENESS_S, (2.0,)),
+        Report(10.0 - MAX_LATENESS_S - 0.01, (3.0,)),
         Report(10.0, (4.0,)),
         Report(10.5, (5.0,)),
     ]

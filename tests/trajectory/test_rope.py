@@ -17,7 +17,7 @@ from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 MOTION = Motion(1, MotionKind.JOINT, Start.AFTER)
 

@@ -9,8 +9,7 @@ import pytest
 from vrs_cli.trajectory.row import YOUNG, EventRow, Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, Timeline, TimelineDelta
-from vrs_cli.values.events import HAND, Event, EventEdit
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import HAND, Event, EventEdit, Motion, MotionKind, Start
 
 MOTIONS = [Motion(number, MotionKind.JOINT, Start.AFTER) for number in range(3)]
 PATHS = [((0.1, -0.0), (2.0, 3.0)), ((0.1, 0.2, 0.3), (1.0, -0.0, 2.0)), ((0.5,), (0.25,)), ((1.0, 2.0, 3.0, 4.0),) * 2]

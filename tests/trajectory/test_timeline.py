@@ -13,7 +13,7 @@ from vrs_cli.trajectory.instant import LATEST, TICK
 from vrs_cli.trajectory.rope import BLOCK, SMALL
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, Timeline, TimelineDelta
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 MOTIONS = [Motion(number, MotionKind.JOINT, Start.AFTER) for number in range(5)]
 

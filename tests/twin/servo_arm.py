@@ -16,9 +16,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move, Stamp
+from vrs_cli.values.commands import JointTarget, Move, Stamp
 from vrs_cli.values.measured import BodyMode, Report
-from vrs_cli.values.motion import JointTarget
 
 STEP = 0.01  # [s] between two reports
 RATE = 30.0  # [rad/s] of the servos, critically damped

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vrs_cli.errors import IllegalExpression, UnknownInstruction
-from vrs_cli.values.diagnostics import SHOWN, LineRefused, Span, did_you_mean, error, show, warning
+from vrs_cli.values.diagnostics import MAX_LINE_CHARS, LineRefused, Span, did_you_mean, error, show, warning
 
 
 def test_message() -> None:
@@ -71,10 +71,10 @@ def test_a_long_word_is_shortened_in_the_message() -> None:
 
 
 def test_dots_stand_where_a_long_line_is_cut() -> None:
-    line = "x" * SHOWN + "y" * SHOWN
-    for column, first, last in ((1, "x", "..."), (SHOWN, "...", "..."), (2 * SHOWN, "...", "y")):
+    line = "x" * MAX_LINE_CHARS + "y" * MAX_LINE_CHARS
+    for column, first, last in ((1, "x", "..."), (MAX_LINE_CHARS, "...", "..."), (2 * MAX_LINE_CHARS, "...", "y")):
         _, stretch, pointer = show(error(UnknownInstruction, Span(1, column, column + 1)), line).splitlines()
         assert stretch.startswith(first)
         assert stretch.endswith(last)
-        assert stretch.strip(".")[0:SHOWN] in line
+        assert stretch.strip(".")[0:MAX_LINE_CHARS] in line
         assert stretch[len(pointer) - 1] == line[column - 1]

@@ -11,7 +11,7 @@ from msgspec import Struct
 from vrs_cli.language.compile import lowering
 from vrs_cli.language.text import ast
 from vrs_cli.net import messages
-from vrs_cli.values import acts, hand, motion, prompt, questions, results
+from vrs_cli.values import acts, commands, hand, questions, results
 
 
 def _kinds(base: type[Struct]) -> Iterator[type[Struct]]:
@@ -20,7 +20,7 @@ def _kinds(base: type[Struct]) -> Iterator[type[Struct]]:
         yield from _kinds(kind)
 
 
-@pytest.mark.parametrize("module", [acts, hand, motion, prompt, questions, results, messages, ast, lowering])
+@pytest.mark.parametrize("module", [acts, commands, hand, questions, results, messages, ast, lowering])
 def test_every_struct_is_frozen(module: ModuleType) -> None:
     kinds = {kind for kind in _kinds(Struct) if kind.__module__ == module.__name__}
     assert kinds

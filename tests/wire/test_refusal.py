@@ -9,7 +9,7 @@ from vrs_cli.errors import VrsError
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.net.messages import FromServer, Refused
 from vrs_cli.wire.codec import Encoding, Reader, encode
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.messages import Refusal
 
 READER: Reader[FromServer] = Reader(FromServer)
 

@@ -24,7 +24,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import Delta, FromServer, Steered
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.commands import MotionKind
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_record
 from vrs_cli.wire.steered import SteeredRecord, steered_delta, steered_record

@@ -8,7 +8,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND, Event
+from vrs_cli.values.commands import HAND, Event
 from vrs_cli.world.course import World, WorldCourse
 
 TABLE = """

@@ -36,7 +36,7 @@ def test_what_is_due_is_taken_in_order_and_can_be_dropped() -> None:
         BodyCrosses("hand", 0, True, True),
         PartsGo(1),
     ]
-    history.drop(lambda what: what.carried)
+    history.drop(lambda what: what.follows_arm)
     history.drop(lambda what: isinstance(what, PartsGo))
     assert history.take().what == PartComes(2)
     assert [due.what for due in history.due] == [PartComes(1)]

@@ -6,7 +6,7 @@ import pytest
 
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, translation
-from vrs_cli.values.scene import BoxShape, CellScene
+from vrs_cli.values.world import BoxShape, CellScene
 from vrs_cli.world.history import balanced, below, floor_height
 from vrs_cli.world.solids import Bounds, Solids, bounds, solids_of
 

@@ -20,7 +20,7 @@ from vrs_cli.render.documents import blocks_html, html, latex_document, markdown
 from vrs_cli.render.layout import blocks
 from vrs_cli.render.text import plain_text
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.numbers import fixed
+from vrs_cli.values.numbers import decimal
 from vrs_cli.values.replies import Plot, Reply, is_error
 from vrs_cli.values.results import RunOutcome, RunResult
 
@@ -189,4 +189,4 @@ def table(title: str, columns: Sequence[Column], count: int, row: Callable[[int]
 
 
 def figures(numbers: Iterable[float]) -> tuple[str, ...]:
-    return tuple(map(fixed, numbers))
+    return tuple(map(decimal, numbers))

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.operations import trans as of_numbers
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.render.blocks import number_columns
-from vrs_cli.values.numbers import fixed
+from vrs_cli.values.numbers import decimal
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -197,7 +197,7 @@ class Location:
             return f"{'x'.join(map(str, self.shape))} locations"
         if self.units is Units.VAL:
             return f"trans({', '.join(map(plain, numbers_of(self.transform)))})"
-        six = ", ".join(fixed(x, 6) for x in (*self.xyz.tolist(), *self.oat.tolist()))
+        six = ", ".join(decimal(x, 6) for x in (*self.xyz.tolist(), *self.oat.tolist()))
         return f'trans({six}, units="SI")'
 
 

@@ -21,7 +21,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.render.blocks import Column, number_columns
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import Frames
 from vrs_cli.values.numbers import count
 from vrs_cli.values.replies import PartRow
 from vrs_cli.values.results import Position

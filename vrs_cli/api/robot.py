@@ -66,8 +66,8 @@ from vrs_cli.values.acts import (
     Undo,
     Valued,
 )
+from vrs_cli.values.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.measured import BodyMode, Report, ResyncReport
-from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
 from vrs_cli.wire.messages import LeaseAct

@@ -39,7 +39,7 @@ class Dragged(Struct, frozen=True):
     def of(cls, held: Shortfall, model: RobotModel, units: Units) -> Dragged:
         """Return the shortfall of a tool in some units."""
         val = units is Units.VAL
-        limits = tuple(hold.said(model) for hold in held.holds)
+        limits = tuple(hold.describe(model) for hold in held.holds)
         return cls(
             1000.0 * held.away if val else held.away, degrees(held.turned) if val else held.turned, limits, units
         )

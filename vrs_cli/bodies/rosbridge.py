@@ -39,7 +39,7 @@ from vrs_cli.net.client import waits
 from vrs_cli.net.timesync import OneWay, TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.measured import BodyMode
-from vrs_cli.wire.rosbridge_json import (
+from vrs_cli.wire.body_lines import (
     JointStates,
     RosbridgeMessage,
     read_joint_states,

@@ -46,12 +46,12 @@ from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl.interrupt import Stoppable
 from vrs_cli.repl.piped import piped
 from vrs_cli.trajectory.instant import round_to_ns
-from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, Severity, did_you_mean
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Answer, LineWanted, Question
 from vrs_cli.values.replies import Message, Reply
 from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
+from vrs_cli.values.world import Contact
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
@@ -218,7 +218,7 @@ class Batch(Struct, frozen=True):
     @contextmanager
     def _folder(self) -> Iterator[Folder]:
         """Return the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
-        from vrs_cli.files.folder import working_folder
+        from vrs_cli.files.disk import working_folder
 
         options, given = self.options, self.options.file == STANDARD_STREAM
         beside, box = Path(options.file).parent, options.sandbox  # of a sample program: the current folder

@@ -46,8 +46,7 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.inspection import Beside, Inspector
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
-    from vrs_cli.values.diagnostics import Diagnostic
-    from vrs_cli.values.dialect import Dialect
+    from vrs_cli.values.diagnostics import Diagnostic, Dialect
 
 
 LOOKED_EVERY = 0.25  # [s] at the files, with --watch
@@ -159,10 +158,10 @@ def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
 
 
 def _written(text: str, mends: Iterable[Diagnostic]) -> str:
-    from vrs_cli.values.diagnostics import ordered
+    from vrs_cli.values.diagnostics import in_order
 
     lines = text.split("\n")
-    for one in reversed(ordered(mends)):
+    for one in reversed(in_order(mends)):
         line, span = lines[one.span.line - 1], one.span
         lines[span.line - 1] = f"{line[: span.column - 1]}{one.mend}{line[span.end - 1 :]}"
     return "\n".join(lines)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vrs_cli.devices.device import Outside
     from vrs_cli.engine.clock import WallClock
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.values.dialect import Dialect
+    from vrs_cli.values.diagnostics import Dialect
 
 
 STANDARD_STREAM = "-"
@@ -202,7 +202,7 @@ CELL = option(
 
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
     """The dialect of the option DIALECT."""
-    from vrs_cli.values.dialect import Dialect
+    from vrs_cli.values.diagnostics import Dialect
 
     return Dialect[options.dialect.upper()]
 

@@ -125,11 +125,11 @@ def verify(options: Namespace) -> int:
     """Tell what is wrong in a file, line by line, or that nothing is."""
     recording = read_recording(options.prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
-    from vrs_cli.files.soundness import in_lines
-    from vrs_cli.files.trajectory_file import MOST_FAULTS
+    from vrs_cli.files.rebuild import in_lines
+    from vrs_cli.files.trajectory_file import MAX_FAULTS
 
     along = in_lines(on_lines(recording.arm, recording.timeline), recording.timeline, recording.deltas, recording.lines)
-    wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]
+    wrong = [*recording.warnings, *map(str, islice(along, MAX_FAULTS))]
     checksums = recording.checksum is not None
     if options.json:
         told = {"sound": not wrong, "checksums": checksums, "reports": len(recording.measured), "faults": wrong}

@@ -82,11 +82,11 @@ _NO_PROGRAMS = {  # by the ending of a file: what it is, and what takes it
 
 def _cycles(text: str) -> int:
     """Read the number of cycles."""
-    from vrs_cli.language.run.runtime import MOST_CYCLES
+    from vrs_cli.language.run.runtime import MAX_CYCLES
 
     value = whole(text)
-    if value == 0 or value > MOST_CYCLES:
-        raise argparse.ArgumentTypeError(f"{text} cycles (1 to {MOST_CYCLES}, or -1 for ever)")
+    if value == 0 or value > MAX_CYCLES:
+        raise argparse.ArgumentTypeError(f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
     return value
 
 

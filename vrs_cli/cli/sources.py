@@ -43,12 +43,12 @@ class Source(Struct, frozen=True):
         """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
         warnings, and how many more there are.
         """
-        from vrs_cli.values.diagnostics import ordered, show
+        from vrs_cli.values.diagnostics import in_order, show
 
-        everything = ordered(diagnostics)
+        everything = in_order(diagnostics)
         chosen = everything
         if most is not None:  # errors before warnings
-            chosen = ordered(sorted(everything, key=lambda one: not has_errors([one]))[:most])
+            chosen = in_order(sorted(everything, key=lambda one: not has_errors([one]))[:most])
         lines = ["", *self.text.split("\n"), ""]  # counted from 1; a finding may stand behind the last
         told = "".join(f"{show(one, lines[one.span.line], self.path)}\n" for one in chosen)
         rest = len(everything) - len(chosen)

@@ -37,7 +37,7 @@ from vrs_cli.kinematics.transform import (
     translation,
     unit,
 )
-from vrs_cli.values.scene import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
+from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
 AROUND = 24  # points on a circle of a hull
 OUTSIDE = 1.0 / cos(pi / AROUND)  # a polygon of so many corners outside a circle is so many times as wide

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND, Event
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
 AT_ONCE = 1e-6  # [s] that fingers take at least

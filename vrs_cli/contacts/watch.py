@@ -17,11 +17,8 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import CollisionAhead, IllegalValue, MotionError
 from vrs_cli.extras import how_to_install
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Move
-from vrs_cli.values.contacts import Contact
-from vrs_cli.values.events import HAND
-from vrs_cli.values.motion import MotionKind
-from vrs_cli.values.scene import CellScene
+from vrs_cli.values.commands import HAND, MotionKind, Move
+from vrs_cli.values.world import CellScene, Contact
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
@@ -57,7 +54,7 @@ class ContactWatch:
         if found is None:
             return
         text = delta.motion.text or "the motion"
-        said = f"{text}: {found.said()}{later}"
+        said = f"{text}: {found.describe()}{later}"
         if settings.switch("COLLISION"):
             hint = "DISABLE COLLISION lets it begin all the same"
             raise CollisionAhead(said, hint, value=found.depth, lower=found.needed, place=found.place)

@@ -20,8 +20,7 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.kinematics.transform import position as tip
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import FIRST_INPUT, HAND, Event
-from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
+from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, MotionKind, Start
 
 SAME_TIME = 1e-6  # [s]
 SAME_PLACE = 1e-7  # [rad, m] of joints

@@ -36,9 +36,14 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle
 from vrs_cli.kinematics.transform import position as tip
 from vrs_cli.language.run.operations import trans
 from vrs_cli.values.commands import (
+    FIRST_INPUT,
     Break,
     Delay,
+    Frames,
+    JointTarget,
+    MotionKind,
     Move,
+    PoseTarget,
     Request,
     SetAcceleration,
     SetBase,
@@ -48,9 +53,9 @@ from vrs_cli.values.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
+    Start,
+    Target,
 )
-from vrs_cli.values.events import FIRST_INPUT
-from vrs_cli.values.motion import Frames, JointTarget, MotionKind, PoseTarget, Start, Target
 
 SLOW = 0.2  # of the greatest velocity of the joints: the way to where the run began
 UNNAMED = re.compile(r"\W+", re.ASCII)

@@ -17,7 +17,7 @@ from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Motion, MotionKind
+from vrs_cli.values.commands import Motion, MotionKind
 
 TURN = 0.5  # [rad, m] of all joints together: on so short a way the tip turns to and fro once at most
 PROBES = (0.25, 0.5, 0.75)  # of a line: where its distance from the way is looked at

@@ -26,8 +26,7 @@ from vrs_cli.trajectory.rope import SMALL
 from vrs_cli.trajectory.row import EventRow, Row, RowStore
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, KeptDeltas, Timeline, TimelineDelta
-from vrs_cli.values.events import EventEdit
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
 AT_ONCE = 50  # changes that are planned before whoever waits may have his turn
@@ -410,7 +409,7 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
     moved = [
         Moved(one.text, asked, asked, None if one.end is None else one.executed)
         for one, asked in timed
-        if one.end is None or one.displaced
+        if one.end is None or one.is_displaced
     ]
     return _sorted_out(sorted(moved, key=lambda one: one.before)) if moved else None
 

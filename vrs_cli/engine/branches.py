@@ -22,8 +22,7 @@ from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.events import HAND, Event, EventEdit
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import HAND, Event, EventEdit, Motion, MotionKind, Start
 
 MAIN = "main"
 

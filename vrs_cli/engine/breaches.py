@@ -27,7 +27,7 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.row import coefficients
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.commands import MotionKind
 
 MANY = 4096  # segments that are looked at at once
 CUBIC = 4  # coefficients

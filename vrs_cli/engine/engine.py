@@ -48,13 +48,22 @@ from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import (
+    HAND,
     Alter,
     Brake,
     Break,
     Delay,
+    Event,
+    EventEdit,
+    Frames,
+    JointTarget,
     Mode,
+    Motion,
+    MotionKind,
     Move,
     OperateHand,
+    PoseTarget,
+    RelativeTarget,
     Request,
     SetBase,
     SetChannels,
@@ -63,19 +72,10 @@ from vrs_cli.values.commands import (
     SetSwivel,
     SetTool,
     Stamp,
-)
-from vrs_cli.values.events import HAND, Event, EventEdit
-from vrs_cli.values.measured import ResyncReport
-from vrs_cli.values.motion import (
-    Frames,
-    JointTarget,
-    Motion,
-    MotionKind,
-    PoseTarget,
-    RelativeTarget,
     Start,
     ToolOffsetTarget,
 )
+from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.results import FollowReport, Position, Reach
 
 NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked

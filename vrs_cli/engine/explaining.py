@@ -27,7 +27,7 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, third_derivative, turning_points
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import MotionKind, PoseTarget
+from vrs_cli.values.commands import MotionKind, PoseTarget
 from vrs_cli.values.results import (
     CutIn,
     InverseReport,

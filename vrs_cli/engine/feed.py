@@ -21,7 +21,7 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.events import Event
+from vrs_cli.values.commands import Event
 from vrs_cli.values.world import WorldState
 
 MAX_WAITING_EVENTS = 1000  # events that wait for one subscriber

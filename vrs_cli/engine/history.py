@@ -20,8 +20,7 @@ from vrs_cli.errors import TooLate, UsageError
 from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.events import EventEdit
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
 
 DATED = (MotionKind.EVENT, MotionKind.RECORDED)  # commands that change events alone

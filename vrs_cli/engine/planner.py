@@ -30,9 +30,8 @@ from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.segment import Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.events import FIRST_INPUT, Event, EventEdit
+from vrs_cli.values.commands import FIRST_INPUT, Event, EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.measured import ResyncReport
-from vrs_cli.values.motion import Motion, MotionKind, Start
 
 RESYNC = "RESYNC"
 SAME_PLACE = 1e-9  # [rad, m] two places closer than that are one

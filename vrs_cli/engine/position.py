@@ -23,8 +23,7 @@ from vrs_cli.trajectory.row import BlockTable
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import HAND, Frames
 from vrs_cli.values.results import Position
 
 if TYPE_CHECKING:

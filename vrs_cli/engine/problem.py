@@ -28,7 +28,7 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import value_and_rate
 from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.state import JointState, ToolState
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
 

@@ -35,8 +35,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.commands import Move, SetConfiguration
-from vrs_cli.values.motion import JointTarget, Motion, PoseTarget, Start
+from vrs_cli.values.commands import JointTarget, Motion, Move, PoseTarget, SetConfiguration, Start
 from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
 
 SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point is tried

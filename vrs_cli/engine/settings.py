@@ -17,7 +17,9 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compo
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.commands import (
     AlterMode,
+    JointTarget,
     Mode,
+    NamedTarget,
     SetAcceleration,
     SetAlter,
     SetConfiguration,
@@ -30,8 +32,8 @@ from vrs_cli.values.commands import (
     SetSwivel,
     SettingChange,
     SpeedUnit,
+    Target,
 )
-from vrs_cli.values.motion import JointTarget, NamedTarget, Target
 
 V = TypeVar("V")
 

@@ -20,7 +20,7 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.segment import Phase, Segment, rest, stay_inside
 from vrs_cli.trajectory.state import JointLimits
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 REMEMBERED = 512  # lines: a program that goes round plans each of its own once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"

@@ -22,7 +22,7 @@ from vrs_cli.trajectory.polynomial import Polynomial, taylor_shift
 from vrs_cli.trajectory.segment import JointPath, Segment, stay_inside
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

@@ -39,7 +39,7 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import bisect_interval, value
 from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segment, ToolStretch, Turn, segments_of
 from vrs_cli.trajectory.state import GuideState, JointState, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it

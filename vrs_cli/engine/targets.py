@@ -37,17 +37,20 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
 )
 from vrs_cli.trajectory.instant import on_grid
-from vrs_cli.values.commands import Mode, Move, SetSpeed, SpeedUnit
-from vrs_cli.values.motion import (
+from vrs_cli.values.commands import (
     AlignedTarget,
     Frames,
     JointOffsetTarget,
     JointTarget,
+    Mode,
     Motion,
     MotionKind,
+    Move,
     NamedTarget,
     PoseTarget,
     RelativeTarget,
+    SetSpeed,
+    SpeedUnit,
     Start,
     Swivel,
     ToolOffsetTarget,

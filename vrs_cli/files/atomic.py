@@ -25,7 +25,7 @@ from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.opening import FREE, NOFOLLOW, Folder, open_to_write, reason, wrong_name
 
 WINDOWS = os.name == "nt"  # an open file cannot be removed or replaced there, and a lock shuts readers out
-PATIENCE, PAUSE = 0.2, 0.01  # [s] others hold a lock for a moment only, or for long
+LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # [s] others hold a lock for a moment only, or for long
 OWNER = 1  # where a lock file names its owner: the first byte is the one that is locked
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP})
 SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
@@ -67,15 +67,15 @@ def hold(path: Path) -> HeldLock:
     real = Path(os.path.realpath(path))
     if is_special(real):
         return HeldLock(real, None)
-    beside, deadline = real.with_name(f".{real.name}.lock"), time.monotonic() + PATIENCE
+    beside, deadline = real.with_name(f".{real.name}.lock"), time.monotonic() + LOCK_WAIT_S
     while True:
-        handle = _opened(beside)
-        held = HeldLock(beside, None) if handle is None else _taken(beside, handle)
+        handle = _open_lock(beside)
+        held = HeldLock(beside, None) if handle is None else _take_lock(beside, handle)
         if held is not None:
             return held
         if time.monotonic() > deadline:
             raise FileOpened(f"{path} is being written by {_owner(beside)}", "end that one, or name another file")
-        time.sleep(PAUSE)
+        time.sleep(LOCK_PAUSE_S)
 
 
 def claim(handle: int) -> bool:
@@ -84,7 +84,7 @@ def claim(handle: int) -> bool:
     if WINDOWS:
         return True
     try:
-        return _locked(handle)
+        return _lock_handle(handle)
     except OSError as error:
         if error.errno in NO_LOCKS:
             return True
@@ -108,7 +108,7 @@ def is_special(path: Path) -> bool:
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
-def _opened(beside: Path) -> int | None:
+def _open_lock(beside: Path) -> int | None:
     """The lock file, made if need be; None where the folder cannot be written."""
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     try:
@@ -122,12 +122,12 @@ def _opened(beside: Path) -> int | None:
         return None
 
 
-def _taken(beside: Path, handle: int) -> HeldLock | None:
+def _take_lock(beside: Path, handle: int) -> HeldLock | None:
     """The lock; None where somebody else has it, or has removed its file since it was opened. Raises OSError."""
     with ExitStack() as in_vain:
         in_vain.callback(os.close, handle)
         try:
-            locked = _locked(handle)
+            locked = _lock_handle(handle)
         except OSError as error:
             if error.errno not in NO_LOCKS:
                 raise
@@ -142,7 +142,7 @@ def _taken(beside: Path, handle: int) -> HeldLock | None:
     return None
 
 
-def _locked(handle: int) -> bool:
+def _lock_handle(handle: int) -> bool:
     from filelock import lock_descriptor  # late: most runs write nothing
 
     return lock_descriptor(handle, blocking=False)

@@ -1,4 +1,6 @@
-"""The file of `--cell`: a TOML file with the names of signals, what follows of which, and the scene (`scene_file`).
+"""Read the file of `--cell`: a TOML file with names of signals, rules for inputs, and the scene around the robot.
+
+floor = -600                  # [mm] height of the floor in the world; without it: the surface that the robot stands on
 
 [signals]
 "feeder.go" = 3
@@ -16,28 +18,331 @@ set = "camera.ready"
 variables = ["found.x", "found.y"]
 rows = [[120.0, 40.5], [80.0, -12.0]]    # one a time
 again = true                # after the last row comes the first
+
+[hand]
+opening = 100                 # [mm] between the open fingers, which close along the tool's Y
+tolerance = 5                 # [mm] how far the tool's tip may be from a part that the hand takes
+size = [20, 80, 50]           # [mm] of the fingers, which end at the tip: sensors see them
+signal = "part.held"          # an input that is on while the hand holds a part
+
+[[part]]
+name = "box"
+shape = "box"                 # size; cylinder: radius, height; sphere: radius; mesh: file, scale
+size = [40, 40, 60]
+at = [0, 550, -250]           # [mm] of its centre; or with O, A, T in degrees
+colour = "red"                # or [0.8, 0.1, 0.1]
+mass = 0.2                    # [kg]
+grasp = [{at = [0, 0, 20], width = 40}]     # places in the part's frame; without it, wherever it is narrow enough
+
+[[sensor]]
+name = "at.feeder"
+signal = 1001                 # -1001: on while nothing is there
+kind = "beam"                 # from, to, radius; box: at, size; proximity: at, direction, range, radius
+from = [-100, 550, -250]
+to = [100, 550, -250]
+
+[[feeder]]
+when = "feeder.go"            # each time it comes on, the next part comes; "-feeder.go": it goes off
+after = 0.8                   # [s]
+parts = ["box", "ring"]       # which are absent before
+at = [0, 550, -250]           # without it, each comes to its own place
+again = true                  # after the last comes the first, if it is absent
+
+[[sink]]
+when = "belt.go"              # the parts in its zone that nobody holds go
+at = [300, 450, -200]
+size = [200, 200, 200]
 """
 
 from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from vrs_cli.errors import FileDamaged, did_you_mean
+from vrs_cli.errors import FileDamaged, FileError, did_you_mean
 from vrs_cli.extras import shipped_folder
-from vrs_cli.files.cell_text import CellEntry, CellText
+from vrs_cli.files.cell_text import MAX_LENGTH_MM, CellEntry, CellText
+from vrs_cli.files.mesh_file import check, convex_pieces
 from vrs_cli.files.opening import text_at
-from vrs_cli.files.scene_file import SCENE_KEYS, read_scene
+from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.values import OUTPUTS, STRING_LENGTH
 from vrs_cli.values.numbers import LIMIT, Value
+from vrs_cli.values.world import (
+    Beam,
+    BoxShape,
+    CellScene,
+    Colour,
+    CylinderShape,
+    Feeder,
+    Fixture,
+    GraspPlace,
+    Gripper,
+    MeshShape,
+    PartSink,
+    Proximity,
+    ScenePart,
+    Sensor,
+    Shape,
+    SphereShape,
+    Zone,
+)
+
+MAX_BODIES = 5000  # parts and fixtures
+MAX_PART_MASS_KG = 1000.0  # [kg] of a part
+MAX_GRASPS = 20  # places of one part
+MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000  # [B] of one mesh file, and of all that a cell names
+MAX_MESH_POINTS = 200_000  # of all meshes of a cell
+SCENE_KEYS = ("part", "fixture", "sensor", "feeder", "sink", "hand", "floor")
+
+SHAPE_KEYS: Mapping[str, tuple[str, ...]] = {
+    "box": ("size",),
+    "cylinder": ("radius", "height"),
+    "sphere": ("radius",),
+    "mesh": ("file", "scale"),
+}
+SENSOR_KEYS: Mapping[str, tuple[str, ...]] = {
+    "beam": ("from", "to", "radius"),
+    "box": ("at", "size"),
+    "proximity": ("at", "direction", "range", "radius"),
+}
+COLOURS: Mapping[str, Colour] = {
+    "red": (0.80, 0.15, 0.15),
+    "orange": (0.93, 0.52, 0.13),
+    "yellow": (0.93, 0.79, 0.18),
+    "green": (0.22, 0.60, 0.28),
+    "blue": (0.18, 0.39, 0.75),
+    "white": (0.95, 0.95, 0.95),
+    "grey": (0.60, 0.62, 0.65),
+    "black": (0.12, 0.12, 0.12),
+}
+_BODY_KEYS = ("name", "shape", "at", "colour", *sum(SHAPE_KEYS.values(), ()))
+_SENSOR_KEYS = ("name", "signal", "kind", *dict.fromkeys(sum(SENSOR_KEYS.values(), ())))
+_NAME = re.compile(r"(?i)[A-Z][A-Z0-9._]{0,63}")
+V = TypeVar("V")
+
+
+def read_scene(text: CellText, given: Mapping[str, Any]) -> CellScene:
+    """Read the scene of a cell. Mistakes go to `text`."""
+    return _SceneReader(text, given).scene
+
+
+class _SceneReader:
+    """Reads a scene; parts and fixtures have names of their own."""
+
+    def __init__(self, text: CellText, given: Mapping[str, Any]) -> None:
+        self._text, self._given = text, given
+        self._names, self._parts, self._fed = {"floor"}, set[str](), set[str]()
+        self._meshes: dict[tuple[str, float], MeshShape] = {}
+        self._points = self._bytes = 0
+        bodies = sum(len(rows) for key in ("part", "fixture") if isinstance(rows := given.get(key), list))
+        if bodies > MAX_BODIES:
+            text.fault(text.whole, "part", f"{bodies} parts and fixtures, at most {MAX_BODIES} are read")
+            self.scene = CellScene()
+            return
+        parts = self._each("part", (*_BODY_KEYS, "mass", "grasp"), self._part)
+        fixtures = self._each("fixture", _BODY_KEYS, self._fixture)
+        self._parts = {part.name for part in parts}
+        self.scene = CellScene(
+            parts,
+            fixtures,
+            self._each("sensor", _SENSOR_KEYS, self._sensor),
+            self._each("feeder", ("when", "after", "parts", "at", "again"), self._feeder),
+            self._each("sink", ("when", "after", "at", "size"), self._sink),
+            self._gripper(),
+            self._floor(),
+        )
+
+    def _each(self, key: str, keys: Iterable[str], read: Callable[[CellEntry], V]) -> tuple[V, ...]:
+        """Read each [[key]]."""
+        return tuple(map(read, self._text.entries(key, self._given.get(key, []), keys)))
+
+    # --- bodies ---
+
+    def _part(self, entry: CellEntry) -> ScenePart:
+        text, at = self._text, self._text.pose(entry, "at")
+        mass = entry.given.get("mass", 0.1)
+        if type(mass) not in (int, float) or not 0.0 < mass <= MAX_PART_MASS_KG:
+            text.fault(entry, "mass", f"a mass is more than 0 and at most {MAX_PART_MASS_KG:g} kg")
+        return ScenePart(
+            self._name(entry), self._shape(entry), at, self._colour(entry, "orange"), mass, self._grasps(entry)
+        )
+
+    def _fixture(self, entry: CellEntry) -> Fixture:
+        return Fixture(self._name(entry), self._shape(entry), self._text.pose(entry, "at"), self._colour(entry, "grey"))
+
+    def _name(self, entry: CellEntry) -> str:
+        given = entry.given.get("name")
+        if not isinstance(given, str) or _NAME.fullmatch(given) is None:
+            missing = "it is missing: " if given is None else ""
+            self._text.fault(
+                entry, "name", f"{missing}a letter, then letters, digits, dots and underscores, 64 at most"
+            )
+            return ""
+        name = given.lower()
+        if name in self._names:
+            self._text.fault(entry, "name", f"{name} is the name of another, choose one of its own")
+        self._names.add(name)
+        return name
+
+    def _shape(self, entry: CellEntry) -> Shape:
+        """Read a shape; a box where it is wrong."""
+        text, kind = self._text, self._text.one_of(entry, "shape", SHAPE_KEYS)
+        self._refuse_others(entry, kind, SHAPE_KEYS, "shape")
+        match kind:
+            case "box":
+                return BoxShape(text.size(entry))
+            case "cylinder":
+                return CylinderShape(text.length(entry, "radius"), text.length(entry, "height"))
+            case "sphere":
+                return SphereShape(text.length(entry, "radius"))
+            case "mesh":
+                return self._mesh(entry)
+        return _UNIT
+
+    def _mesh(self, entry: CellEntry) -> Shape:
+        """Read a mesh file once for all bodies that have it."""
+        text, file, scale = self._text, entry.given.get("file"), entry.given.get("scale", 1.0)
+        if not isinstance(file, str):
+            text.fault(entry, "file", "the name of an STL, OBJ or GLB file, beside the cell")
+            return _UNIT
+        if type(scale) not in (int, float) or not 1e-6 <= scale <= 1e6:
+            text.fault(entry, "scale", "a factor from 1e-6 to 1e6")
+            return _UNIT
+        known = self._meshes.get((file, scale))
+        if known is None:
+            if self._points > MAX_MESH_POINTS:
+                text.fault(entry, "file", f"the meshes before it have {self._points} points, too many to read more")
+                return _UNIT
+            try:
+                self._bytes += check(text.beside(file), min(MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES - self._bytes))
+                known = MeshShape(convex_pieces(text.beside(file), scale), file)
+            except FileError as error:
+                text.fault(entry, "file", f"{error.detail}" + (f"; {error.hint}" if error.hint else ""))
+                return _UNIT
+            self._points += sum(map(len, known.pieces))
+            self._meshes[file, scale] = known
+        if any(abs(x) > MAX_LENGTH_MM / 1000.0 for piece in known.pieces for point in piece for x in point):
+            text.fault(entry, "scale", f"the mesh reaches farther than {MAX_LENGTH_MM:g} mm")
+        return known
+
+    def _refuse_others(
+        self, entry: CellEntry, kind: str | None, table: Mapping[str, tuple[str, ...]], what: str
+    ) -> None:
+        """Refuse keys that belong to another kind."""
+        own = table.get(kind or "", ())
+        others = {key for keys in table.values() for key in keys} - {*own, "at"}
+        for key in sorted(others & entry.given.keys() if kind else ()):
+            self._text.fault(entry, key, f"a {what} of kind {kind} has {', '.join(own)}")
+
+    def _colour(self, entry: CellEntry, default: str) -> Colour:
+        given = entry.given.get("colour", default)
+        if isinstance(given, str) and given in COLOURS:
+            return COLOURS[given]
+        if isinstance(given, list) and len(given) == 3 and all(type(x) in (int, float) and 0 <= x <= 1 for x in given):
+            red, green, blue = map(float, given)
+            return (red, green, blue)
+        self._text.fault(entry, "colour", f"one of {', '.join(COLOURS)}, or [red, green, blue] from 0 to 1")
+        return COLOURS[default]
+
+    def _grasps(self, entry: CellEntry) -> tuple[GraspPlace, ...]:
+        given = entry.given.get("grasp", [])
+        if not isinstance(given, list) or len(given) > MAX_GRASPS or not all(isinstance(one, dict) for one in given):
+            wanted = f"a list of at most {MAX_GRASPS} places, such as [{{at = [0, 0, 20], width = 40}}]"
+            self._text.fault(entry, "grasp", wanted)
+            return ()
+        found = []
+        for one in given:
+            inner = CellEntry(f"{entry.name}grasp: ", self._text.lines_from(entry, "grasp"), one)
+            self._text.check_keys(inner, ("at", "width"))
+            found.append(GraspPlace(self._text.place(inner, "at"), self._text.length(inner, "width")))
+        return tuple(found)
+
+    # --- sensors ---
+
+    def _sensor(self, entry: CellEntry) -> Sensor:
+        text = self._text
+        kind = text.one_of(entry, "kind", SENSOR_KEYS)
+        self._refuse_others(entry, kind, SENSOR_KEYS, "sensor")
+        region: Beam | Zone | Proximity = Zone(IDENTITY, (1.0, 1.0, 1.0))
+        match kind:
+            case "beam":
+                region = Beam(text.place(entry, "from"), text.place(entry, "to"), text.length(entry, "radius", 0.5))
+            case "box":
+                region = Zone(text.pose(entry, "at"), text.size(entry))
+            case "proximity":
+                way, far = text.direction(entry, "direction"), text.length(entry, "range")
+                region = Proximity(text.place(entry, "at"), way, far, text.length(entry, "radius", 0.5))
+        name = entry.given.get("name")
+        if not isinstance(name, str) or _NAME.fullmatch(name) is None:
+            text.fault(entry, "name", "a name, such as at.feeder")
+            name = ""
+        signal = text.input_signal(entry, "signal") or 0
+        text.claim(entry, "signal", signal)
+        return Sensor(name.lower(), signal, region)
+
+    # --- what brings and takes parts ---
+
+    def _feeder(self, entry: CellEntry) -> Feeder:
+        text, given = self._text, entry.given.get("parts")
+        if not isinstance(given, list) or not given or not all(isinstance(one, str) for one in given):
+            text.fault(entry, "parts", 'a list of names of parts, such as ["box", "ring"]')
+            given = []
+        parts = tuple(one.lower() for one in given)
+        for name in parts:
+            if name not in self._parts:
+                near = did_you_mean(name[:80], self._parts, "each is the name of a [[part]]")
+                text.fault(entry, "parts", f"no part is called {name[:80]} ({near})")
+            elif name in self._fed:
+                text.fault(entry, "parts", f"{name} is fed already; each part comes once in one list")
+            self._fed.add(name)
+        at = text.pose(entry, "at") if "at" in entry.given else None
+        when, after = text.signal(entry, "when") or 0, text.seconds(entry, "after") or 0.0
+        return Feeder(parts, when, after, at, text.switch(entry, "again"))
+
+    def _sink(self, entry: CellEntry) -> PartSink:
+        text = self._text
+        zone = Zone(text.pose(entry, "at"), text.size(entry))
+        return PartSink(text.signal(entry, "when") or 0, zone, text.seconds(entry, "after") or 0.0)
+
+    # --- hand and floor ---
+
+    def _gripper(self) -> Gripper:
+        text, given = self._text, self._given.get("hand", {})
+        if not isinstance(given, dict):
+            text.fault(text.whole, "hand", "write [hand], and below it opening = 100")
+            return Gripper()
+        entry = text.entry("hand", given, ("opening", "tolerance", "size", "signal"))
+        plain = Gripper()
+        signal = (text.input_signal(entry, "signal") or 0) if "signal" in given else 0
+        text.claim(entry, "signal", signal)
+        return Gripper(
+            text.length(entry, "opening") if "opening" in given else plain.opening,
+            text.length(entry, "tolerance", 1e3 * plain.tolerance),
+            text.size(entry) if "size" in given else plain.size,
+            signal,
+        )
+
+    def _floor(self) -> float | None:
+        given = self._given.get("floor")
+        if given is None:
+            return None
+        if type(given) not in (int, float) or not abs(given) <= MAX_LENGTH_MM:
+            self._text.fault(self._text.whole, "floor", f"a height from -{MAX_LENGTH_MM:g} to {MAX_LENGTH_MM:g} mm")
+            return None
+        return float(given) / 1000.0
+
+
+_UNIT = BoxShape((1.0, 1.0, 1.0))  # in place of a shape that is wrong
+
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
 TABLES = ("signals", "follow", *SCENE_KEYS)
-LARGEST = 2_000_000  # characters of a cell
+MAX_CELL_CHARS = 2_000_000  # characters of a cell
 _VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark, without locations
 
 
@@ -48,13 +353,13 @@ def read_cell(path: str) -> Cell:
     if not Path(path).exists() and Path(path).name == path:
         sample = shipped_folder("programs") / f"{path.removesuffix('.toml')}.toml"
         path = str(sample) if sample.is_file() else path
-    return parse_cell(text_at(path, LARGEST), path)
+    return parse_cell(text_at(path, MAX_CELL_CHARS), path)
 
 
 def parse_cell(text: str, path: str = "cell") -> Cell:
     """The cell that a text describes. Raises FileDamaged."""
-    if len(text) > LARGEST:
-        raise FileDamaged(f"{path}: {len(text)} characters", f"at most {LARGEST} are read")
+    if len(text) > MAX_CELL_CHARS:
+        raise FileDamaged(f"{path}: {len(text)} characters", f"at most {MAX_CELL_CHARS} are read")
     try:
         given = tomllib.loads(text)
     except (ValueError, RecursionError) as error:

@@ -13,9 +13,9 @@ from vrs_cli.kinematics.transform import Transform, Vector, from_oat
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
-MOST_MISTAKES = 50  # that are told
-LONGEST = 400  # characters of a message
-FARTHEST = 100_000.0  # [mm] of a place from the world's origin, and the largest size of a body
+MAX_MISTAKES = 50  # that are told
+MAX_MESSAGE_CHARS = 400  # characters of a message
+MAX_LENGTH_MM = 100_000.0  # [mm] of a place from the world's origin, and the largest size of a body
 
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
@@ -79,13 +79,15 @@ class CellText:
 
     def fault(self, entry: CellEntry, key: str, what: str) -> None:
         """`key`: what is wrong in that table; its line, or the first of the table where none begins with it."""
-        if len(self.wrong) == MOST_MISTAKES:
+        if len(self.wrong) == MAX_MISTAKES:
             self.wrong.append(f"{self.path}: there are more mistakes")
-        if len(self.wrong) > MOST_MISTAKES:
+        if len(self.wrong) > MAX_MISTAKES:
             return
         line = min(self.lines_from(entry, key), default=0)
-        told = _CONTROL.sub("?", f"{entry.name}{key}: {what}")  # a message is one line
-        self.wrong.append(f"{self.path}:{line + 1}: {told if len(told) <= LONGEST else told[: LONGEST - 3] + '...'}")
+        message = _CONTROL.sub("?", f"{entry.name}{key}: {what}")  # a message is one line
+        if len(message) > MAX_MESSAGE_CHARS:
+            message = f"{message[: MAX_MESSAGE_CHARS - 3]}..."
+        self.wrong.append(f"{self.path}:{line + 1}: {message}")
 
     def lines_from(self, entry: CellEntry, key: str) -> range:
         """The lines of a table from the one that begins with a key; all of them where none does."""
@@ -104,7 +106,7 @@ class CellText:
             if isinstance(number, dict):
                 self.name_signals(number, f"{before}{last}.")
             elif not _is_signal(number):
-                self.fault(self.whole, name, f"{_told(number)} is no signal: 1-512, 1001-1512 or 2001-2512")
+                self.fault(self.whole, name, f"{_quote(number)} is no signal: 1-512, 1001-1512 or 2001-2512")
             elif twin:
                 self.fault(self.whole, name, f"signal {number} is called {twin} already")
             else:
@@ -123,7 +125,7 @@ class CellText:
             return -found if given.startswith("-") else found
         if type(given) is int and _is_signal(abs(given)):
             return given
-        self.fault(entry, key, "it is missing" if given is None else f"{_told(given)} is no signal")
+        self.fault(entry, key, "it is missing" if given is None else f"{_quote(given)} is no signal")
         return None
 
     def input_signal(self, entry: CellEntry, key: str) -> int | None:
@@ -144,14 +146,14 @@ class CellText:
         if given is None:
             return None
         if type(given) not in (int, float) or not 0.0 <= given <= LATEST:
-            self.fault(entry, key, f"{_told(given)} is no time from 0 to {LATEST:g} s")
+            self.fault(entry, key, f"{_quote(given)} is no time from 0 to {LATEST:g} s")
             return None
         return on_grid(float(given))
 
     def switch(self, entry: CellEntry, key: str) -> bool:
         given = entry.given.get(key, False)
         if type(given) is not bool:
-            self.fault(entry, key, f"{_told(given)} is neither true nor false")
+            self.fault(entry, key, f"{_quote(given)} is neither true nor false")
         return given is True
 
     # --- lengths and places: millimetres and degrees in the file, metres and radians inside ---
@@ -159,9 +161,9 @@ class CellText:
     def length(self, entry: CellEntry, key: str, default: float | None = None, *, least: float = 0.01) -> float:
         """Read a length in mm; `default` in mm; None: it must be there."""
         given = entry.given.get(key, default)
-        if type(given) not in (int, float) or not least <= given <= FARTHEST:
-            missing = "it is missing; " if given is None else f"{_told(given)}: "
-            self.fault(entry, key, f"{missing}a length from {least:g} to {FARTHEST:g} mm")
+        if type(given) not in (int, float) or not least <= given <= MAX_LENGTH_MM:
+            missing = "it is missing; " if given is None else f"{_quote(given)}: "
+            self.fault(entry, key, f"{missing}a length from {least:g} to {MAX_LENGTH_MM:g} mm")
             return 1.0
         return float(given) / 1000.0
 
@@ -170,8 +172,8 @@ class CellText:
         found = self._numbers(entry, key, (3,), "[x, y, z] in mm, such as [40, 40, 60]")
         if found is None:
             return (1.0, 1.0, 1.0)
-        if not all(0.01 <= one <= FARTHEST for one in found):
-            self.fault(entry, key, f"sizes are from 0.01 to {FARTHEST:g} mm")
+        if not all(0.01 <= one <= MAX_LENGTH_MM for one in found):
+            self.fault(entry, key, f"sizes are from 0.01 to {MAX_LENGTH_MM:g} mm")
         x, y, z = found
         return (x / 1000.0, y / 1000.0, z / 1000.0)
 
@@ -201,10 +203,10 @@ class CellText:
         if (
             isinstance(given, list)
             and len(given) in lengths
-            and all(type(one) in (int, float) and abs(one) <= FARTHEST for one in given)
+            and all(type(one) in (int, float) and abs(one) <= MAX_LENGTH_MM for one in given)
         ):
             return tuple(map(float, given))
-        missing = "it is missing: " if given is None else f"{_told(given)}: "
+        missing = "it is missing: " if given is None else f"{_quote(given)}: "
         self.fault(entry, key, f"{missing}{wanted}")
         return None
 
@@ -227,7 +229,7 @@ class CellText:
 UPRIGHT = (90.0, -90.0, 0.0)  # O, A, T of a body whose axes are those of the world
 
 
-def _told(given: Any) -> str:
+def _quote(given: Any) -> str:
     """A value in a message, cut where it is long."""
     text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
     return text if len(text) <= 80 else f"{text[:77]}..."

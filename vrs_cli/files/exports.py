@@ -287,7 +287,7 @@ def _ros_times(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[_Poin
     before = still = (0.0,) * arm.model.joint_count
     for span, following in pairwise(_spans(arm, timeline)):
         points = _between(timeline, rate, span, smooth=_same(before, span.first))
-        yield _refined(arm, timeline, span, points, smooth_end=_same(span.last, following.first))
+        yield _refine(arm, timeline, span, points, smooth_end=_same(span.last, following.first))
         before = span.last
     yield _Points(np.array([timeline.end]), np.array([_same(before, still)]))
 
@@ -304,7 +304,7 @@ def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _
     return _Points(times, np.concatenate(([smooth], np.ones(len(times) - 1, dtype=np.bool_))))
 
 
-def _refined(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *, smooth_end: bool) -> _Points:
+def _refine(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *, smooth_end: bool) -> _Points:
     """The points with more between them, until the interpolation is exact. It is for polynomials up to cubic ones."""
     segment = span.segment
     if segment is None or (isinstance(segment.path, JointPath) and segment.path.degree <= CUBIC):
@@ -316,7 +316,7 @@ def _refined(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *,
         times, smooth = _with(times, smooth, np.setdiff1d(grid, times))
     for _ in range(HALVINGS):
         middles = 0.5 * (times[:-1] + times[1:])
-        off = np.abs(_interpolated(positions_at(arm, timeline, times), smooth) - joints_over(arm, timeline, middles))
+        off = np.abs(_interpolate(positions_at(arm, timeline, times), smooth) - joints_over(arm, timeline, middles))
         wrong = off.max(axis=1) > EXACT
         if not wrong.any():
             break
@@ -329,7 +329,7 @@ def _with(times: Floats, smooth: Flags, more: Floats) -> tuple[Floats, Flags]:
     return np.insert(times, at, more), np.insert(smooth, at, True)
 
 
-def _interpolated(at: PositionArrays, smooth: Flags) -> Floats:
+def _interpolate(at: PositionArrays, smooth: Flags) -> Floats:
     """The joints halfway between points (N,), as a controller has them: (N - 1, n)."""
     h = np.diff(at.times)[:, None]
     middle = 0.5 * (at.joints[:-1] + at.joints[1:])
@@ -348,13 +348,13 @@ def _in_chunks(parts: Iterator[_Points], start: float) -> Iterator[_Points]:
         waiting.append(_Points(part.times[fresh], part.smooth[fresh]))
         count, last = count + int(fresh.sum()), max(last, int(ns[-1]))
         if count >= CHUNK:
-            yield _joined(waiting)
+            yield _join(waiting)
             waiting, count = [], 0
     if count:
-        yield _joined(waiting)
+        yield _join(waiting)
 
 
-def _joined(parts: Sequence[_Points]) -> _Points:
+def _join(parts: Sequence[_Points]) -> _Points:
     return _Points(np.concatenate([part.times for part in parts]), np.concatenate([part.smooth for part in parts]))
 
 

@@ -22,7 +22,7 @@ from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.errors import FileError, UsageError
 from vrs_cli.files.atomic import HeldLock, create_beside, hold, is_special, writing
 from vrs_cli.files.opening import reason
-from vrs_cli.files.past import GrowingFile, KeptRow, Past, Resumed, part_record, resumed
+from vrs_cli.files.past import GrowingFile, KeptRow, Past, Resumed, part_record, resume_journal
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
@@ -33,8 +33,8 @@ from vrs_cli.trajectory.reports import ReportColumns
 from vrs_cli.trajectory.row import EventRow, Row
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
+from vrs_cli.values.commands import Motion
 from vrs_cli.values.measured import Report
-from vrs_cli.values.motion import Motion
 from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form
 
@@ -75,7 +75,7 @@ class Taken(Struct, frozen=True):
     resumed: Resumed | None = None
 
     @property
-    def torn(self) -> bool:
+    def has_torn_line(self) -> bool:
         """Return whether an incomplete last line is left out."""
         if self.resumed is not None:
             return self.resumed.past.file.size > self.resumed.size
@@ -116,10 +116,10 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None, changes
 def _read(path: Path, held: HeldLock, progress: Callable[[float], None] | None, changes: int | None) -> Taken:
     file = GrowingFile(path)
     try:
-        if changes is not None and (found := resumed(file, changes)) is not None:
+        if changes is not None and (found := resume_journal(file, changes)) is not None:
             return Taken(path, held, file, resumed=found)
         recording = read_trajectory(path, progress)
-        if what := file.changed():
+        if what := file.find_change():
             raise FileError(f"{path} {what} while it was read", "try again")
     except BaseException:
         file.close()
@@ -169,9 +169,9 @@ class Journal:
         self.past = it.resumed.past if it.resumed is not None else None
         with writing(it.path):
             if it.file is None:
-                self._file, self._lines = self._begun(it.path, it.held)
+                self._file, self._lines = self._begin(it.path, it.held)
             else:
-                self._file, self._lines = self._gone_on(it.file, it.resumed or it.recording)
+                self._file, self._lines = self._continue(it.file, it.resumed or it.recording)
         if self.past is not None:
             self._places = self.past.places
         elif read_back is not None and self._lines.checksum is not None:
@@ -182,7 +182,7 @@ class Journal:
     def path(self) -> Path:
         return self._file.path
 
-    def _begun(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
+    def _begin(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
         """A new file with all that has happened, in the place of an older one at once."""
         beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
         self._places.clear()
@@ -199,7 +199,7 @@ class Journal:
             beside.close()
         return GrowingFile(path), lines
 
-    def _gone_on(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
+    def _continue(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
         """Take up the file that was read, without a last line that was torn."""
         assert read is not None, "the file was read"
         if file.size > read.size:
@@ -218,12 +218,12 @@ class Journal:
         if self._before is not None and deltas[0].version <= self._before.version:
             self._take_back()  # Ctrl-C came between the writing and the change
         try:
-            self._write(deltas[0].version, lambda: self._encoded(deltas))
+            self._write(deltas[0].version, lambda: self._encode(deltas))
         except FileError as error:
             if not happens:
                 raise
             self._take_back()
-            self._owed += self._encoded(deltas)
+            self._owed += self._encode(deltas)
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
@@ -250,15 +250,15 @@ class Journal:
             if not self._durable and len(data) < CHUNK:
                 self._owed = data
                 return
-            if not self._moved(before):
+            if not self._leave_if_changed(before):
                 with writing(self.path, NOT_DONE):
                     self._file.add(data, durable=self._durable and not self._together)
                 self._owed, self.unsettled = b"", self._together
-                if not self._moved(before):
+                if not self._leave_if_changed(before):
                     return
         raise FileError(f"{self.path} is changed by others again and again", "name another place")
 
-    def _encoded(self, deltas: Sequence[TimelineDelta]) -> bytes:
+    def _encode(self, deltas: Sequence[TimelineDelta]) -> bytes:
         """The next lines, behind those that are owed."""
         data, place = b"", self._file.size + len(self._owed)
         for delta in deltas:
@@ -325,13 +325,13 @@ class Journal:
                 self.sound = False
                 self._tell(f"{error}; the last measured reports are lost")
         try:
-            if not self._moved() or self._owed:
+            if not self._leave_if_changed() or self._owed:
                 with writing(self.path):
                     for line in self._owed.splitlines(keepends=True):  # as many as there is room for
                         self._file.add(line, durable=False)
                     self._file.add(b"", durable=True)
                 self._owed = b""
-                self._moved()
+                self._leave_if_changed()
         except FileError:
             self.sound = False
             raise
@@ -369,7 +369,7 @@ class Journal:
 
     def _repeat(self, line: Callable[[], bytes]) -> int | None:
         """Add a line that says again what those above say. Where it begins; None where it cannot be written now."""
-        if self._owed or self._doubtful or self._file.changed():
+        if self._owed or self._doubtful or self._file.find_change():
             return None
         place, checksum = self._file.size, self._lines.checksum
         try:
@@ -382,11 +382,11 @@ class Journal:
 
     # --- a fresh file ---
 
-    def _moved(self, before: _Before | None = None) -> bool:
+    def _leave_if_changed(self, before: _Before | None = None) -> bool:
         """Return whether the file is not ours any more; all that has happened is in a fresh one then, all `before` a
         change that is being written.
         """
-        what = self._file.changed()
+        what = self._file.find_change()
         if what:
             self._move(what, before)
         return bool(what)
@@ -402,10 +402,10 @@ class Journal:
                 held = hold(path)
                 failed.callback(held.release)
                 if self.past is None:
-                    self._file, self._lines = self._begun(path, held)
+                    self._file, self._lines = self._begin(path, held)
                     self._owed = b""
                 else:
-                    self.past.file = self._file = self._copied(path, held, before)
+                    self.past.file = self._file = self._copy_file(path, held, before)
                 failed.pop_all()
         except OSError as error:
             raise FileError(f"{old.path} {what}, and {path} cannot be written: {reason(error)}", NOT_DONE) from error
@@ -415,7 +415,7 @@ class Journal:
         self._before = None
         self._tell(f"*File error* {old.path} {what}: all of it goes on in {path}")
 
-    def _copied(self, path: Path, held: HeldLock, before: _Before | None) -> GrowingFile:
+    def _copy_file(self, path: Path, held: HeldLock, before: _Before | None) -> GrowingFile:
         """A new file with the lines of the present one, which has what is not in memory any more. Raises OSError."""
         old, size = self._file, self._file.size if before is None else before.size
         beside = create_beside(path, held)

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 KINDS = (".stl", ".obj", ".dae", ".glb")
-LARGEST = 50_000_000  # [B] of a file: no link of an arm has more
-MOST_FACES = 1_000_000  # of an OBJ or GLB file, whose faces are a few bytes each: an STL file of that size has as many
-MOST_PIECES = 64  # convex pieces of a part or fixture
-MOST_POINTS = 4000  # of a convex piece
+MAX_MESH_BYTES = 50_000_000  # [B] of a file: no link of an arm has more
+MAX_FACES = 1_000_000  # of an OBJ or GLB file, whose faces are a few bytes each: an STL file of that size has as many
+MAX_PIECES = 64  # convex pieces of a part or fixture
+MAX_PIECE_POINTS = 4000  # of a convex piece
 COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # of files that say how a mesh looks
 MAX_TEXTURE_BYTES, MAX_PIXELS = 20_000_000, 20_000_000
 CREASE = 0.6  # [rad] faces that meet at more have an edge between them
@@ -41,7 +41,7 @@ class MeshMissing(FileError, text="No mesh reader"):
 
 def load_mesh(path: Path) -> Trimesh:
     """All triangles of a file as one mesh, in its own units. Raises NonexistentFile, FileError, FileDamaged."""
-    mesh: Trimesh = _loaded(path).to_mesh()
+    mesh: Trimesh = _load_scene(path).to_mesh()
     return mesh
 
 
@@ -53,13 +53,13 @@ def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
     from trimesh import Scene
     from trimesh import Trimesh as Surface
 
-    found = _loaded(path, coloured=True)
+    found = _load_scene(path, coloured=True)
     size, shown = metres_of(found.units) * np.array(scale), Scene()
     for piece in found.dump():
         piece.apply_transform(np.diag([*size, 1.0]))  # a mirrored one is turned inside out, too
         if not _has_texture(piece.visual):
             look = _plain_look(_main_colour(piece.visual) or (*colour, 255))
-            shown.add_geometry(Surface(*creased(piece), visual=look, process=False))
+            shown.add_geometry(Surface(*split_creases(piece), visual=look, process=False))
         else:
             shown.add_geometry(piece)
     content: Any = shown
@@ -117,10 +117,10 @@ def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
     """The convex pieces in a file, each by its points in metres. A file of STL, OBJ or DAE is in millimetres if it
     does not say otherwise, GLB in metres. Raises NonexistentFile, FileError, FileDamaged.
     """
-    scene = _loaded(path)
+    scene = _load_scene(path)
     pieces = scene.dump()
-    if not 0 < len(pieces) <= MOST_PIECES:
-        raise FileDamaged(f"{path}: {len(pieces)} pieces", f"from 1 to {MOST_PIECES} pieces are read")
+    if not 0 < len(pieces) <= MAX_PIECES:
+        raise FileDamaged(f"{path}: {len(pieces)} pieces", f"from 1 to {MAX_PIECES} pieces are read")
     unit = metres_of(scene.units, 1e-3)
     return tuple(
         _hull(f"{path}: piece {number}" if len(pieces) > 1 else str(path), piece, unit * scale)
@@ -135,7 +135,7 @@ def metres_of(units: str | None, otherwise: float = 1.0) -> float:
     return float(unit_conversion(units, "meters")) if units else otherwise
 
 
-def _loaded(path: Path, *, coloured: bool = False) -> Any:
+def _load_scene(path: Path, *, coloured: bool = False) -> Any:
     """Return the scene in a file, with its colours and textures if `coloured`. Raises NonexistentFile, FileError,
     FileDamaged.
     """
@@ -187,11 +187,11 @@ def _check_faces(path: Path, kind: str, content: bytes) -> None:
     if kind == "glb":  # trimesh makes room for as many as its JSON part claims
         length = int.from_bytes(content[12:16], "little")
         count = sum(row.get("count", 0) for row in json.loads(content[20 : 20 + length]).get("accessors", ()))
-    if count > MOST_FACES:
-        raise FileError(f"{path}: {count} faces", f"at most {MOST_FACES} are read")
+    if count > MAX_FACES:
+        raise FileError(f"{path}: {count} faces", f"at most {MAX_FACES} are read")
 
 
-def check(path: Path, largest: int = LARGEST) -> int:
+def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:
     """Return the size of a mesh file [B]. Raises NonexistentFile, FileError: only small files of this machine are read,
     and only meshes.
     """
@@ -210,7 +210,7 @@ def check(path: Path, largest: int = LARGEST) -> int:
     return size
 
 
-def creased(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     """Return vertices (N, 3) and faces (M, 3) of a mesh whose edges are sharp: faces that meet at more than CREASE
     share no corners.
     """
@@ -245,8 +245,8 @@ def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
 
     used = np.unique(piece.faces)
     points = np.unique(piece.vertices[used], axis=0)
-    if len(points) > MOST_POINTS:
-        raise FileDamaged(f"{name} has {len(points)} points", f"simplify it to at most {MOST_POINTS} points")
+    if len(points) > MAX_PIECE_POINTS:
+        raise FileDamaged(f"{name} has {len(points)} points", f"simplify it to at most {MAX_PIECE_POINTS} points")
     size = float(np.ptp(points, axis=0).max())
     if not size > 0.0 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1] < FLAT * size:
         raise FileDamaged(f"{name} is flat", "give a solid")

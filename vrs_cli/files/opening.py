@@ -22,7 +22,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
 FIRST = 4096  # bytes
-PATIENCE, PAUSE = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
+PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
 V = TypeVar("V")
 
 
@@ -85,18 +85,18 @@ def open_to_write(path: Path) -> BinaryIO:
     """A device, or a pipe that somebody reads. Raises OSError."""
     if not stat.S_ISFIFO(path.stat().st_mode):
         return path.open("wb")
-    handle = _waited(lambda: _written_into(path), "nobody reads from this pipe")
+    handle = _wait_for(lambda: _written_into(path), "nobody reads from this pipe")
     os.set_blocking(handle, True)
     return os.fdopen(handle, "wb")
 
 
-def _waited(act: Callable[[], V | None], why_not: str) -> V:
+def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
     """Call `act` until it returns a value, for a while. Raises OSError."""
-    ends = time.monotonic() + PATIENCE
+    ends = time.monotonic() + PIPE_WAIT_S
     while (made := act()) is None:
         if time.monotonic() > ends:
             raise OSError(errno.ENXIO, why_not)
-        time.sleep(PAUSE)
+        time.sleep(PIPE_PAUSE_S)
     return made
 
 
@@ -106,13 +106,13 @@ class _Pipe(RawIOBase):
     def __init__(self, path: Path) -> None:
         self._handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         try:
-            self._first = _waited(self._begun, "nobody writes into this pipe")
+            self._first = _wait_for(self._first_bytes, "nobody writes into this pipe")
         except BaseException:
             self.close()
             raise
         os.set_blocking(self._handle, True)
 
-    def _begun(self) -> bytes | None:
+    def _first_bytes(self) -> bytes | None:
         """The first bytes, none yet where the writer takes its time; None where there is no writer."""
         try:
             return os.read(self._handle, FIRST) or None
@@ -159,7 +159,7 @@ def neighbours(path: Path) -> list[str]:
 
 
 AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
-LONGEST_NAME, LONGEST_PATH = 240, 4000  # bytes; systems have 255 and 4096, and vrs adds to names
+MAX_NAME_BYTES, MAX_PATH_BYTES = 240, 4000  # bytes; systems have 255 and 4096, and vrs adds to names
 ONLY_INSIDE = "programs have the files of the folder they run in, and those below it"
 GOOD = "data/log.txt is good everywhere"
 NOFOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -242,10 +242,10 @@ class Folder(Struct, frozen=True):
             try:
                 handle = os.open(path.name, os.O_RDONLY | NOFOLLOW, dir_fd=parent)
             except OSError as error:
-                raise self._refused(path) or error from None
+                raise self._refusal(path) or error from None
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             os.close(handle)
-            raise self._refused(path) or FileOutside(str(path), "it is no file")
+            raise self._refusal(path) or FileOutside(str(path), "it is no file")
         return os.fdopen(handle, "rb")
 
     @contextmanager
@@ -261,7 +261,7 @@ class Folder(Struct, frozen=True):
                 try:
                     inner = os.open(part, FOLDER | NOFOLLOW, dir_fd=handle)
                 except OSError as error:
-                    raise self._refused(path) or error from None
+                    raise self._refusal(path) or error from None
                 os.close(handle)
                 handle = inner
             yield handle
@@ -270,7 +270,7 @@ class Folder(Struct, frozen=True):
 
     def check(self, path: Path) -> None:
         """Raises FileOutside where a link, a device or a pipe is on the way to a file."""
-        if self.closed and (refused := self._refused(path)):
+        if self.closed and (refused := self._refusal(path)):
             raise refused
 
     def check_open(self, path: Path, handle: int) -> None:
@@ -285,7 +285,7 @@ class Folder(Struct, frozen=True):
         if there is None or not os.path.samestat(there, os.fstat(handle)):
             raise FileOutside(str(path), "its folder is another one now")
 
-    def _refused(self, path: Path) -> FileOutside | None:
+    def _refusal(self, path: Path) -> FileOutside | None:
         """Return the refusal of a path that is none of ours any more."""
         for place in (path, *path.parents):
             if place != self.root and self.root in place.parents and (what := _strange(place)):
@@ -313,9 +313,9 @@ def check_length(path: Path) -> None:
     text = str(path)
     if "\0" in text:
         raise FileError(repr(text), "a name cannot hold the character 0")
-    if max(map(_size, path.parts), default=0) > LONGEST_NAME or _size(text) > LONGEST_PATH:
+    if max(map(_size, path.parts), default=0) > MAX_NAME_BYTES or _size(text) > MAX_PATH_BYTES:
         raise FileError(
-            f"{text[:20]}... is too long", f"a name has at most {LONGEST_NAME} bytes, a path {LONGEST_PATH}"
+            f"{text[:20]}... is too long", f"a name has at most {MAX_NAME_BYTES} bytes, a path {MAX_PATH_BYTES}"
         )
 
 

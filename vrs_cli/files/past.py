@@ -63,7 +63,7 @@ class GrowingFile:
             self.close()
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
-    def changed(self) -> str:
+    def find_change(self) -> str:
         """Say what others have done to the file; "" for nothing."""
         if self._special:
             return ""
@@ -128,9 +128,9 @@ class GrowingFile:
 
 
 CHUNK = 1 << 16  # bytes that are read at once
-NEAR = 32  # rows, and parts of deltas, that were read last are kept, for all robots of a process
+CACHED_ROWS = 32  # rows, and parts of deltas, that were read last are kept, for all robots of a process
 HAND_KEY = b'"hand":'  # of a motion
-TAIL = 64  # bytes at the end of a line that have its checksum
+MAX_CHECKSUM_BYTES = 64  # bytes at the end of a line that have its checksum
 V = TypeVar("V")
 
 
@@ -153,12 +153,12 @@ class Past:
         self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
         self._read_to, self._motions = 0, Motions()  # deltas that were read in order, and what these describe
 
-    @lru_cache(NEAR)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
+    @lru_cache(CACHED_ROWS)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
     def row(self, place: int) -> Row:
         """The row whose line begins there. Raises FileError."""
         return self._read(lambda: Row(decode_row(_line(self.file, place).record, self.form)))
 
-    @lru_cache(NEAR)  # noqa: B019
+    @lru_cache(CACHED_ROWS)  # noqa: B019
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         """The deltas from number `first`, which begins a part, to before `last`. Raises FileError."""
         return self._read(lambda: self._read_deltas(first, last))
@@ -235,7 +235,7 @@ def _line(file: GrowingFile, place: int) -> JournalLine:
 
 def _checksums(file: GrowingFile, place: int) -> Checksums:
     """The checksums for the lines from a place on. Raises RecordError where the line before has none."""
-    return Checksums.after(file.read(max(place - TAIL, 0), min(place, TAIL)))
+    return Checksums.after(file.read(max(place - MAX_CHECKSUM_BYTES, 0), min(place, MAX_CHECKSUM_BYTES)))
 
 
 # --- going on ---------------------------------------------------------------------------------------------------
@@ -256,7 +256,7 @@ class Resumed(Struct, frozen=True):
     measured: MeasuredTimeline
 
 
-def resumed(file: GrowingFile, changes: int) -> Resumed | None:
+def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
     """Read a journal from the last checkpoint that has so many changes after it; None where there is none,
     or something is wrong with what was read: all of it is to be read then.
     """
@@ -269,7 +269,7 @@ def resumed(file: GrowingFile, changes: int) -> Resumed | None:
             after += 0 if version is None else version - record.checkpoint
             if after >= changes:
                 older = not record.events and _has_older_hand(file)
-                return None if older else _resumed(file, place, record)
+                return None if older else _resume_at(file, place, record)
             place, version = record.before, record.checkpoint
     except (OSError, ValueError, LookupError, VrsError):
         pass
@@ -308,7 +308,7 @@ def _has_older_hand(file: GrowingFile) -> bool:
     return False
 
 
-def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed:
+def _resume_at(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed:
     data = b""
     while b"\n" not in data and (chunk := file.read(len(data), CHUNK)):
         data += chunk

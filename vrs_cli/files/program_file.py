@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import codecs
 import os
+import time
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.extras import shipped_folder
+from vrs_cli.files.atomic import HeldLock, hold, write_atomically
 from vrs_cli.files.opening import FREE, Folder, check_length, neighbours, text_of, unreadable
 from vrs_cli.language.text.source import DISK_END, files_named_above, named_above, program_name, programs_headed
 from vrs_cli.language.words.values import key_of
@@ -17,7 +21,7 @@ EXTENSION = ".v2"
 PROGRAM_SUFFIXES = (".v2", ".pg")  # how files of programs end
 MAX_NEIGHBOURS = 1000  # files of a folder that are looked at for programs
 
-LARGEST = 64 * 2**20  # bytes; a text this long is no program
+MAX_PROGRAM_BYTES = 64 * 2**20  # bytes; a text this long is no program
 
 
 def read_program_file(path: str | Path, within: Folder = FREE) -> str:
@@ -29,7 +33,7 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
     found = find_program_file(path)
     try:
         with (FREE if is_sample(found) else within).open_to_read(found) as stream:
-            data = stream.read(LARGEST + 1)
+            data = stream.read(MAX_PROGRAM_BYTES + 1)
     except OSError as error:
         raise unreadable(found, error) from error
     return decode_program(str(found), data)
@@ -80,8 +84,8 @@ def programs_beside(path: Path) -> dict[str, str]:
 
 def decode_program(name: str, data: bytes) -> str:
     """The text of a program file's bytes; `name` is for the message. Raises FileDamaged when they are too many."""
-    if len(data) > LARGEST:
-        raise FileDamaged(f"{name} is longer than {LARGEST // 2**20} MB", "a program file is VAL-II text")
+    if len(data) > MAX_PROGRAM_BYTES:
+        raise FileDamaged(f"{name} is longer than {MAX_PROGRAM_BYTES // 2**20} MB", "a program file is VAL-II text")
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = data.decode("utf-16", errors="replace") if utf16 else text_of(data)
     return text.replace("\r\n", "\n").replace("\r", "\n").rstrip(DISK_END)
@@ -131,3 +135,119 @@ def _near(path: Path) -> str:
         return f"did you mean {folder / near}?"
     programs = sorted(name for name in neighbours(path) if name.lower().endswith(EXTENSION))
     return f"its folder has {', '.join(programs[:MOST_SHOWN])}" if programs else "its folder has no program file"
+
+
+KEPT, DECLINED = "unstored-", "declined-"
+KEEP_DECLINED_S = 30 * 86_400.0  # [s] so long a file stays that nobody wanted
+PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
+
+
+class Recovery:
+    """The file of one shell, made when there is something to write. Nothing raises: without a place there is no file.
+
+    One thread writes, since a disk may take its time to say that it has all; of what comes meanwhile it takes the last.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        from concurrent.futures import ThreadPoolExecutor  # late: most commands keep nothing
+
+        self._folder = folder
+        self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recovery")
+        self._text: str | None = None
+        self._path: Path | None = None
+        self._held: HeldLock | None = None
+
+    def write(self, text: str) -> None:
+        """Keep this in place of what was kept."""
+        self._text = text
+        self._writer.submit(self._write)
+
+    def remove(self) -> None:
+        """Remove the file: there is nothing to keep any more."""
+        self._text = None
+        self._writer.submit(self._remove).result()
+
+    def wait(self) -> None:
+        """Wait until all is written."""
+        self._writer.submit(lambda: None).result()
+
+    # --- in the thread ---
+
+    def _write(self) -> None:
+        text, self._text = self._text, None
+        if text is not None:
+            with suppress(OSError, FileError):
+                write_atomically(self._path or self._begin(), text)
+
+    def _begin(self) -> Path:
+        self._folder.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
+        path = self._folder / f"{KEPT}{os.getpid()}-{os.urandom(4).hex()}{EXTENSION}"
+        self._held, self._path = hold(_mark(path)), path
+        return path
+
+    def _remove(self) -> None:
+        if self._path is not None:
+            with suppress(OSError):
+                self._path.unlink(missing_ok=True)
+        if self._held is not None:
+            self._held.release()
+        self._path = self._held = None
+
+
+class LeftFile(NamedTuple):
+    """A file that a shell has left, locked for us until `remove` or `decline`."""
+
+    path: Path
+    written: datetime
+    text: str
+    held: HeldLock
+
+    def remove(self) -> None:
+        """Remove the file: it has been taken over."""
+        with suppress(OSError):
+            self.path.unlink()
+        self.held.release()
+
+    def decline(self) -> Path:
+        """Nobody is asked about it again; where it lies."""
+        place = self.path.with_name(self.path.name.replace(KEPT, DECLINED, 1))
+        with suppress(OSError):
+            self.path.rename(place)
+        self.held.release()
+        return place
+
+
+def recovery_files(folder: Path) -> list[Path]:
+    """The files of shells that run, and of those that have left theirs."""
+    return list(folder.glob(f"{KEPT}*{EXTENSION}"))
+
+
+def left_files(folder: Path) -> list[LeftFile]:
+    """The files that shells have left, the oldest first; those that nobody wanted go in time. What cannot be read is
+    passed over."""
+    for path in folder.glob(f"{DECLINED}*{EXTENSION}"):
+        with suppress(OSError):
+            if time.time() - path.stat().st_mtime > KEEP_DECLINED_S:
+                path.unlink()
+    found = [one for path in recovery_files(folder) if (one := _lock_left(path)) is not None]
+    return sorted(found, key=lambda one: one.written)
+
+
+def _lock_left(path: Path) -> LeftFile | None:
+    """A file with its lock; None where its shell runs."""
+    with suppress(OSError, FileError):
+        held = hold(_mark(path))
+        try:
+            if held.firm:
+                return LeftFile(
+                    path, datetime.fromtimestamp(path.stat().st_mtime), path.read_text(encoding="utf-8"), held
+                )
+        except (OSError, UnicodeDecodeError):
+            pass
+        held.release()
+    return None
+
+
+def _mark(path: Path) -> Path:
+    """The path that is locked while the shell runs; the file itself is locked only while it is written."""
+    return path.with_suffix(".shell")

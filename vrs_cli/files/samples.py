@@ -28,7 +28,7 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse, position
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND
+from vrs_cli.values.commands import HAND
 from vrs_cli.version import __version__
 
 CHUNK = 4096  # rows that are in memory at a time
@@ -188,8 +188,8 @@ class _Counted:
 
 def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
     n = arm.model.joint_count
-    joint_state = _stamped("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
-    tool, frames = _stamped("world", numbers="7d"), _Frames(arm)
+    joint_state = _stamped_encoder("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
+    tool, frames = _stamped_encoder("world", numbers="7d"), _Frames(arm)
     for times in sample_times(timeline, rate):
         here = positions_at(arm, timeline, times)
         rows = zip(
@@ -207,7 +207,7 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessa
             yield LogMessage(ns, FRAMES, frames.message(ns, poses))
 
 
-def _stamped(*fields: Field, numbers: str) -> Callable[..., bytes]:
+def _stamped_encoder(*fields: Field, numbers: str) -> Callable[..., bytes]:
     """Return a function that makes messages in CDR. They differ in their time [ns] and in `numbers`, which come last:
     as `cdr` does, but the rest is made once.
     """

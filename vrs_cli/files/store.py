@@ -78,7 +78,7 @@ class Layout(Struct, frozen=True):
         entries, ends = {**self.entries, **other.entries}, {**self.ends, **other.ends}
         return Layout({**self.parts, **other.parts}, entries, ends, other.tail or self.tail)
 
-    def renamed(self, old: str, new: str) -> Layout:
+    def with_renamed(self, old: str, new: str) -> Layout:
         """Return the layout after a program has got another name."""
         parts = dict(self.parts)
         parts[key_of(new)] = parts.pop(key_of(old), ())
@@ -154,12 +154,12 @@ def store(
     programs: Sequence[str] = (),
     layout: Layout = NO_LAYOUT,
 ) -> str:
-    """The text of a file that brings `what` back when it is loaded, as `chosen` has it."""
+    """The text of a file that brings `what` back when it is loaded, as `choose_parts` has it."""
     everything = not programs and set(what) >= EVERYTHING
-    return text_of(chosen(environment, what, programs), layout, everything=everything)
+    return text_of(choose_parts(environment, what, programs), layout, everything=everything)
 
 
-def chosen(
+def choose_parts(
     environment: Memory, what: Collection[MemoryPart] = EVERYTHING, programs: Sequence[str] = ()
 ) -> list[Program | Section]:
     """Choose what is written. With `programs`, only these, those that they call, and the variables that all of them
@@ -182,7 +182,7 @@ def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, e
 
 
 def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[Item, Value]:
-    """The values of the variables in parts that were `chosen`."""
+    """The values of the variables in parts that were `choose_parts`."""
     items = (item_of(entry) for part in parts if isinstance(part, Section) for entry in part.entries)
     return {item: value for item in items if (value := environment.value(item)) is not None}
 
@@ -252,7 +252,7 @@ def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tu
         program = waiting.pop(0)
         if program.key not in found:
             found[program.key] = program
-            waiting += [known[key] for key in _called(program) if key in known]
+            waiting += [known[key] for key in _called_keys(program) if key in known]
     return tuple(found.values())
 
 
@@ -264,7 +264,7 @@ def may_be_called(programs: Iterable[Program], known: Mapping[str, Program]) -> 
     return (*found, *known.values()) if by_text else found
 
 
-def _called(program: Program) -> Iterator[str]:
+def _called_keys(program: Program) -> Iterator[str]:
     """The keys of the programs that a program names, as CALL does."""
     for node in ast.nodes(program):
         if isinstance(node, ast.Instruction) and node.word in INSTRUCTIONS:

@@ -37,8 +37,8 @@ from vrs_cli.values.numbers import count
 BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
-PAUSE = 3600.0  # [s] between two targets; one wrong time far ahead must not end the stream
-LONGEST = 60  # characters of a wrong first line that are shown: it may be any file
+MAX_PAUSE_S = 3600.0  # [s] between two targets; one wrong time far ahead must not end the stream
+MAX_SHOWN_CHARS = 60  # characters of a wrong first line that are shown: it may be any file
 
 
 class TimedTarget(Struct, frozen=True):
@@ -85,7 +85,7 @@ def read_targets(
         if not fields:
             continue
         if columns is None and len(fields) > 1 and all(read_number(field) is None for field in fields):
-            columns = _named(fields, joints, where)
+            columns = _read_heading(fields, joints, where)
             continue
         at_first = columns or _Columns(0, tuple(range(1, joint_count + 1)), False, joint_count + 1)
         try:
@@ -118,13 +118,15 @@ class _Times:
             raise FileDamaged(f"{where}: {t!r} s is no time from {first!r} to {first + LATEST!r} s", hint)
         if t < self._last:
             raise FileDamaged(f"{where}: {t!r} s comes after {self._last!r} s", "times go on")
-        if isfinite(self._last) and t - self._last > PAUSE:
-            raise FileDamaged(f"{where}: {t!r} s is a jump from {self._last!r} s", f"a pause is at most {PAUSE:g} s")
+        if isfinite(self._last) and t - self._last > MAX_PAUSE_S:
+            raise FileDamaged(
+                f"{where}: {t!r} s is a jump from {self._last!r} s", f"a pause is at most {MAX_PAUSE_S:g} s"
+            )
         self._first, self._last = first, t
         return t - first
 
 
-def _named(fields: Sequence[str], joints: Sequence[str], where: str) -> _Columns:
+def _read_heading(fields: Sequence[str], joints: Sequence[str], where: str) -> _Columns:
     names = [field.lower() for field in fields]
     others = [name for name in names if name not in joints and name[:2] == "jt" and name[2:].isdecimal()]
     if others:
@@ -133,7 +135,7 @@ def _named(fields: Sequence[str], joints: Sequence[str], where: str) -> _Columns
         if all(name in names for name in (TIME, *wanted)):
             return _Columns(names.index(TIME), tuple(map(names.index, wanted)), is_pose, len(names))
     found = ", ".join(fields)
-    told = found if len(found) <= LONGEST else f"{found[:LONGEST]}..."
+    told = found if len(found) <= MAX_SHOWN_CHARS else f"{found[:MAX_SHOWN_CHARS]}..."
     raise FileDamaged(f"{where}: the columns are {told}", f"t,{','.join(joints)} or t,{','.join(POSE)} are wanted")
 
 

@@ -18,7 +18,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.opening import FREE, Folder, unreadable
-from vrs_cli.files.rebuild import Fault, OlderHand, apply, check_order
+from vrs_cli.files.rebuild import Fault, OlderHand, apply, check_order, faults
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -46,11 +46,11 @@ from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
 REPAIR = "vrs replay --lenient plays what can be read of it"
-MOST_FAULTS = 20  # that are told
+MAX_FAULTS = 20  # that are told
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 GUIDE_IN_PYTHON = "a trajectory file is what Robot.save or vrs run --save wrote"
-LINES_A_REPORT = 512  # of progress
-LONGEST_HEADER = 1 << 24  # bytes; a robot takes two thousand
+LINES_PER_PROGRESS = 512  # of progress
+MAX_HEADER_BYTES = 1 << 24  # bytes; a robot takes two thousand
 
 
 def write_trajectory(
@@ -154,15 +154,15 @@ class _Reader:
         self._motions, self._deltas = Motions(), list[TimelineDelta]()
         self._numbers, self._places = array("L"), list[int]()
         try:
-            self._opened(1, first)
+            self._open_line(1, first)
             self._arm = arm_for(from_dict(record.robot, f"{path}, line 1: robot"))
             self._form = Form.of(self._arm)
             self._initial = segments_of(record.initial, self._motions, None, self._form)
             check_order(self._initial)
         except RecordError as error:
-            raise _damaged(path, 1, str(error)) from None
+            raise _damage_error(path, 1, str(error)) from None
         if not self._initial:
-            raise _damaged(path, 1, "the initial timeline has no segment")
+            raise _damage_error(path, 1, "the initial timeline has no segment")
         self._hand, self._measured = OlderHand(), MeasuredRecord(self._form.joint_count)
         self._begin = self._timeline = self._hand.initial(self._initial)
 
@@ -171,7 +171,7 @@ class _Reader:
         FileDamaged.
         """
         try:
-            record = self._opened(number, line)
+            record = self._open_line(number, line)
             if has_reports(record):
                 self._measured.add_columns(decode_reports(record, self._form))
             if not has_delta(record):
@@ -180,7 +180,7 @@ class _Reader:
             self._timeline = apply(self._timeline, delta)
         except RecordError as error:
             if not self._lenient:
-                raise _damaged(self._path, number, str(error)) from None
+                raise _damage_error(self._path, number, str(error)) from None
             self._faults.append(Fault(number, f"{error}; it is left out, and all after it"))
             return False
         if not len(self._deltas) % PART:
@@ -189,7 +189,7 @@ class _Reader:
         self._numbers.append(number)
         return True
 
-    def _opened(self, number: int, line: bytes) -> bytes:
+    def _open_line(self, number: int, line: bytes) -> bytes:
         try:
             return self._checksums.open(line)
         except RecordError as error:
@@ -200,12 +200,10 @@ class _Reader:
 
     def recording(self, lines: _Lines) -> Recording:
         """Check the laws of the whole file, and return it. Raises FileDamaged."""
-        from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
-
         sealed = self._checksums.last is not None and not self._lenient
-        for fault in islice(faults(self._arm, self._timeline, self._deltas, self._numbers), MOST_FAULTS):
+        for fault in islice(faults(self._arm, self._timeline, self._deltas, self._numbers), MAX_FAULTS):
             if sealed:
-                raise _damaged(self._path, fault.line, fault.what)
+                raise _damage_error(self._path, fault.line, fault.what)
             self._faults.append(fault)
         return Recording(
             arm=self._arm,
@@ -235,8 +233,8 @@ class _Lines:
 
     def first(self, path: Path) -> bytes:
         """The header. Raises FileDamaged for a file of another kind, without reading all of it."""
-        line = self._stream.readline(LONGEST_HEADER)
-        if len(line) == LONGEST_HEADER:
+        line = self._stream.readline(MAX_HEADER_BYTES)
+        if len(line) == MAX_HEADER_BYTES:
             raise _no_header(path)
         if not line.endswith(b"\n") and not is_object(line):
             raise FileDamaged(f"{path} has no whole first line", GUIDE, in_python=GUIDE_IN_PYTHON)
@@ -250,7 +248,7 @@ class _Lines:
                 return
             self.whole += len(line)
             yield line
-            if self._progress is not None and not number % LINES_A_REPORT:
+            if self._progress is not None and not number % LINES_PER_PROGRESS:
                 self._progress(min(self.whole / self._size, 1.0))
 
 
@@ -268,12 +266,12 @@ def _header_record(path: Path, line: bytes) -> HeaderRecord:
     try:
         return decode(line, HeaderRecord)
     except RecordError as error:
-        raise _damaged(path, 1, str(error)) from None
+        raise _damage_error(path, 1, str(error)) from None
 
 
 def _no_header(path: Path) -> FileDamaged:
     return FileDamaged(f"{path}, line 1: no header of a trajectory file", GUIDE, in_python=GUIDE_IN_PYTHON)
 
 
-def _damaged(path: Path, number: int, what: str) -> FileDamaged:
+def _damage_error(path: Path, number: int, what: str) -> FileDamaged:
     return FileDamaged(f"{path}, line {number}: {what}", REPAIR if number > 1 else GUIDE)

@@ -34,8 +34,7 @@ from vrs_cli.language.text.source import (
     repeated,
     repeated_programs,
 )
-from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
@@ -142,7 +141,7 @@ class Inspector:
         idle = set[str]()
         for placed, program in programs_of(programs.values()):
             found += placed.found(_settings_of(program, idle))
-        return heeded(lines, ordered(found))
+        return heeded(lines, in_order(found))
 
     # --- analysis ---
 
@@ -211,7 +210,7 @@ def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tup
         found += _unexpected(one.analysis)
         found += constants.above_full_speed(one.program)
         found += _settings_of(one.program, idle)
-    return heeded(programs[0].lines, ordered(found)) if found else ()
+    return heeded(programs[0].lines, in_order(found)) if found else ()
 
 
 def _unexpected(analysis: Analysis) -> Iterator[Diagnostic]:
@@ -337,7 +336,7 @@ def _value(environment: Environment, target: ast.Variable) -> Transform | tuple[
     whole = tuple(map(round, numbers))
     index = None if not whole else whole[0] if len(whole) == 1 else whole
     reference = environment.reference(target.sigil + target.name, index)
-    if not reference.defined():
+    if not reference.has_value():
         return None
     value = reference.value()
     return None if isinstance(value, float | int | str) else value

@@ -20,8 +20,7 @@ from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
 from vrs_cli.kinematics.transform import Transform, along, angle_between, compose, distance, dot, position, subtracted
 from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Break, Move, SetParameter
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
 
 STEP = 0.01  # [s] between two looks at the way
 STANDS = 1e-6  # [rad, m] a joint that has not moved

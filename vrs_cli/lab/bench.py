@@ -30,8 +30,7 @@ from vrs_cli.lab.delays import PLACES, measure_delays, random_place
 from vrs_cli.lab.methods import Guarded, Predictor, RemoteController
 from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Move, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, Stamp
 
 LEAD = 0.4  # [s] from the issue of a motion of "moves" to its begin
 BETWEEN = 2.0  # [s] between two motions of "moves", and two goals of "steps"

@@ -36,8 +36,7 @@ from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.preview import Flags, FlagWindow, merged
 from vrs_cli.net.timesync import Playout, TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.commands import Move, SetParameter, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 

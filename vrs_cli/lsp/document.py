@@ -44,7 +44,7 @@ from vrs_cli.lsp.occurrences import (
     pieces,
 )
 from vrs_cli.values.diagnostics import Diagnostic, Span
-from vrs_cli.values.prompt import Suggestion
+from vrs_cli.values.questions import Suggestion
 
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _MEANT = re.compile(r"did you mean ([#$]?[A-Za-z][\w.]*)\?")

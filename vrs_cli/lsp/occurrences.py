@@ -19,7 +19,7 @@ from vrs_cli.language.text.parser import Part
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Shape
 from vrs_cli.render.colours import Ink, scan
-from vrs_cli.values.diagnostics import Span, ordered
+from vrs_cli.values.diagnostics import Span, in_order
 
 _GOTO = re.compile(r"\bGOTO\s+(\d+)", re.IGNORECASE)
 _DIGITS = re.compile(r"\d*")
@@ -50,7 +50,7 @@ def occurrences(part: Part) -> tuple[Occurrence, ...]:
     node = part.node
     entries = node.entries if isinstance(node, Section) else ()
     found = _of_program(part, node) if isinstance(node, Program) else (_variable(part, one.variable) for one in entries)
-    return ordered(found)
+    return in_order(found)
 
 
 def locals_of(part: Part) -> frozenset[str]:

@@ -35,7 +35,7 @@ from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.measured import BodyMode, Report
-from vrs_cli.wire.report_rows import MAX_REPORTS, columns_of, row_parts
+from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, row_fields, row_parts
 
 SEND_EVERY = 0.02  # [s] between two messages with reports
 KEPT = 60.0  # [s] of reports that are kept, to be sent again after a cut
@@ -105,7 +105,7 @@ class BodyClient:
                 task.cancel()
         if self.embodied and self.far.open:
             with suppress(VrsError):
-                self._send_batch(waiting=MAX_REPORTS * MAX_WAITING)
+                self._send_batch(waiting=MAX_MESSAGE_REPORTS * MAX_WAITING)
                 self.client.begin(lambda id: Embody(id, held=False), lambda _end: None)
         await self.client.close()
 
@@ -272,6 +272,6 @@ class BodyClient:
             if self.far.connection.waiting > waiting:
                 return
             first = self._first + len(self._sent)
-            self.client.send(Measured(first=first, sent=self.now(), round_trip=trip, **columns_of(part)))
+            self.client.send(Measured(first=first, sent=self.now(), round_trip=trip, **row_fields(part)))
             for _ in part:
                 self._sent.append(self._fresh.popleft())

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Protocol
 
 from vrs_cli.errors import LimitReached, RequestRefused
-from vrs_cli.files.store import EVERYTHING, chosen, text_of
+from vrs_cli.files.store import EVERYTHING, choose_parts, text_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net import messages
 from vrs_cli.net.client_session import ClientSession, commands
@@ -184,7 +184,7 @@ def _teaches(client: ClientSession) -> bool:
 def _memory_of(session: Session) -> str:
     """Return all programs and variables of a robot, as STORE writes them. Raises RequestRefused if there are none."""
     memory, layout = session.actor.call(lambda: (session.environment.copy(), session.layout)).result()
-    text = text_of(chosen(memory, [*EVERYTHING], ()), layout, everything=True)
+    text = text_of(choose_parts(memory, [*EVERYTHING], ()), layout, everything=True)
     if not text.strip():
         raise RequestRefused("there is nothing to hand in", "write a program first")
     return text

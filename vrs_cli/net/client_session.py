@@ -35,8 +35,7 @@ from vrs_cli.net.stream import MessageForm
 from vrs_cli.net.tokens import Grant
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import Amendment, Confirmation, Parting, Question
+from vrs_cli.values.questions import Amendment, Confirmation, Parting, PromptStatus, Question
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, StyledLine, Tone, refusal
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.codec import Encoding

@@ -21,9 +21,8 @@ from vrs_cli.engine.position import start_before
 from vrs_cli.net.messages import Contacts, Course, ServerMessage
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.contacts import ContactSpan
-from vrs_cli.values.motion import MotionKind
-from vrs_cli.values.world import CourseRows
+from vrs_cli.values.commands import MotionKind
+from vrs_cli.values.world import ContactSpan, CourseRows
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker

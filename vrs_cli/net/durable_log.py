@@ -25,8 +25,7 @@ from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import FileError, FileExists, LimitReached
 from vrs_cli.files.atomic import atomically, write_atomically, writing
-from vrs_cli.files.disk import BLOCK
-from vrs_cli.files.folder import existing
+from vrs_cli.files.disk import BLOCK, existing
 from vrs_cli.files.opening import Folder, reason, unreadable
 from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
@@ -207,7 +206,7 @@ class MemoryFile:
         gone = not self._programs.keys() <= programs.keys()
         gone = gone or any(environment.value(item) is None for item in items)
         file = self._file
-        if gone or file is None or self._least < 0 or file.size > 2 * self._least + SLACK or file.changed():
+        if gone or file is None or self._least < 0 or file.size > 2 * self._least + SLACK or file.find_change():
             self._replace()
             return
         new = [self._text(key, one) for key, one in programs.items() if self._programs.get(key) is not one]

@@ -13,10 +13,9 @@ from msgspec import Struct
 
 from vrs_cli.interfaces.station.lease import Notice
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.values.contacts import ContactSpan
 from vrs_cli.values.hand import DragState as PulledState
 from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm
-from vrs_cli.values.world import CourseRows
+from vrs_cli.values.world import ContactSpan, CourseRows
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.messages import (
     Abort,
@@ -40,19 +39,19 @@ from vrs_cli.wire.messages import (
     Located,
     Numbered,
     Positions,
+    Refusal,
     Refused,
     Request,
     Result,
     ServerMessage,
+    SnapshotRecord,
     Status,
     Told,
     Typed,
     Withdrawn,
 )
 from vrs_cli.wire.records import Columns, Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
-from vrs_cli.wire.refusal import Refusal
-from vrs_cli.wire.report_rows import ReportRows
-from vrs_cli.wire.snapshots import SnapshotRecord
+from vrs_cli.wire.report_columns import ReportRows
 from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1

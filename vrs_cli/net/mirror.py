@@ -22,7 +22,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.questions import PromptStatus
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
 

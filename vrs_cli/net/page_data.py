@@ -24,10 +24,10 @@ from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.course_teller import WholeCourse, whole_course
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.commands import MotionKind
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.codec import table_of
-from vrs_cli.wire.snapshots import snapshot_record
+from vrs_cli.wire.messages import snapshot_record
 
 MESH = "mesh"
 MAX_KEPT_BYTES = 100_000_000  # of converted meshes

@@ -54,8 +54,8 @@ from vrs_cli.net.messages import (
     Withdrawn,
 )
 from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
+from vrs_cli.wire.messages import Refusal
 from vrs_cli.wire.records import RecordError
-from vrs_cli.wire.refusal import Refusal
 
 HELLO_SECONDS = 10.0  # in which a client says who it is
 HELLO_BYTES = 32_000

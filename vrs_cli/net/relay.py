@@ -37,9 +37,8 @@ from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, HELLO_SECONDS, ClientConnection, ConnectionState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
-from vrs_cli.wire.messages import ClientMessage, ServerMessage
+from vrs_cli.wire.messages import ClientMessage, Refusal, ServerMessage
 from vrs_cli.wire.records import DeltaRecord, Motions, Number, RecordError, delta_record
-from vrs_cli.wire.refusal import Refusal
 
 _from_server: Reader[messages.FromServer] = Reader(messages.FromServer)
 LOST = (messages.Outcome.UNSEEN, messages.Outcome.FORGOTTEN)

@@ -42,8 +42,8 @@ from vrs_cli.net.page_data import ServedShapes
 from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
 from vrs_cli.net.tokens import BODY, TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.commands import MotionKind
 from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
-from vrs_cli.values.motion import MotionKind
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
 

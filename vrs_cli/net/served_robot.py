@@ -48,7 +48,7 @@ from vrs_cli.values.measured import Report
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.records import RecordError
-from vrs_cli.wire.report_rows import MAX_REPORTS, ReportRows, columns_of, reports_of, row_parts
+from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
 
 MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # reports a second; more at once after a cut
 REFUSED_EVERY = 1.0  # [s] between two refusals of reports
@@ -109,9 +109,9 @@ class ServedBody:
         """Answer what was measured in a stretch of time, as much as fits into one message."""
         told = self._broadcast.measured.count
         end = inf if message.end is None else message.end
-        found = list(islice(self.body.record.view.between(message.begin, end), MAX_REPORTS + 1))
-        parts = tuple(ReportRows(**columns_of(part)) for part in row_parts(found[:MAX_REPORTS]))
-        return ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_REPORTS)
+        found = list(islice(self.body.record.view.between(message.begin, end), MAX_MESSAGE_REPORTS + 1))
+        parts = tuple(ReportRows(**row_fields(part)) for part in row_parts(found[:MAX_MESSAGE_REPORTS]))
+        return ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_MESSAGE_REPORTS)
 
     # --- what all are told ---
 
@@ -334,7 +334,7 @@ class ServedRobot:
         engine, path = self.session.engine, self.plan.journal
         if path is not None:
             taken = take_up(path, changes=self.plan.reach.changes)
-            if taken.torn:
+            if taken.has_torn_line:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
             engine.measured.listeners.remove(self._journal.add_reports)  # they come in another thread than the robot's

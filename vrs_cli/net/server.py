@@ -54,7 +54,7 @@ from vrs_cli.net.relay import Relay
 from vrs_cli.net.room import Hub, Room
 from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.messages import Refusal
 
 LONGEST_WAIT = 0.1  # [s] after which a client's share is looked at again: others may be gone
 TICK = 0.1  # [s] between two calls of what time makes due

@@ -21,8 +21,8 @@ from vrs_cli.net.client import Client
 from vrs_cli.net.far_end import Outlet
 from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Request, ServerMessage, Welcome
 from vrs_cli.net.mirror import WINDOW, Mirror
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.values.questions import PromptStatus
+from vrs_cli.wire.messages import Refusal
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World

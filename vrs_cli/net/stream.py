@@ -30,11 +30,10 @@ from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.measured import Report
 from vrs_cli.values.world import WorldState
 from vrs_cli.wire.codec import Encoding, encode
-from vrs_cli.wire.line_pieces import LinePieces
+from vrs_cli.wire.messages import SnapshotRecord, snapshot_record
 from vrs_cli.wire.records import Motions, delta_record
-from vrs_cli.wire.report_rows import columns_of, row_parts
-from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
-from vrs_cli.wire.steered import steered_record
+from vrs_cli.wire.report_columns import row_fields, row_parts
+from vrs_cli.wire.steered import LinePieces, steered_record
 
 # One context serves all, so its memory costs nothing: a full window. For what robots do, level 9 takes up to twice as
 # long as 6 for 2 % fewer bytes, and level 1 is a third faster for 5 to 20 % more.
@@ -309,7 +308,7 @@ class MeasuredTeller:
         """Make batches of the reports that came since the last ones."""
         number = self.count - len(self._fresh)
         for part in row_parts(self._fresh):
-            self._batches.append(Batch(Measurements(first=number, **columns_of(part)), number + len(part)))
+            self._batches.append(Batch(Measurements(first=number, **row_fields(part)), number + len(part)))
             number += len(part)
         self._fresh = []
         while self._batches and self._batches[0].end < self.count - MAX_REMEMBERED:

@@ -11,7 +11,7 @@ from vrs_cli.kinematics.transform import Vector, along, position
 from vrs_cli.render.blocks import Page, Piece, TextLine
 from vrs_cli.render.chart import FINE, PLAIN, Canvas, Cell, Dot, round_step
 from vrs_cli.render.colours import Ink
-from vrs_cli.values.numbers import fixed, seconds
+from vrs_cli.values.numbers import decimal, seconds
 from vrs_cli.values.replies import ArmPicture, BodyKind
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of the picture, if the page has no size
@@ -130,7 +130,7 @@ class ArmDrawing:
         frames = self._frames
         at = picture.position
         place = zip("XYZ", position(at.T_world_tool), strict=True)
-        tool = "  ".join(f"{axis} {fixed(1e3 * x, 1)}" for axis, x in place)
+        tool = "  ".join(f"{axis} {decimal(1e3 * x, 1)}" for axis, x in place)
         doing = (at.text or "moving") if at.moving else "at rest"
         summary = ((f"At {seconds(at.time)}  ", Ink.NOTE), (f"{tool} mm  ", Ink.NUMBER), (doing, Ink.INSTRUCTION))
         yield _fit_pieces(summary, width)

@@ -10,7 +10,7 @@ from math import ceil, floor, hypot, log10, sqrt
 
 from vrs_cli.render.blocks import Page, Piece, TextLine, line
 from vrs_cli.render.colours import CURVES, Ink
-from vrs_cli.values.numbers import fixed
+from vrs_cli.values.numbers import decimal
 from vrs_cli.values.replies import Curve, Plot
 
 BRAILLE = 0x2800
@@ -154,7 +154,7 @@ def round_figures(first: float, last: float, size: int, count: float) -> dict[in
     decimals, slack = max(0, -floor(log10(step) + 1e-9)), 1e-9 * step
     least, most = ceil((min(first, last) - slack) / step), floor((max(first, last) + slack) / step)
     values = [number * step for number in range(least, most + 1)]
-    return {round((value - first) / (last - first) * (size - 1)): fixed(value, decimals) for value in values}
+    return {round((value - first) / (last - first) * (size - 1)): decimal(value, decimals) for value in values}
 
 
 def round_step(least: float) -> float:
@@ -238,7 +238,7 @@ def _legend(curves: Sequence[Curve], width: int, fine: bool) -> Iterator[TextLin
     for first in range(0, len(curves), together):
         pieces: list[Piece] = [(" " * LABEL, Ink.TEXT)]
         for number, curve in enumerate(curves[first : first + together], first):
-            span = f" {fixed(min(curve.values))} to {fixed(max(curve.values))}"
+            span = f" {decimal(min(curve.values))} to {decimal(max(curve.values))}"
             label = f"{'──' if fine else curve.mark} {curve.label}"
             pieces += [(label, CURVES[number % len(CURVES)]), (f"{span:<{ENTRY - len(label)}}", Ink.NOTE)]
         yield TextLine((*pieces[:-1], (pieces[-1][0].rstrip(), Ink.NOTE)))

@@ -25,7 +25,7 @@ from vrs_cli.render.blocks import (
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
 from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, latex_name
-from vrs_cli.values.numbers import count, fixed, seconds
+from vrs_cli.values.numbers import count, decimal, seconds
 from vrs_cli.values.replies import ReachReport
 from vrs_cli.values.results import (
     AnglesReport,
@@ -59,7 +59,7 @@ def reach_report(reply: ReachReport, page: Page) -> Iterator[Block]:
         (
             str(option.configuration) or "-",
             verdict(option, reply.units),
-            *(map(fixed, numbers_of(option.joints, reply.units)) if option.joints else ("",) * joints),
+            *(map(decimal, numbers_of(option.joints, reply.units)) if option.joints else ("",) * joints),
         )
         for option in options
     )
@@ -74,7 +74,7 @@ def reach_report(reply: ReachReport, page: Page) -> Iterator[Block]:
     yield from _line_check(reach.line, page)
     for word, contact in (("MOVE", reply.move_contact), ("MOVES", reply.line_contact)):
         if contact is not None:
-            yield from wrap_lines(f"{word}: {contact.said('after')}", Ink.ERROR, page)
+            yield from wrap_lines(f"{word}: {contact.describe('after')}", Ink.ERROR, page)
 
 
 def verdict(option: Option, units: JointUnits) -> str:
@@ -159,8 +159,8 @@ def _beside(named: Sequence[tuple[str, Transform]], turns: bool) -> Grid:
         columns += () if turns else number_columns("", width=ENTRY)
         numbers = [[*T[i : i + 3], *(() if turns else (1e3 * T[i + 3],))] for i in (0, 4, 8)]
         for i, cells in enumerate(numbers):
-            rows[i].extend([f"{name} =" if i == 1 else "", *map(fixed, cells)])
-        body = [" & ".join(map(fixed, cells)) for cells in numbers] + ([] if turns else ["0 & 0 & 0 & 1"])
+            rows[i].extend([f"{name} =" if i == 1 else "", *map(decimal, cells)])
+        body = [" & ".join(map(decimal, cells)) for cells in numbers] + ([] if turns else ["0 & 0 & 0 & 1"])
         formulas.append(rf"{latex_name(name)} = \begin{{bmatrix}}" + r" \\ ".join(body) + r"\end{bmatrix}")
     return Grid(tuple(columns), tuple(map(tuple, rows)), tight=True, latex=r" \quad ".join(formulas))
 
@@ -171,7 +171,7 @@ def _place(place: Vector) -> str:
 
 
 def _poses(rows: Iterable[tuple[str, Transform]], heading: str) -> Grid:
-    shown = tuple((name, *map(fixed, numbers_of(T))) for name, T in rows)
+    shown = tuple((name, *map(decimal, numbers_of(T))) for name, T in rows)
     return Grid((Column(heading, Ink.NAME), *number_columns(*POSE)), shown, keys=1)
 
 
@@ -192,17 +192,17 @@ def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
         yield from wrap_lines(f"{reply.text}: {reply.refusal}", Ink.ERROR, page)
         return
     yield line(
-        f"{reply.text} begins at {fixed(plan.begin)}, ends at {fixed(plan.end)}: {seconds(plan.end - plan.begin)}"
+        f"{reply.text} begins at {decimal(plan.begin)}, ends at {decimal(plan.end)}: {seconds(plan.end - plan.begin)}"
     )
     yield from wrap_lines(_how(plan), Ink.NOTE, page)
     rows = tuple(
         (
             stretch.phase,
-            fixed(stretch.start),
-            fixed(stretch.finish),
-            fixed(stretch.finish - stretch.start),
-            fixed(1e3 * stretch.speed, 1),
-            fixed(degrees(stretch.turn), 1),
+            decimal(stretch.start),
+            decimal(stretch.finish),
+            decimal(stretch.finish - stretch.start),
+            decimal(1e3 * stretch.speed, 1),
+            decimal(degrees(stretch.turn), 1),
             f"JT{stretch.joint} {100.0 * stretch.share:.0f} %" if stretch.joint else "",
         )
         for stretch in plan.stretches
@@ -220,7 +220,7 @@ def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
         (POSE, numbers_of(plan.T_world_tool)),
         (joint_names(len(plan.joints)), numbers_of(plan.joints, units)),
     ):
-        yield Grid(number_columns(*names), (tuple(map(fixed, numbers)),), tight=True)
+        yield Grid(number_columns(*names), (tuple(map(decimal, numbers)),), tight=True)
     if plan.displaced is not None:
         for text in sentences(plan.displaced):
             yield from wrap_lines(text, Ink.WARNING, page)
@@ -236,7 +236,7 @@ def _how(plan: MotionPlan) -> str:
     how, cut = f"{SPACES.get(plan.space, plan.space)}, profile {plan.profile}, {speeds}", plan.cut
     if cut is None:
         return f"{how}; from rest"
-    since = f"{fixed(plan.begin - cut.since)} s after that has begun"
+    since = f"{decimal(plan.begin - cut.since)} s after that has begun"
     return f"{how}; it cuts {cut.number} {cut.text} in {cut.phase}, {since}, the tip at {1e3 * cut.speed:.1f} mm/s"
 
 
@@ -253,13 +253,13 @@ def _loads(loads: Sequence[JointLoad], units: JointUnits) -> Grid:
         row, unit = [f"JT{load.joint} {units.unit(load.joint)}"], load.joint
         for name, _ in rates:
             peak: Peak = getattr(load, name)
-            when = fixed(peak.time) if peak.share >= NOTHING else ""
-            row += [fixed(units.one_shown(unit, peak.value), 1), f"{100.0 * peak.share:.1f} %", when]
+            when = decimal(peak.time) if peak.share >= NOTHING else ""
+            row += [decimal(units.one_shown(unit, peak.value), 1), f"{100.0 * peak.share:.1f} %", when]
         nearest = load.nearest
         row += [
-            fixed(units.one_shown(unit, nearest.limit), 1),
-            fixed(units.one_shown(unit, load.room), 1),
-            fixed(nearest.time),
+            decimal(units.one_shown(unit, nearest.limit), 1),
+            decimal(units.one_shown(unit, load.room), 1),
+            decimal(nearest.time),
         ]
         rows.append(tuple(row))
     return Grid(tuple(columns), tuple(rows), keys=1)
@@ -297,7 +297,7 @@ def _chain(reply: ChainReport, page: Page) -> Iterator[Block]:
         yield _product("T", [one.name for one in factors])
     yield _factors(factors)
     if reply.joints:
-        numbers = map(fixed, numbers_of(reply.joints, reply.units))
+        numbers = map(decimal, numbers_of(reply.joints, reply.units))
         yield Grid(number_columns(*joint_names(len(reply.joints))), (tuple(numbers),), tight=True)
     whole = [("T", factors[-1].product)] if len(factors) > 1 else []
     yield from matrices([*((one.name, one.T) for one in factors), *whole], page)
@@ -316,9 +316,11 @@ def _factors(factors: Sequence[Factor]) -> Grid:
     """Yield each factor, and the product up to it."""
     rows = list[tuple[str, ...]]()
     for place, factor in enumerate(factors):
-        rows.append((factor.name, f"{factor.inner} in {factor.outer}", *map(fixed, numbers_of(factor.T))))
+        rows.append((factor.name, f"{factor.inner} in {factor.outer}", *map(decimal, numbers_of(factor.T))))
         if place:
-            rows.append(("  product", f"{factor.inner} in {factors[0].outer}", *map(fixed, numbers_of(factor.product))))
+            rows.append(
+                ("  product", f"{factor.inner} in {factors[0].outer}", *map(decimal, numbers_of(factor.product)))
+            )
     return Grid((Column("Factor", Ink.NAME), Column("Frame"), *number_columns(*POSE)), tuple(rows), keys=2)
 
 
@@ -344,13 +346,14 @@ def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
         yield from wrap_lines(f"{vertical}O is taken as 90, and T is the rest.", Ink.WARNING, page)
         yield formula("T = atan2(ny, sy)")
     else:
-        yield formula(f"O = atan2(ax, -ay) = atan2({fixed(T.ax)}, {fixed(-T.ay)})")
-        level = fixed(hypot(T.ax, T.ay))
-        yield formula(f"A = atan2(-az, sqrt(ax^2 + ay^2)) = atan2({fixed(-T.az)}, {level})")
-        yield formula(f"T = atan2(sz, -nz) = atan2({fixed(T.sz)}, {fixed(-T.nz)})")
+        yield formula(f"O = atan2(ax, -ay) = atan2({decimal(T.ax)}, {decimal(-T.ay)})")
+        level = decimal(hypot(T.ax, T.ay))
+        yield formula(f"A = atan2(-az, sqrt(ax^2 + ay^2)) = atan2({decimal(-T.az)}, {level})")
+        yield formula(f"T = atan2(sz, -nz) = atan2({decimal(T.sz)}, {decimal(-T.nz)})")
     o, a, t = map(degrees, reply.angles)
     yield line(
-        f"V+ says the same as yaw O - 90 = {fixed(o - 90.0)}, pitch A + 90 = {fixed(a + 90.0)}, roll T = {fixed(t)}.",
+        f"V+ says the same as yaw O - 90 = {decimal(o - 90.0)}, pitch A + 90 = {decimal(a + 90.0)}, "
+        f"roll T = {decimal(t)}.",
         Ink.NOTE,
     )
 
@@ -376,7 +379,7 @@ def _inverse(reply: InverseReport, page: Page) -> Iterator[Block]:
 
 def _formulas(reply: InverseReport, family: Family, page: Page) -> Iterator[Block]:
     known = [(family.symbols[name], value) for name, value in reply.constants.items() if name in family.symbols]
-    shown = (f"{one.name} = {fixed(SCALES[one.unit] * value)} {one.unit}".rstrip() for one, value in known)
+    shown = (f"{one.name} = {decimal(SCALES[one.unit] * value)} {one.unit}".rstrip() for one, value in known)
     yield from wrap_lines(", ".join(shown), Ink.NOTE, page)
     for number, stage in enumerate(family.stages, 1):
         yield from wrap_lines(f"{number}. {stage.title}", Ink.HEADING, page)
@@ -392,7 +395,9 @@ def _formulas(reply: InverseReport, family: Family, page: Page) -> Iterator[Bloc
 def _sense(i: int, sign: float, zero: float) -> str:
     """Return the equation of a robot's joint and the joint of the formulas."""
     theta = (
-        f"theta{i}" if abs(zero) < ROUNDING else f"theta{i} {'-' if zero > 0.0 else '+'} {fixed(degrees(abs(zero)), 1)}"
+        f"theta{i}"
+        if abs(zero) < ROUNDING
+        else f"theta{i} {'-' if zero > 0.0 else '+'} {decimal(degrees(abs(zero)), 1)}"
     )
     return f"JT{i} = {theta}" if sign > 0.0 else f"JT{i} = -({theta})"
 
@@ -414,7 +419,7 @@ def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) ->
 def _value_text(symbol: Symbol, value: float | None) -> str:
     if value is None:
         return "-"
-    return f"{value:+.0f}" if symbol.unit == SIGN else fixed(SCALES[symbol.unit] * value)
+    return f"{value:+.0f}" if symbol.unit == SIGN else decimal(SCALES[symbol.unit] * value)
 
 
 def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str:
@@ -435,8 +440,8 @@ def _solutions(reply: InverseReport) -> Iterator[Block]:
         (
             str(one.option.configuration) or "-",
             verdict(one.option, reply.units),
-            "" if one.time is None else fixed(one.time),
-            *(map(fixed, numbers_of(one.option.joints, reply.units)) if one.option.joints else ("",) * joints),
+            "" if one.time is None else decimal(one.time),
+            *(map(decimal, numbers_of(one.option.joints, reply.units)) if one.option.joints else ("",) * joints),
         )
         for one in reply.solutions
     )
@@ -450,7 +455,7 @@ def _solutions(reply: InverseReport) -> Iterator[Block]:
 def _splice(reply: SpliceReport, page: Page) -> Iterator[Block]:
     what = f"{reply.cause} of {reply.text}" if reply.cause else reply.text
     yield from wrap_lines(
-        f"{what}: issued at {fixed(reply.issued)}, executed at {fixed(reply.executed)}; what was planned after "
+        f"{what}: issued at {decimal(reply.issued)}, executed at {decimal(reply.executed)}; what was planned after "
         f"{seconds(reply.cut)} gave way",
         Ink.NOTE,
         page,
@@ -464,16 +469,16 @@ def _splice(reply: SpliceReport, page: Page) -> Iterator[Block]:
     times = number_columns("t_s before", "t_f before", "t_s after", "t_f after")
     yield Grid((Column("", Ink.NAME), *times, Column("Phase"), Column("Command", cut=True)), rows, keys=1)
     if reply.later:
-        moved = f"are shifted by {fixed(reply.shift)} s too" if reply.shift else "stay as they are"
+        moved = f"are shifted by {decimal(reply.shift)} s too" if reply.shift else "stay as they are"
         yield line(f"{count(reply.later, 'segment')} after these {moved}", Ink.NOTE)
     if reply.shift:
         yield line(
-            f"The shift is {fixed(reply.shift)} s; shifted segments keep their polynomials to the bit.", Ink.NOTE
+            f"The shift is {decimal(reply.shift)} s; shifted segments keep their polynomials to the bit.", Ink.NOTE
         )
 
 
 def _times(times: tuple[float, float] | None) -> tuple[str, str]:
-    return ("", "") if times is None else (fixed(times[0]), fixed(times[1]))
+    return ("", "") if times is None else (decimal(times[0]), decimal(times[1]))
 
 
 EXPLANATIONS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {

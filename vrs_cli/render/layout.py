@@ -33,7 +33,7 @@ from vrs_cli.render.explained import EXPLANATIONS, reach_report
 from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Severity, show
 from vrs_cli.values.measured import BodyMode, alarm_text
-from vrs_cli.values.numbers import count, fixed, seconds
+from vrs_cli.values.numbers import count, decimal, seconds
 from vrs_cli.values.replies import Reply, Tone
 from vrs_cli.values.results import CommandRecord, Comparison, Extent
 
@@ -102,7 +102,7 @@ def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
     joints = numbers_of(position.joints, reply.units)
     tool = (*numbers_of(position.T_world_tool), position.hand)
     for headings, values in (((*POSE, "Hand"), tool), (joint_names(len(joints)), joints)):
-        yield Grid(number_columns(*headings), (tuple(map(fixed, values)),), tight=True)
+        yield Grid(number_columns(*headings), (tuple(map(decimal, values)),), tight=True)
 
 
 def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
@@ -112,7 +112,7 @@ def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator
         (one.time, *numbers_of(one.T_world_tool), one.hand, *numbers_of(one.joints, reply.units))
         for one in reply.positions
     )
-    yield Grid(number_columns(*headings), tuple(tuple(map(fixed, row)) for row in rows), tight=True, keys=1)
+    yield Grid(number_columns(*headings), tuple(tuple(map(decimal, row)) for row in rows), tight=True, keys=1)
 
 
 def _measured_whereabouts(reply: replies.MeasuredWhereabouts, _page: Page) -> Iterator[Block]:
@@ -121,10 +121,10 @@ def _measured_whereabouts(reply: replies.MeasuredWhereabouts, _page: Page) -> It
     yield line(f"{title}; the last report" if reply.is_last else title, Ink.NOTE)
     joints = numbers_of(at.measured.joints, units)
     for headings, values in ((POSE, numbers_of(at.measured.T_world_tool)), (joint_names(len(joints)), joints)):
-        yield Grid(number_columns(*headings), (tuple(map(fixed, values)),), tight=True)
+        yield Grid(number_columns(*headings), (tuple(map(decimal, values)),), tight=True)
     worst = max(range(len(joints)), key=lambda place: abs(at.errors[place]))
-    error = f"joint {worst + 1} by {fixed(units.one_shown(worst + 1, at.errors[worst]))} {units.unit(worst + 1)}"
-    apart = f"{fixed(1000.0 * at.distance)} mm and {fixed(degrees(at.angle))} deg"
+    error = f"joint {worst + 1} by {decimal(units.one_shown(worst + 1, at.errors[worst]))} {units.unit(worst + 1)}"
+    apart = f"{decimal(1000.0 * at.distance)} mm and {decimal(degrees(at.angle))} deg"
     yield line(f"From the timeline: {apart}; {error}", Ink.NOTE)
 
 
@@ -135,8 +135,8 @@ def _parts(reply: replies.PartTable, _page: Page) -> Iterator[Block]:
     columns = (Column("Part", Ink.NAME), *number_columns(*(("t",) if several else ()), *POSE))
     rows = []
     for row in reply.rows:
-        place = [""] * len(POSE) if row.T_world_part is None else list(map(fixed, numbers_of(row.T_world_part)))
-        rows.append((f"{row.name} {_state(row)}", *((fixed(row.time),) if several else ()), *place))
+        place = [""] * len(POSE) if row.T_world_part is None else list(map(decimal, numbers_of(row.T_world_part)))
+        rows.append((f"{row.name} {_state(row)}", *((decimal(row.time),) if several else ()), *place))
     yield Grid(columns, tuple(rows), tight=True, keys=1)
 
 
@@ -149,7 +149,7 @@ def _state(row: replies.PartRow) -> str:
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
     values = ((row.name, row.pose or row.joints) for row in reply.rows)
     rows = [
-        (name, *(("undefined",) if value is None else map(fixed, numbers_of(value, reply.units))))
+        (name, *(("undefined",) if value is None else map(decimal, numbers_of(value, reply.units))))
         for name, value in values
     ]
     size = max(len(POSE) + 1, *map(len, rows))
@@ -217,7 +217,7 @@ def _status(reply: replies.StatusReport, _page: Page) -> Iterator[Block]:
         ("Robot", reply.robot),
         ("Arm power", "on" if reply.power else "off (ENABLE POWER)"),
         ("Configuration", str(reply.configuration) or "this robot has one"),
-        ("Monitor speed", f"{fixed(reply.monitor_speed, 0)} %"),
+        ("Monitor speed", f"{decimal(reply.monitor_speed, 0)} %"),
         ("Program speed", reply.program_speed),
         *((("Next motion", ", ".join(reply.next_motion)),) if reply.next_motion else ()),
         ("Clock", seconds(reply.clock)),
@@ -232,7 +232,7 @@ def _status_then(reply: replies.StatusThen, _page: Page) -> Iterator[Block]:
         ("At", seconds(reply.time)),
         ("Motion", reply.motion or "none: the robot stands"),
         ("Configuration", str(reply.configuration) or "this robot has one"),
-        ("Hand", fixed(reply.hand, 3)),
+        ("Hand", decimal(reply.hand, 3)),
         ("Signals on", ", ".join(on) or "none"),
     )
 
@@ -292,13 +292,13 @@ def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
     last = "none so far" if body.last is None else f"{body.rate:.0f} a second, the last of {seconds(body.last)}"
     unknown = "" if reply.unknown is None else f"; unknown since {seconds(reply.unknown)}"
     early = "ahead" if body.offset >= 0.0 else "behind"
-    drift = f"drift {fixed(1e6 * body.drift, 1)} us in a second"
+    drift = f"drift {decimal(1e6 * body.drift, 1)} us in a second"
     yield from _facts(
         ("Body", f"{body.name} {mode}{ordered}" if body.name else "none any more"),
         ("Reports", f"{counts.received}: {last}{unknown}"),
         ("", f"{counts.lost} lost, {counts.late} late, {counts.duplicate} duplicate, {counts.reordered} reordered"),
-        ("Its clock", f"{fixed(1000.0 * abs(body.offset))} ms {early}, {drift}"),
-        ("Delay", f"{fixed(1000.0 * body.delay)} ms"),
+        ("Its clock", f"{decimal(1000.0 * abs(body.offset))} ms {early}, {drift}"),
+        ("Delay", f"{decimal(1000.0 * body.delay)} ms"),
         ("On an alarm", reply.on_alarm.value),
     )
     if alarm is not None:
@@ -308,7 +308,9 @@ def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
 def _resynchronisation(reply: replies.Resynchronised, _page: Page) -> Iterator[Block]:
     report, units = reply.report, reply.units
     worst = max(range(len(report.distances)), key=lambda place: abs(report.distances[place]))
-    size = f"joint {worst + 1} by {fixed(units.one_shown(worst + 1, report.distances[worst]))} {units.unit(worst + 1)}"
+    size = (
+        f"joint {worst + 1} by {decimal(units.one_shown(worst + 1, report.distances[worst]))} {units.unit(worst + 1)}"
+    )
     on = f"; then on to {report.goal}" if report.goal else ""
     yield line(f"From {seconds(report.t)} to the measured joints ({size}), there at {seconds(report.until)}{on}")
 
@@ -326,7 +328,7 @@ def _free(reply: replies.FreeReport, _page: Page) -> Iterator[Block]:
         ("Programs", f"{reply.programs}, {count(reply.steps, 'step')}"),
         ("Variables", str(reply.variables)),
         ("Timeline", count(reply.segments, "segment")),
-        ("Memory", "shared with the computer" if reply.percent is None else f"{fixed(reply.percent, 1)} % free"),
+        ("Memory", "shared with the computer" if reply.percent is None else f"{decimal(reply.percent, 1)} % free"),
     )
 
 
@@ -405,7 +407,7 @@ def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
 
 def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
     """Return a grid of commands with their times; add the requested time if a motion begins at another time."""
-    displaced = any(row.displaced for row in commands)
+    displaced = any(row.is_displaced for row in commands)
     headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
     columns = (
         number_column("No.", 3),
@@ -413,14 +415,14 @@ def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
         *number_columns(*headings, width=8),
     )
     rows = tuple(
-        (str(row.number), row.text, fixed(row.issued), *((_requested_time(row),) if displaced else ()), *_times(row))
+        (str(row.number), row.text, decimal(row.issued), *((_requested_time(row),) if displaced else ()), *_times(row))
         for row in commands
     )
     return Grid(columns, rows, boxed=True)
 
 
 def _requested_time(record: CommandRecord | None) -> str:
-    return "" if record is None or record.asked is None else fixed(record.asked)
+    return "" if record is None or record.asked is None else decimal(record.asked)
 
 
 def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
@@ -433,7 +435,7 @@ def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
             Column("Command", Ink.INSTRUCTION, cut=True),
         ),
         tuple(
-            (str(number), fixed(row.start), fixed(row.finish), row.phase, row.space, _segment_label(row))
+            (str(number), decimal(row.start), decimal(row.finish), row.phase, row.space, _segment_label(row))
             for number, row in enumerate(segments, 1)
         ),
         boxed=True,
@@ -449,7 +451,7 @@ def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
             Column("", Ink.NOTE),
         ),
         tuple(
-            (row.name, str(row.commands), fixed(row.end), fixed(row.clock), "present" if row.present else "")
+            (row.name, str(row.commands), decimal(row.end), decimal(row.clock), "present" if row.present else "")
             for row in reply.rows
         ),
         boxed=True,
@@ -474,7 +476,7 @@ def _measured_comparison(reply: replies.MeasuredComparisonTable, _page: Page) ->
     ]
     columns = (NAMES, *number_columns("rms", "Greatest", "at"), Column("", Ink.NOTE))
     rows = (
-        (name, *(fixed(scale * x) for x in (one.rms, one.greatest.distance)), fixed(one.greatest.time), unit)
+        (name, *(decimal(scale * x) for x in (one.rms, one.greatest.distance)), decimal(one.greatest.time), unit)
         for name, one, scale, unit in shown
     )
     yield Grid(columns, tuple(rows), boxed=True)
@@ -492,7 +494,7 @@ def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
     if a.joint_slide or b.joint_slide:
         measures.append(("Joint travel", a.joint_slide * 1000.0, b.joint_slide * 1000.0, "mm"))
     for title, one, other, unit in measures:
-        yield title, fixed(one), fixed(other), _change(other - one), unit
+        yield title, decimal(one), decimal(other), _change(other - one), unit
     for title, few, many in (("Commands", a.commands, b.commands), ("Segments", a.segments, b.segments)):
         yield title, str(few), str(many), f"{many - few:+d}" if many != few else "", ""
 
@@ -501,7 +503,7 @@ def _fates(reply: replies.ComparisonTable) -> Grid:
     """Yield each command with its times on both timelines; add the requested time where a motion begins at another."""
     headings = (reply.a, "to", reply.b, "to", "Change")
     pairs = reply.comparison.commands
-    displaced = any(record.displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
+    displaced = any(record.is_displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
     columns = (
         Column("Command", Ink.INSTRUCTION, width=NAME_COLUMN),
         *number_columns(*("asked",) * displaced, *headings, width=8),
@@ -518,12 +520,12 @@ def _fates(reply: replies.ComparisonTable) -> Grid:
 def _times(record: CommandRecord | None) -> tuple[str, str]:
     if record is None:
         return "-", "-"
-    return fixed(record.executed), "dropped" if record.end is None else fixed(record.end)
+    return decimal(record.executed), "dropped" if record.end is None else decimal(record.end)
 
 
 def _change(difference: float) -> str:
     """Return a difference with its sign; "" for zero."""
-    text = fixed(difference)
+    text = decimal(difference)
     return "" if not text.strip("0.") else text if difference < 0.0 else f"+{text}"
 
 
@@ -531,9 +533,9 @@ def _apart(compared: Comparison, units: JointUnits) -> str:
     if compared.since is None:
         return "The robot does the same on both"
     joint = compared.joints.joint
-    moved = fixed(units.one_shown(joint, compared.joints.distance))
+    moved = decimal(units.one_shown(joint, compared.joints.distance))
     return (
-        f"The same until {seconds(compared.since)}. At most {fixed(compared.tool.distance * 1000.0)} mm apart, at "
+        f"The same until {seconds(compared.since)}. At most {decimal(compared.tool.distance * 1000.0)} mm apart, at "
         f"{seconds(compared.tool.time)}; joint {joint} {moved} {units.unit(joint)}, at "
         f"{seconds(compared.joints.time)}"
     )
@@ -547,7 +549,7 @@ def _replay(reply: replies.ReplayTable, _page: Page) -> Iterator[Block]:
     yield Grid(
         (*number_columns("t", *POSE), Column("   Command", Ink.INSTRUCTION)),
         tuple(
-            (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_segment_label(row)}".rstrip())
+            (decimal(row.end), *map(decimal, numbers_of(row.T_world_tool)), f"   {_segment_label(row)}".rstrip())
             for row in reply.rows
         ),
         tight=True,

@@ -20,7 +20,7 @@ from vrs_cli.render.colours import COLOURS, Bar, Ink, Palette, bar_style, ink_st
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.complete import Signature
-    from vrs_cli.values.prompt import PromptStatus
+    from vrs_cli.values.questions import PromptStatus
 
 
 STYLE = Style.from_dict(
@@ -138,14 +138,14 @@ def _message(last: str, room: int) -> str:
 
 def _state(status: PromptStatus) -> tuple[str, ...]:
     from vrs_cli.language.words.values import millimetres
-    from vrs_cli.values.numbers import fixed
+    from vrs_cli.values.numbers import decimal
 
-    x, y, z = (fixed(millimetres(number), 1) for number in status.tool)
+    x, y, z = (decimal(millimetres(number), 1) for number in status.tool)
     return (
-        f"t {fixed(status.clock, 2)} s",
+        f"t {decimal(status.clock, 2)} s",
         *_pace(status),
         f"X {x} Y {y} Z {z}",
-        f"{fixed(status.monitor_speed, 0)} % / {fixed(status.speed, 0)} {status.speed_unit}",
+        f"{decimal(status.monitor_speed, 0)} % / {decimal(status.speed, 0)} {status.speed_unit}",
         status.configuration,
     )
 

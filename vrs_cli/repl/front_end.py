@@ -24,8 +24,7 @@ from vrs_cli.interfaces.port.port import FarHand, MakeRequest, Outlet, Port, ans
 from vrs_cli.repl.piped import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, Say, StopProgram
 from vrs_cli.values.hand import Look, Seen
-from vrs_cli.values.prompt import PromptStatus, Suggestion
-from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, Question
+from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, PromptStatus, Question, Suggestion
 from vrs_cli.values.replies import Farewell, Message, Reply, Tone, refusal
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire import messages

@@ -42,7 +42,7 @@ from vrs_cli.repl.place import Place
 if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
     from vrs_cli.repl.terminal import ShellTerminal
-    from vrs_cli.values.prompt import PromptStatus
+    from vrs_cli.values.questions import PromptStatus
 
 
 V = TypeVar("V")

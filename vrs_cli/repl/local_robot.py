@@ -14,7 +14,7 @@ from vrs_cli.devices.device import Outside
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError
 from vrs_cli.files.journal import Journal, keep_journal, take_up
-from vrs_cli.files.recovery import Recovery, left
+from vrs_cli.files.program_file import Recovery, left_files
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.interfaces.monitor.files import TORN, load
@@ -28,7 +28,7 @@ from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.render.progress import reading
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Answer, Confirmation, OnScreen, Question
 from vrs_cli.values.replies import Message, Plot, Reply, Tone, report
@@ -230,7 +230,7 @@ class Keeper:
     def offer(self) -> None:
         """Ask about what other shells have left."""
         session, terminal = self._conversation.session, self._terminal
-        for one in left(self._folder):
+        for one in left_files(self._folder):
             first, _, rest = one.text.partition("\n")
             robot, text = (first.removeprefix(ROBOT), rest) if first.startswith(ROBOT) else ("", one.text)
             whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""

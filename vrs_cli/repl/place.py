@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.front_end import FrontEnd
     from vrs_cli.repl.local_robot import Recorder
-    from vrs_cli.values.dialect import Dialect
+    from vrs_cli.values.diagnostics import Dialect
 
 
 BANNER = f"""\
@@ -75,9 +75,9 @@ class Local(Struct):
             return True
         if self.recovery is None or not self.recovery.is_dir():
             return False
-        from vrs_cli.files.recovery import files_in
+        from vrs_cli.files.program_file import recovery_files
 
-        return bool(files_in(self.recovery))  # of shells that were killed
+        return bool(recovery_files(self.recovery))  # of shells that were killed
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         from vrs_cli.repl.local_robot import ShellRobot

@@ -42,8 +42,7 @@ from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import ABORT, STYLE, ValLexer, asked_about, colour_depth, signature_row, vi_mode
 from vrs_cli.repl.front_end import DraftPage, FrontEnd
 from vrs_cli.values.diagnostics import Diagnostic, Severity
-from vrs_cli.values.prompt import Suggestion
-from vrs_cli.values.questions import Editing
+from vrs_cli.values.questions import Editing, Suggestion
 
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")

@@ -29,7 +29,7 @@ from vrs_cli.values.questions import (
     Parting,
     Playing,
     Question,
-    ended,
+    end_of_input,
 )
 from vrs_cli.values.replies import Reply, is_error
 
@@ -116,7 +116,7 @@ class PlainTerminal:
         try:
             self._entered = next(self.lines)
         except StopIteration:
-            raise ended(question) from None
+            raise end_of_input(question) from None
         if prompt:
             self.stream.write("\n")
         return self._entered.rstrip("\r\n")

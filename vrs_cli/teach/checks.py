@@ -8,7 +8,7 @@ from vrs_cli.kinematics.transform import Vector
 from vrs_cli.teach.exercise_text import BaseCheck, ModelPlace, Place
 from vrs_cli.teach.state_checks import StateCheck
 from vrs_cli.trajectory.instant import LATEST
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 
 NO_OFFSET: Vector = (0.0, 0.0, 0.0)
 Pair = tuple[str, str]  # the names of two things that may touch

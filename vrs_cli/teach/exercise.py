@@ -35,7 +35,7 @@ from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, ExerciseText, Surroun
 from vrs_cli.teach.judging.basis import Rounding
 from vrs_cli.teach.kinds import read_checks
 from vrs_cli.teach.variants import Situation, Variant, moved, read_variants
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value
 
 MAX_CHECKS_CHARS = 200_000

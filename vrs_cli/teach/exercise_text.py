@@ -13,7 +13,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileError, NonexistentFile, VrsError, did_you_mean
 from vrs_cli.extras import shipped_folder
 from vrs_cli.files.cell_file import read_cell
-from vrs_cli.files.cell_text import FARTHEST, UPRIGHT, CellEntry, CellText
+from vrs_cli.files.cell_text import MAX_LENGTH_MM, UPRIGHT, CellEntry, CellText
 from vrs_cli.files.opening import text_at
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.kinematics.model import RobotModel
@@ -24,8 +24,7 @@ from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values.diagnostics import Severity
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect, Severity
 
 
 class FixedPlace(Struct, frozen=True, tag=True):
@@ -166,7 +165,7 @@ def item_of_text(text: str) -> Item | None:
 
 
 def _is_coordinate(given: Any) -> bool:
-    return type(given) in (int, float) and abs(given) <= FARTHEST
+    return type(given) in (int, float) and abs(given) <= MAX_LENGTH_MM
 
 
 def _cut(given: Any) -> str:

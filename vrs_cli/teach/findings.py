@@ -32,8 +32,8 @@ from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.exercise_text import ExerciseText, FixedPlace, GivenPlace
 from vrs_cli.teach.judging.basis import Basis, Evidence
 from vrs_cli.teach.marking import Mark, mark
-from vrs_cli.values.dialect import Dialect
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import Frames
+from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import overlap_by

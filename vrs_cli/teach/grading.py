@@ -28,7 +28,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.limits import Isolation
 from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.judging.basis import evidence_of
-from vrs_cli.values.diagnostics import Severity, ordered
+from vrs_cli.values.diagnostics import Severity, in_order
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import LineWanted, Question
 
@@ -103,7 +103,7 @@ class SubmissionRuns:
 
     def _mistake(self, loaded: LoadedFile) -> str:
         """The first mistake in the file with its line, and how many more there are; "" where there is none."""
-        wrong = ordered(one for one in loaded.diagnostics if one.severity is Severity.ERROR)
+        wrong = in_order(one for one in loaded.diagnostics if one.severity is Severity.ERROR)
         if not wrong:
             return ""
         more = f" (and {count(len(wrong) - 1, 'more mistake')})" if len(wrong) > 1 else ""

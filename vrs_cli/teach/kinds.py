@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from vrs_cli.errors import did_you_mean
 from vrs_cli.extras import how_to_install
-from vrs_cli.files.cell_text import FARTHEST, CellEntry
+from vrs_cli.files.cell_text import MAX_LENGTH_MM, CellEntry
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.values import INPUTS, OUTPUTS
@@ -42,7 +42,7 @@ from vrs_cli.teach.checks import (
 from vrs_cli.teach.exercise_text import MODEL, REQUIRED, CheckKind, ExerciseText, Key, ModelPlace, Place
 from vrs_cli.teach.state_checks import STATE_KINDS
 from vrs_cli.trajectory.instant import LATEST
-from vrs_cli.values.dialect import DIALECTS, Dialect
+from vrs_cli.values.diagnostics import DIALECTS, Dialect
 
 MAX_POINTS = 1000.0
 MAX_SPEED = 1e6  # [mm/s], [mm/s2]
@@ -53,7 +53,7 @@ WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # of the la
 
 
 def _millimetres(text: ExerciseText, entry: CellEntry, key: str) -> float:
-    return text.number(entry, key, 0.0, FARTHEST, "mm")
+    return text.number(entry, key, 0.0, MAX_LENGTH_MM, "mm")
 
 
 def _degrees(text: ExerciseText, entry: CellEntry, key: str) -> float:

@@ -24,7 +24,7 @@ from vrs_cli.teach.judging.basis import Basis, Evidence, evidence_of
 from vrs_cli.teach.lessons import Lesson, LessonStep, chosen_folder, progress_key
 from vrs_cli.teach.marking import Mark, mark_checks
 from vrs_cli.teach.state_checks import VariableCheck
-from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.questions import PromptStatus
 from vrs_cli.values.replies import Farewell
 
 T = TypeVar("T")

@@ -28,7 +28,7 @@ from vrs_cli.net.delay_line import Delays, parse_delays
 from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise_text import ExerciseText, SurroundingsReader, shipped
 from vrs_cli.teach.kinds import read_check
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value
 
 MAX_CHARS = 200_000

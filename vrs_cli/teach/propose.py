@@ -36,7 +36,7 @@ from vrs_cli.teach.judging.outputs import output_changes, words_of
 from vrs_cli.teach.marking import mark
 from vrs_cli.teach.tip import greatest
 from vrs_cli.trajectory.segment import JointPath
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.world.settings import WorldSettings
 

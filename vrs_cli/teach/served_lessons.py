@@ -28,7 +28,7 @@ from vrs_cli.net.room import Room
 from vrs_cli.net.served_robot import Plan
 from vrs_cli.teach.learn import Learner, LearnerRecord, LessonStanding
 from vrs_cli.teach.lessons import Lesson, lesson_folders, lessons_folder, progress_key, read_lesson
-from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.questions import PromptStatus
 from vrs_cli.values.replies import Farewell, Reply
 
 T = TypeVar("T")

@@ -10,14 +10,14 @@ from typing import Any
 from msgspec import Struct
 
 from vrs_cli.engine.settings import PARAMETERS, SWITCHES
-from vrs_cli.files.cell_text import FARTHEST, CellEntry
+from vrs_cli.files.cell_text import MAX_LENGTH_MM, CellEntry
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.exercise_text import REQUIRED, BaseCheck, CheckKind, ExerciseText, Key, Place, item_of_text
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.commands import MotionKind
 
 MAX_JOINTS = 32
 MAX_COUNT = 1000
@@ -250,7 +250,7 @@ def _when(text: ExerciseText, entry: CellEntry, key: str) -> When:
     return When(text.one_of(entry, key, (one.value for one in When)) or When.END)
 
 
-_MM = Key("mm", partial(_number, least=0.0, most=FARTHEST, unit="mm"), "how far off it may be [mm]", REQUIRED)
+_MM = Key("mm", partial(_number, least=0.0, most=MAX_LENGTH_MM, unit="mm"), "how far off it may be [mm]", REQUIRED)
 _DEG = Key("deg", partial(_number, least=0.0, most=180.0, unit="deg"), "how far off it may be [deg]", None)
 _SECONDS = partial(_number, least=0.0, most=LATEST, unit="s")
 _AT = Key("at", ExerciseText.exercise_place, "the place", REQUIRED)

@@ -25,8 +25,8 @@ from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.reports import MAX_NUMBER, MODE, MODES, ReportArrays, ReportColumns
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.measured import LATE, BodyMode, Report, ReportCounts
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.measured import MAX_LATENESS_S, BodyMode, Report, ReportCounts
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
@@ -290,7 +290,7 @@ class MeasuredRecord:
             newest = self._chunks[-1].end if self._chunks else None
             if newest is None or report.t > newest:
                 self._append(report)
-            elif report.t < newest - LATE:
+            elif report.t < newest - MAX_LATENESS_S:
                 late += 1
                 continue
             elif self._insert(report):

@@ -24,7 +24,7 @@ from msgspec import Struct
 
 from vrs_cli.trajectory.row import BlockTable, EventRow, Row, later, table_of
 from vrs_cli.trajectory.segment import Path, Segment
-from vrs_cli.values.events import Event
+from vrs_cli.values.commands import Event
 
 SMALL = 128  # segments: a leaf of no more may be copied
 BLOCK = 128  # segments of a row that are read as arrays at once

@@ -17,13 +17,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, overload
 
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
-from vrs_cli.values.motion import Frames, Motion
+from vrs_cli.values.commands import Frames, Motion
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from threading import Lock
 
-from vrs_cli.values.events import Event
+from vrs_cli.values.commands import Event
 
 YOUNG = 256  # segments at the end of a row whose paths are as they were made
 PHASES = tuple(Phase)

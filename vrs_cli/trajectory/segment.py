@@ -40,7 +40,7 @@ from vrs_cli.trajectory.polynomial import (
     value,
     value_and_rate,
 )
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 STILL: Vector = (0.0, 0.0, 0.0)
 

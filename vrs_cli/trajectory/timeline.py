@@ -21,8 +21,7 @@ from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.rope import Leaf, OffsetNode, RowPart
 from vrs_cli.trajectory.row import EventRow, Row
 from vrs_cli.trajectory.segment import Path, Segment
-from vrs_cli.values.events import Event, EventEdit
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
 PART = 128  # deltas

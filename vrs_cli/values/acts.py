@@ -13,10 +13,7 @@ from msgspec import Struct
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
-from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.hand import Shortfall
-from vrs_cli.values.measured import ResyncReport
-from vrs_cli.values.motion import (
+from vrs_cli.values.commands import (
     AlignedTarget,
     JointOffsetTarget,
     JointTarget,
@@ -25,6 +22,9 @@ from vrs_cli.values.motion import (
     Target,
     ToolOffsetTarget,
 )
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.hand import Shortfall
+from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.numbers import LIMIT, Value
 from vrs_cli.values.replies import (
     BranchRow,

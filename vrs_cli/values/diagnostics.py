@@ -10,10 +10,44 @@ from msgspec import Struct
 
 from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
 
+
+class Dialect(Enum):
+    """By the name that a file and `--dialect` give; `title`: its name in messages."""
+
+    VAL = "val", "VAL"
+    VAL2 = "val2", "VAL-II"
+    VPLUS = "vplus", "V+"
+
+    def __new__(cls, word: str, title: str) -> Dialect:
+        dialect = object.__new__(cls)
+        dialect._value_ = word
+        dialect.title = title
+        return dialect
+
+    title: str
+
+    def knows(self, where: str) -> bool:
+        """Return whether it has what a row of the tables says of its lineage; what is ours is in all of them."""
+        marks = where.split()
+        return not marks or any(mark in self._marks for mark in marks)
+
+    @property
+    def _marks(self) -> frozenset[str]:
+        return _MARKS[self]
+
+
+_MARKS = {
+    Dialect.VAL: frozenset({"1"}),
+    Dialect.VAL2: frozenset({"1", "2"}),
+    Dialect.VPLUS: frozenset({"1", "2", "+"}),
+}
+DIALECTS = tuple(dialect.value for dialect in Dialect)
+
+
 Placed = TypeVar("Placed", bound="HasSpan")
 
 # characters that are shown of a source line (no line of an old program is longer) and of a detail
-SHOWN, SHOWN_OF_DETAIL = 160, 400
+MAX_LINE_CHARS, MAX_DETAIL_CHARS = 160, 400
 
 
 class HasSpan(Protocol):
@@ -23,7 +57,7 @@ class HasSpan(Protocol):
     def span(self) -> Span: ...
 
 
-def ordered(found: Iterable[Placed]) -> tuple[Placed, ...]:
+def in_order(found: Iterable[Placed]) -> tuple[Placed, ...]:
     """In the order of the text."""
     return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
@@ -57,7 +91,7 @@ class Diagnostic(Struct, frozen=True):
     def message(self) -> str:
         """`*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is shortened."""
         detail = self.detail
-        shown = detail if len(detail) <= SHOWN_OF_DETAIL else f"{detail[:SHOWN_OF_DETAIL]}..."
+        shown = detail if len(detail) <= MAX_DETAIL_CHARS else f"{detail[:MAX_DETAIL_CHARS]}..."
         return sentence(self.text, shown, self.hint)
 
 
@@ -135,13 +169,13 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
 
 def _stretch(line: str, span: Span) -> tuple[str, Span]:
     """The line, or what stands round the place in a longer one, and the place in it."""
-    if len(line) <= SHOWN:
+    if len(line) <= MAX_LINE_CHARS:
         return line, span
-    begin = max(0, min(span.column - 1 - SHOWN // 2, len(line) - SHOWN))
-    before, after = "..." if begin else "", "..." if begin + SHOWN < len(line) else ""
+    begin = max(0, min(span.column - 1 - MAX_LINE_CHARS // 2, len(line) - MAX_LINE_CHARS))
+    before, after = "..." if begin else "", "..." if begin + MAX_LINE_CHARS < len(line) else ""
     moved = begin - len(before)
-    end = min(span.end, begin + SHOWN + 1)
-    return f"{before}{line[begin : begin + SHOWN]}{after}", Span(span.line, span.column - moved, end - moved)
+    end = min(span.end, begin + MAX_LINE_CHARS + 1)
+    return f"{before}{line[begin : begin + MAX_LINE_CHARS]}{after}", Span(span.line, span.column - moved, end - moved)
 
 
 def _pointer(line: str, span: Span) -> str:

@@ -31,7 +31,7 @@ class Hold(Struct, frozen=True, omit_defaults=True):
     end: str = ""
     which: str = ""
 
-    def said(self, model: RobotModel) -> str:
+    def describe(self, model: RobotModel) -> str:
         match self.limit:
             case Limit.JOINT:
                 ends = model.lower if self.end == "lower" else model.upper

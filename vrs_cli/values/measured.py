@@ -15,7 +15,7 @@ from vrs_cli.kinematics.transform import angle_between, distance
 from vrs_cli.values.results import Apart, Position
 from vrs_cli.values.tagged import Spoken
 
-LATE = 2.0  # [s] a report that is so much older than the newest one is dropped
+MAX_LATENESS_S = 2.0  # [s] a report that is so much older than the newest one is dropped
 
 
 class BodyMode(Enum):

@@ -8,7 +8,7 @@ from vrs_cli.kinematics.transform import Transform
 DECIMALS = 3
 
 
-def fixed(value: float, decimals: int = DECIMALS) -> str:
+def decimal(value: float, decimals: int = DECIMALS) -> str:
     """With so many decimals; a zero has no sign, whatever rounding made of it."""
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if text.startswith("-") and not text.strip("-0.") else text
@@ -16,7 +16,7 @@ def fixed(value: float, decimals: int = DECIMALS) -> str:
 
 def seconds(value: float) -> str:
     """A time with its unit."""
-    return f"{fixed(value)} s"
+    return f"{decimal(value)} s"
 
 
 def count(number: int, one: str) -> str:

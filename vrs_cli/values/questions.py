@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from msgspec import Struct
+
 from vrs_cli.errors import EndOfInput
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.tagged import Spoken
 
 
@@ -75,7 +77,7 @@ Question = Confirmation | Parting | Amendment | LineWanted | OnScreen
 Answer = bool | str | None
 
 
-def ended(question: Question) -> EndOfInput:
+def end_of_input(question: Question) -> EndOfInput:
     """The input has ended where a line is asked for."""
     text = question.text if isinstance(question, LineWanted) else ""
     return EndOfInput(
@@ -83,3 +85,45 @@ def ended(question: Question) -> EndOfInput:
         "give the input one more line",
         in_python="answers=[...] has one for each PROMPT",
     )
+
+
+class Pace(Struct, frozen=True):
+    """A clock on the wall: so many seconds of the robot in one second."""
+
+    rate: float
+    paused: bool = False
+
+
+class PromptStatus(Struct, frozen=True):
+    """`prompt` stands before the next line, `indent` in it; `in_program`: that line is one of a program, and `typed`
+    says whether something would be lost if it were left now. `asked`: what a program asks, whose question nobody has
+    before him. `hidden`: the words (HAND, TIME) that are names of variables here.
+
+    `clock`, `end` [s] of the timeline; `pace` is None where time is the robot's own. `tool` [m] in the world.
+    """
+
+    prompt: str = "."
+    indent: str = ""
+    in_program: bool = False
+    typed: bool = False
+    running: bool = False
+    asked: str = ""
+    hidden: tuple[str, ...] = ()
+    clock: float = 0.0
+    end: float = 0.0
+    pace: Pace | None = None
+    tool: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    monitor_speed: float = 100.0
+    speed: float = 100.0
+    speed_unit: str = "%"
+    configuration: str = ""
+    branch: str = ""
+    driver: str = ""
+
+
+class Suggestion(Struct, frozen=True):
+    """`text` takes the place of the last `length` characters; `meta` explains it."""
+
+    text: str
+    length: int
+    meta: str = ""

@@ -13,8 +13,7 @@ from msgspec import Struct
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values.contacts import Contact
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, in_order
 from vrs_cli.values.measured import (
     BodySeen,
     DivergenceAlarm,
@@ -38,6 +37,7 @@ from vrs_cli.values.results import (
     Untrue,
 )
 from vrs_cli.values.tagged import Spoken
+from vrs_cli.values.world import Contact
 
 # --- messages ------------------------------------------------------------------------------------------------------
 
@@ -589,7 +589,7 @@ def is_error(reply: Reply) -> bool:
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
     """Findings in a text with their lines, in order."""
     lines = dict(enumerate(text.split("\n"), 1))  # a finding may stand behind the last
-    items = (Diagnosed(one, lines.get(one.span.line, ""), path) for one in ordered(diagnostics))
+    items = (Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics))
     return DiagnosticsReport(tuple(items))
 
 

@@ -14,8 +14,8 @@ from msgspec import Struct
 from vrs_cli.errors import Place
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values.contacts import Contact
 from vrs_cli.values.tagged import Spoken
+from vrs_cli.values.world import Contact
 
 
 class Position(Struct, frozen=True):
@@ -49,7 +49,7 @@ class CommandRecord(Struct, frozen=True):
     asked: float | None = None
 
     @property
-    def displaced(self) -> bool:
+    def is_displaced(self) -> bool:
         """Return whether the motion begins at another time than was asked."""
         return self.asked is not None and self.asked != self.executed
 

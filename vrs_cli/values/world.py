@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, Vector
 
 
 class SpanKind(Enum):
@@ -90,7 +90,7 @@ class Happening(Struct, frozen=True, tag_field="kind", tag=True):
         return 0
 
     @property
-    def carried(self) -> bool:
+    def follows_arm(self) -> bool:
         return self.rank > 0
 
 
@@ -172,3 +172,196 @@ class WorldState(Struct, frozen=True):
     used: Mapping[int, int] = {}
     fed: Mapping[int, int] = {}
     due: tuple[DueHappening, ...] = ()
+
+
+class ContactSpan(NamedTuple):
+    """Two things touch from `begin` to `end` [s]; None: for ever. Links are called base, link 1 and so on, the last one
+    hand where it has fingers; what the robot stands on is the floor.
+    """
+
+    begin: float
+    end: float | None
+    first: str
+    second: str
+
+
+class Contact(Struct, frozen=True):
+    """The first contact of a motion: at `t` [s] two things touch, at a place in the world [m].
+
+    `depth` [m]: how far they overlap at most in the course of this contact; 0 where they only come nearer than
+    PARAMETER CLEARANCE. `needed` [m]: how much farther apart they would have to be.
+    """
+
+    t: float
+    first: str
+    second: str
+    place: Vector
+    depth: float
+    needed: float
+
+    def describe(self, when: str = "at") -> str:
+        """Return the sentence that reports say; `when`: the word before the time."""
+        x, y, z = (1000.0 * one for one in self.place)
+        where = f"{when} {self.t:.3f} s near X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm"
+        needed = f"{1000.0 * self.needed:.1f} mm more are needed"
+        if self.depth <= 0.0:
+            return f"{self.first} comes too near to {self.second} {where}: {needed}"
+        return f"{self.first} touches {self.second} {where}, {1000.0 * self.depth:.1f} mm deep: {needed}"
+
+
+Colour = tuple[float, float, float]  # red, green, blue from 0 to 1
+
+# --- shapes: all are convex, or made of convex pieces ----------------------------------------------------------------
+
+
+class BoxShape(Struct, frozen=True, tag=True):
+    """A box about its centre: its whole sizes along X, Y and Z [m]."""
+
+    size: Vector
+
+
+class CylinderShape(Struct, frozen=True, tag=True):
+    """A cylinder about its centre, its axis along Z [m]."""
+
+    radius: float
+    height: float
+
+
+class SphereShape(Struct, frozen=True, tag=True):
+    """A ball about its centre [m]."""
+
+    radius: float
+
+
+class MeshShape(Struct, frozen=True, tag=True):
+    """Convex pieces, each the hull of its points [m]. `file`: where they were read from."""
+
+    pieces: tuple[tuple[Vector, ...], ...]
+    file: str
+
+
+Shape = BoxShape | CylinderShape | SphereShape | MeshShape
+
+# --- bodies ----------------------------------------------------------------------------------------------------------
+
+
+class GraspPlace(Struct, frozen=True):
+    """A place at which a hand takes a part: a point in the part's frame, and the part's width there [m]."""
+
+    point: Vector
+    width: float
+
+
+class ScenePart(Struct, frozen=True):
+    """A body that a hand can take. Without `grasp` the places follow from its shape."""
+
+    name: str
+    shape: Shape
+    T_world_part: Transform
+    colour: Colour
+    mass: float
+    grasp: tuple[GraspPlace, ...] = ()
+
+
+class Fixture(Struct, frozen=True):
+    """A body that never moves."""
+
+    name: str
+    shape: Shape
+    T_world_fixture: Transform
+    colour: Colour
+
+
+class Gripper(Struct, frozen=True):
+    """The hand. `opening`: the width between its open fingers, which close along the tool's Y; None: as wide as the
+    robot's hand. `tolerance`: how far the tool's tip may be from a part that it takes. `size`: of the box about the
+    fingers, which ends at the tip; sensors see it. `signal`: an input that is on while the hand holds a part; 0: none.
+    """
+
+    opening: float | None = None
+    tolerance: float = 0.005
+    size: Vector = (0.02, 0.08, 0.05)
+    signal: int = 0
+
+
+# --- sensors ---------------------------------------------------------------------------------------------------------
+
+
+class Beam(Struct, frozen=True, tag=True):
+    """A light barrier: a cylinder of this radius with round ends, from `begin` to `end` in the world [m]."""
+
+    begin: Vector
+    end: Vector
+    radius: float
+
+
+class Zone(Struct, frozen=True, tag=True):
+    """A box in the world, about the origin of its frame: its whole sizes [m]."""
+
+    T_world_zone: Transform
+    size: Vector
+
+
+class Proximity(Struct, frozen=True, tag=True):
+    """A proximity switch at a place: it sees as far as `range` along a direction of length 1, and `radius` beside it
+    [m].
+    """
+
+    place: Vector
+    direction: Vector
+    range: float
+    radius: float
+
+
+class Sensor(Struct, frozen=True):
+    """While a part or the hand is in its region, its input signal is on; of a negative signal: off."""
+
+    name: str
+    signal: int
+    region: Beam | Zone | Proximity
+
+
+# --- what brings and takes parts -------------------------------------------------------------------------------------
+
+
+class Feeder(Struct, frozen=True):
+    """Each time a signal takes a state (negative: goes off), the next of `parts` comes `after` seconds later: to
+    T_world_part, or where it is None to the part's own place. Until then the part is absent. After the last part none
+    comes, or (`again`) the first one comes again.
+    """
+
+    parts: tuple[str, ...]
+    when: int
+    after: float = 0.0
+    T_world_part: Transform | None = None
+    again: bool = False
+
+
+class PartSink(Struct, frozen=True):
+    """Each time a signal takes a state (negative: goes off), the parts in its zone that nobody holds go, `after`
+    seconds later.
+    """
+
+    when: int
+    zone: Zone
+    after: float = 0.0
+
+
+class CellScene(Struct, frozen=True):
+    """All that is around a robot. `floor`: its height in the world [m]; None: what the robot stands on."""
+
+    parts: tuple[ScenePart, ...] = ()
+    fixtures: tuple[Fixture, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    feeders: tuple[Feeder, ...] = ()
+    sinks: tuple[PartSink, ...] = ()
+    gripper: Gripper = Gripper()
+    floor: float | None = None
+
+    @property
+    def empty(self) -> bool:
+        """Return whether there is nothing that could be taken, touched or seen."""
+        return not (self.parts or self.fixtures or self.sensors)
+
+
+NO_SCENE = CellScene()

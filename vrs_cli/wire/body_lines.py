@@ -13,12 +13,15 @@ the time, the joints and, if they are known, velocities; in JSON `joints` with a
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from math import isfinite
+from typing import Any
 
 import msgspec
+from msgspec import Struct
 
-from vrs_cli.errors import FileDamaged
+from vrs_cli.errors import FileDamaged, IllegalValue
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.measured import BodyMode, Report
@@ -67,11 +70,11 @@ def read_report(line: str, now: float, units: JointUnits, joint_count: int) -> R
     fields = [field.strip() for field in text.split(",")]
     if len(fields) not in (1 + joint_count, 1 + 2 * joint_count):
         right = f"a report is the time and {count(joint_count, 'joint')}, and as many velocities if they are known"
-        raise FileDamaged(f"{count(len(fields), 'field')} in {_shown(text)}", right)
+        raise FileDamaged(f"{count(len(fields), 'field')} in {_quote(text)}", right)
     try:
         t, *numbers = map(float, fields)
     except ValueError:
-        raise FileDamaged(f"{_shown(text)} holds what is no number", "a report is the time and the joints") from None
+        raise FileDamaged(f"{_quote(text)} holds what is no number", "a report is the time and the joints") from None
     velocity = numbers[joint_count:]
     return _report(t, numbers[:joint_count], velocity or None, None, BodyMode.FOLLOWS, units, joint_count)
 
@@ -80,7 +83,7 @@ def _read_json(text: str, now: float, units: JointUnits, joint_count: int) -> Re
     try:
         one = _DECODER.decode(text)
     except msgspec.DecodeError as error:
-        raise FileDamaged(f"{_shown(text)}: {error}", 'a report is {"t": s, "joints": [...]}') from None
+        raise FileDamaged(f"{_quote(text)}: {error}", 'a report is {"t": s, "joints": [...]}') from None
     t = now if one.t is None else one.t
     return _report(t, one.joints, one.velocity, one.effort, one.mode, units, joint_count)
 
@@ -103,5 +106,90 @@ def _report(
     return Report(t, units.read(joints), speed, None if effort is None else tuple(effort), mode)
 
 
-def _shown(text: str) -> str:
+def _quote(text: str) -> str:
     return repr(text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "...")
+
+
+class RosbridgeMessage(Struct, frozen=True):
+    """A message of a rosbridge server.
+
+    `msg`: what a topic publishes, or what a status of this `level` says; `values`: what a service or action answers.
+    """
+
+    op: str
+    id: str | None = None
+    topic: str = ""
+    msg: Any = None
+    level: str = ""
+    service: str = ""
+    values: Any = None
+    result: bool = True
+    status: int | None = None
+
+
+class RosTime(Struct, frozen=True):
+    """A builtin_interfaces/msg/Time."""
+
+    sec: int
+    nanosec: int
+
+    @property
+    def seconds(self) -> float:
+        return self.sec + self.nanosec * 1e-9
+
+
+class Header(Struct, frozen=True):
+    """What is read of a std_msgs/msg/Header."""
+
+    stamp: RosTime
+
+
+class JointStates(Struct, frozen=True):
+    """A sensor_msgs/msg/JointState. JSON has no NaN: rosbridge writes null."""
+
+    header: Header
+    name: tuple[str, ...]
+    position: tuple[float | None, ...]
+    velocity: tuple[float | None, ...] = ()
+    effort: tuple[float | None, ...] = ()
+
+    def column(self, values: Sequence[float | None], names: Sequence[str]) -> tuple[float, ...] | None:
+        """Return a column in the order of these names; None if a value is missing or no finite number."""
+        rows = dict(zip(self.name, values, strict=False))
+        found = [rows.get(name) for name in names]
+        return None if any(x is None or not isfinite(x) for x in found) else tuple(float(x or 0.0) for x in found)
+
+
+class TimeAnswer(Struct, frozen=True):
+    """The answer of /rosapi/get_time."""
+
+    time: RosTime
+
+
+def read_message(text: str | bytes) -> RosbridgeMessage:
+    """Read a message. Raises IllegalValue for what is none."""
+    try:
+        return msgspec.convert(json.loads(text), RosbridgeMessage)
+    except (ValueError, RecursionError) as error:
+        raise IllegalValue(f"a message of rosbridge: {error}", "JSON with op") from None
+
+
+def read_joint_states(message: RosbridgeMessage) -> JointStates:
+    """Return what a topic published. Raises IllegalValue if that is no sensor_msgs/msg/JointState."""
+    try:
+        return msgspec.convert(message.msg, JointStates)
+    except ValueError as error:
+        raise IllegalValue(f"{message.topic}: {error}", "sensor_msgs/msg/JointState of ROS 2") from None
+
+
+def read_time(message: RosbridgeMessage) -> float | None:
+    """Return the time of ROS [s] that /rosapi/get_time answers; None if it has failed."""
+    try:
+        return msgspec.convert(message.values, TimeAnswer).time.seconds if message.result else None
+    except ValueError:
+        return None
+
+
+def write_message(message: Mapping[str, Any]) -> str:
+    """Return the JSON of a message."""
+    return json.dumps(message, allow_nan=False, separators=(",", ":"))

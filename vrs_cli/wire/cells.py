@@ -8,7 +8,7 @@ import msgspec
 from msgspec import Struct, ValidationError, structs
 
 from vrs_cli.language.run.signals import Cell, Follow
-from vrs_cli.values.scene import CellScene
+from vrs_cli.values.world import CellScene
 from vrs_cli.wire.records import RecordError
 
 MAX_CELL_BYTES = 1_000_000  # of a cell that clients are told

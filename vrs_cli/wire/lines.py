@@ -20,8 +20,7 @@ from vrs_cli.trajectory.laws.law import VERSION
 from vrs_cli.trajectory.reports import ReportColumns
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, TimelineDelta
-from vrs_cli.values.events import Event
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Event, Motion
 from vrs_cli.version import __version__
 from vrs_cli.wire.codec import decode
 from vrs_cli.wire.records import (

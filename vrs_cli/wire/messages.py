@@ -7,27 +7,94 @@ connections need are in `net/messages.py`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Union, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Union, get_args
 
-from msgspec import Struct
+from msgspec import UNSET, Meta, Struct, UnsetType, structs
 
+from vrs_cli import errors
+from vrs_cli.engine.feed import Snapshot
+from vrs_cli.engine.settings import Settings
+from vrs_cli.errors import Place, ProgramError, VrsError, sentence
 from vrs_cli.values import acts, hand  # noqa: F401 (they declare acts)
 from vrs_cli.values.acts import Sketch
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.prompt import PromptStatus as Around
-from vrs_cli.values.prompt import Suggestion
 from vrs_cli.values.questions import Answer as Answered
-from vrs_cli.values.questions import Question
+from vrs_cli.values.questions import PromptStatus as Around
+from vrs_cli.values.questions import Question, Suggestion
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.values.results import Position
-from vrs_cli.values.tagged import Act, RobotAct, UserAct
-from vrs_cli.wire import snapshots  # noqa: F401 (it declares an act)
-from vrs_cli.wire.records import Count, Name, Number, Text, Time
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.values.tagged import Act, RobotAct, Spoken, UserAct
+from vrs_cli.values.world import WorldState
+from vrs_cli.wire.records import (
+    Count,
+    EventRecord,
+    Form,
+    Motions,
+    Name,
+    Number,
+    Pieces,
+    SegmentRecord,
+    Text,
+    Time,
+    event_records,
+    events_of,
+    no_pieces,
+    segment_records,
+    segments_of,
+)
 
-MOST_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the connections
+
+class SnapshotRecord(Struct, frozen=True):
+    version: Count
+    segments: Annotated[tuple[SegmentRecord, ...], Meta(min_length=1)]
+    settings: Settings
+    first: Count = 0
+    events: tuple[EventRecord, ...] | UnsetType = UNSET  # so that a snapshot without events has the bytes it had
+    values: tuple[EventRecord, ...] | UnsetType = UNSET
+    first_event: Count | UnsetType = UNSET
+    world: WorldState | UnsetType = UNSET
+
+
+def snapshot_record(snapshot: Snapshot, pieces: Pieces = no_pieces) -> SnapshotRecord:
+    segments = segment_records(snapshot.segments, Motions(), None, pieces)
+    return SnapshotRecord(
+        snapshot.version,
+        segments,
+        snapshot.settings,
+        snapshot.first,
+        event_records(snapshot.events) or UNSET,
+        event_records(snapshot.values) or UNSET,
+        snapshot.first_event or UNSET,
+        snapshot.world or UNSET,
+    )
+
+
+def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
+    """Raises RecordError."""
+    segments = segments_of(record.segments, Motions(), None, form)
+    events, values = (() if one is UNSET else events_of(one) for one in (record.events, record.values))
+    first_event = 0 if record.first_event is UNSET else record.first_event
+    world = None if record.world is UNSET else record.world
+    return Snapshot(record.version, segments, record.settings, record.first, events, values, first_event, world)
+
+
+class BranchShown(Spoken, frozen=True):
+    snapshot: SnapshotRecord
+
+
+class ShowBranch(RobotAct[BranchShown], frozen=True):
+    """The timeline of a branch; `joints`: as in `subscribe`. Raises UsageError where there is none of the name, and
+    IllegalValue.
+    """
+
+    name: str
+    joints: Number | None = None
+
+
+MAX_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the connections
 
 if TYPE_CHECKING:
     AnyAct = Act[Any]
@@ -262,3 +329,57 @@ class Fetched(Result, frozen=True):
 
     name: str
     data: bytes
+
+
+class Refusal(Struct, frozen=True):
+    """An error with its numbers; `message` is what is shown of it."""
+
+    code: int
+    title: str
+    message: str
+    detail: str = ""
+    hint: str = ""
+    value: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    joint: int = 0
+    place: Place | None = None
+    in_python: str = ""
+
+    @classmethod
+    def of(cls, error: VrsError) -> Refusal:
+        told: dict[str, Any] = error.numbers
+        return cls(error.code, error.title, str(error), error.detail, error.hint, in_python=error.in_python, **told)
+
+    def error(self) -> VrsError:
+        """The error again: of its class, with the same message and numbers."""
+        kind = _KIND_OF_CODE.get(self.code, VrsError)
+        told = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
+        made = kind(self.detail, self.hint, in_python=self.in_python, **told)
+        return made if str(made) == self.message else Quoted(self)
+
+
+class Quoted(ProgramError):
+    """A refusal in words of its own, as of a line that cannot be read."""
+
+    def __init__(self, refusal: Refusal) -> None:
+        super().__init__(refusal.detail, refusal.hint, in_python=refusal.in_python)
+        self.refusal: Final = refusal
+
+    def for_python(self) -> VrsError:
+        said = sentence(self.title, self.detail, self.in_python)
+        return Quoted(structs.replace(self.refusal, message=said)) if self.in_python else self
+
+    def __str__(self) -> str:
+        return self.refusal.message
+
+    @property
+    def title(self) -> str:
+        return self.refusal.title
+
+
+_KIND_OF_CODE: Mapping[int, type[VrsError]] = {
+    kind.code: kind
+    for kind in vars(errors).values()
+    if isinstance(kind, type) and issubclass(kind, VrsError) and "code" in vars(kind)
+}

@@ -19,9 +19,10 @@ from vrs_cli.kinematics.transform import IDENTITY, ORTHONORMAL, Transform, is_ro
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
 from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
-from vrs_cli.values.events import Event, EventEdit
-from vrs_cli.values.motion import (
+from vrs_cli.values.commands import (
     AlignedTarget,
+    Event,
+    EventEdit,
     Frames,
     JointOffsetTarget,
     Motion,
@@ -34,24 +35,24 @@ from vrs_cli.values.motion import (
 
 NEEDS = {MotionKind.JOINT: "goal", MotionKind.STEERED: "goal", MotionKind.STRAIGHT: "pose"}  # to be planned again
 
-LARGEST = 1e15  # of any number: what is reckoned from it stays finite
-DEGREE = 5  # of a polynomial, at most
+MAX_NUMBER = 1e15  # of any number: what is reckoned from it stays finite
+MAX_DEGREE = 5  # of a polynomial, at most
 ZERO, FULL = 0.0, 1.0  # defaults: msgspec leaves out these very objects
 DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # of a motion
 NO_FRAMES = Frames()
 
-Number = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST)]
+Number = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
 Numbers = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1)]
-Coefficients = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1, max_length=DEGREE + 1)]
+Coefficients = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1, max_length=MAX_DEGREE + 1)]
 Row = tuple[Number, Number, Number, Number]
 Rows = tuple[Row, Row, Row]
 Axis = tuple[Number, Number, Number]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 Channel = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
-Rate = Annotated[float, msgspec.Meta(gt=0.0, le=LARGEST)]
-Length = Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST)]
+Rate = Annotated[float, msgspec.Meta(gt=0.0, le=MAX_NUMBER)]
+Length = Annotated[float, msgspec.Meta(ge=0.0, le=MAX_NUMBER)]
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=LATEST)]
 Joints = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1, max_length=64)]
 Columns = Annotated[int, msgspec.Meta(ge=20, le=1000)]
@@ -338,16 +339,16 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
     values = structs.asdict(record)
     values["motion"], values["segments"] = motion, segments_of(record.segments, motions, motion, form)
     if (edit := record.events) is not None:
-        values["events"] = EventEdit(edit.keep, edit.drop, _checked(edit.shift), events_of(edit.events))
+        values["events"] = EventEdit(edit.keep, edit.drop, _on_grid(edit.shift), events_of(edit.events))
     return TimelineDelta(**values)
 
 
 def events_of(records: Iterable[EventRecord]) -> tuple[Event, ...]:
     """Raises RecordError."""
-    return tuple([Event(_checked(one.time), *structs.astuple(one)[1:]) for one in records])
+    return tuple([Event(_on_grid(one.time), *structs.astuple(one)[1:]) for one in records])
 
 
-def _checked(t: float) -> float:
+def _on_grid(t: float) -> float:
     if t * TICKS_PER_SECOND % 1.0:
         raise _off_grid(t, t)
     return t

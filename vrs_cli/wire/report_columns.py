@@ -10,17 +10,21 @@ from __future__ import annotations
 import sys
 import zlib
 from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from math import isfinite
 from operator import lt
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
+from msgspec import Meta, Struct
 
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.reports import EFFORT, MAX_NUMBER, MODE, MODES, VELOCITY, ReportColumns
-from vrs_cli.wire.records import RecordError, StrictRecord
+from vrs_cli.values.measured import BodyMode, Report
+from vrs_cli.wire.records import Joints, RecordError, StrictRecord, Time
 
-MAX_REPORTS = 1 << 16  # of one record
+MAX_RECORD_REPORTS = 1 << 16  # of one record
 LEVEL = 1  # of compression: others take much longer, and gain little
 
 
@@ -29,7 +33,7 @@ class ReportsRecord(StrictRecord, frozen=True):
     and flags.
     """
 
-    reports: Annotated[int, msgspec.Meta(ge=1, le=MAX_REPORTS)]
+    reports: Annotated[int, msgspec.Meta(ge=1, le=MAX_RECORD_REPORTS)]
     joints: Annotated[int, msgspec.Meta(ge=1, le=64)]
     columns: bytes
     velocities: bool = False
@@ -55,7 +59,7 @@ def columns_of(record: ReportsRecord, joint_count: int) -> ReportColumns:
         raise RecordError(f"reports of {n} joints, the robot has {joint_count}")
     made = ReportColumns(n, count)
     sizes = [8 * count, 8 * count * n, 4 * count * n * record.velocities, 4 * count * n * record.efforts, count]
-    data = _inflated(record.columns, sum(sizes))
+    data = _decompress(record.columns, sum(sizes))
     made.times, data = _column("d", data, sizes[0])
     made.positions, data = _column("d", data, sizes[1])
     if record.velocities:
@@ -81,7 +85,7 @@ def _check(made: ReportColumns) -> None:
         raise RecordError("a report with an unknown flag")
 
 
-def _inflated(data: bytes, size: int) -> bytes:
+def _decompress(data: bytes, size: int) -> bytes:
     """Decompress data of a size that is known. Raises RecordError for any other."""
     inflater = zlib.decompressobj()
     try:
@@ -111,3 +115,63 @@ def _column(code: str, data: bytes, size: int) -> tuple[array[float], bytes]:
 
 def _places(size: int) -> range:
     return range(size) if sys.byteorder == "little" else range(size - 1, -1, -1)
+
+
+MAX_MESSAGE_REPORTS = 2000  # of one message
+Rows = Annotated[tuple[Joints, ...], Meta(max_length=MAX_MESSAGE_REPORTS)]
+
+
+class ReportRows(Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """Reports of one mode. `times` [s]: by the robot's clock; `joints` [rad, m], `velocity` [rad/s, m/s] and `effort`
+    [N m, N] have a row for each time.
+    """
+
+    times: Annotated[tuple[Time, ...], Meta(min_length=1, max_length=MAX_MESSAGE_REPORTS)]
+    joints: Rows
+    velocity: Rows | None = None
+    effort: Rows | None = None
+    mode: BodyMode = BodyMode.FOLLOWS
+
+
+def reports_of(rows: ReportRows, count: int) -> list[Report]:
+    """Return the reports of a robot with `count` joints. Raises RecordError for a table of another shape, and for times
+    that do not rise.
+    """
+    times, velocity, effort = rows.times, rows.velocity, rows.effort
+    for name, table in (("joints", rows.joints), ("velocity", velocity), ("effort", effort)):
+        if table is not None and (len(table) != len(times) or any(len(row) != count for row in table)):
+            raise RecordError(f"{name} must have a row of {count} numbers for each of {len(times)} times")
+    for before, after in pairwise(times):
+        if after <= before:
+            raise RecordError(f"times must rise, but {after:g} s comes after {before:g} s")
+    none = (None,) * len(times)
+    columns = zip(times, rows.joints, velocity or none, effort or none, strict=True)
+    return [Report(t, joints, speed, force, rows.mode) for t, joints, speed, force in columns]
+
+
+def row_parts(reports: Iterable[Report]) -> Iterator[list[Report]]:
+    """Divide reports into runs that one ReportRows can hold each."""
+    part: list[Report] = []
+    for one in reports:
+        if part and (len(part) == MAX_MESSAGE_REPORTS or one.t <= part[-1].t or _sort(one) != _sort(part[0])):
+            yield part
+            part = []
+        part.append(one)
+    if part:
+        yield part
+
+
+def _sort(report: Report) -> tuple[BodyMode, bool, bool]:
+    return report.mode, report.velocity is None, report.effort is None
+
+
+def row_fields(reports: Sequence[Report]) -> dict[str, Any]:
+    """Return the fields of ReportRows for a run of `row_parts`."""
+    first = reports[0]
+    return {
+        "times": tuple([one.t for one in reports]),
+        "joints": tuple([one.joints for one in reports]),
+        "velocity": None if first.velocity is None else tuple([one.velocity for one in reports]),
+        "effort": None if first.effort is None else tuple([one.effort for one in reports]),
+        "mode": first.mode,
+    }

@@ -1,25 +1,40 @@
-"""Deltas of steering in short: what the joints do in one tick. What comes after it, until the next target, follows.
+"""Encode a steering delta in short: what the joints do in one tick.
 
-Who has the timeline before such a delta has the place and the velocity that the tick begins with, and makes the rest of
-it by the law that made it (`Law.replay_steering`). A checksum over the numbers says that it has become the same to the
-bit.
+What follows the tick, until the next target, is computed. A receiver that has the timeline before the delta takes the
+place and the velocity at the tick's start from it, and plans the rest by the same law (`Law.replay_steering`). A
+checksum over all numbers shows that the result is the same to the bit.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import partial
 from struct import pack
 
+from vrs_cli.engine.approximation import joint_pieces, known_tolerance
 from vrs_cli.engine.planner import cut_at
 from vrs_cli.engine.single_motion import joint_limits
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND
 from vrs_cli.trajectory.laws.law import LAWS
-from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Motion, MotionKind
-from vrs_cli.wire.records import Count, Form, Joints, MotionRecord, Motions, RecordError, StrictRecord, Time
+from vrs_cli.values.commands import Motion, MotionKind
+from vrs_cli.wire.records import (
+    Count,
+    Form,
+    Joints,
+    MotionRecord,
+    Motions,
+    PieceRecord,
+    Pieces,
+    RecordError,
+    StrictRecord,
+    Time,
+    no_pieces,
+)
 
 
 class SteeredRecord(StrictRecord, frozen=True):
@@ -45,7 +60,7 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
     if rates is None or delta.cause is not Cause.COMMAND:
         return None
     tick = round(segments[0].duration * TICKS_PER_SECOND)
-    again, crc = _steered(motion, delta.executed, tick, rates, before, arm), _checksum(segments)
+    again, crc = _plan_again(motion, delta.executed, tick, rates, before, arm), _checksum(segments)
     if again != delta or _checksum(again.segments) != crc:
         return None
     known = before[len(before) - 1].motion == motion
@@ -66,7 +81,7 @@ def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: 
     if record.version != before.version or record.executed < before.start:
         raise RecordError(f"a target of steering for timeline version {record.version}, not for {before.version}")
     try:
-        delta = _steered(motion, record.executed, record.tick, record.rates, before, arm)
+        delta = _plan_again(motion, record.executed, record.tick, record.rates, before, arm)
     except (ArithmeticError, ValueError):  # of numbers that no robot has
         delta = None
     if delta is None or _checksum(delta.segments) != record.crc:
@@ -74,7 +89,7 @@ def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: 
     return delta if not first else TimelineDelta(*delta[:6], delta.keep + first, *delta[7:])
 
 
-def _steered(
+def _plan_again(
     motion: Motion, executed: float, tick: int, rates: Joints, before: Timeline, arm: RobotArm
 ) -> TimelineDelta:
     place = cut_at(arm, before, executed)
@@ -103,3 +118,46 @@ def _checksum(segments: Iterable[Segment]) -> int:
             for row in segment.path.coefficients:
                 numbers += row
     return zlib.crc32(pack(f"<{len(numbers)}d", *numbers))
+
+
+MAX_REMEMBERED = 4000  # segments: four long snapshots
+
+Key = tuple[Path, float, Transform, float]
+
+
+class LinePieces:
+    """The pieces of the segments of one arm, remembered: the same ones come in deltas, snapshots and windows."""
+
+    def __init__(self, arm: RobotArm) -> None:
+        self._arm = arm
+        self._remembered: dict[Key, tuple[PieceRecord, ...]] = {}
+
+    def within(self, tolerance: float | None) -> Pieces:
+        """Return a function from a segment to its pieces, which g leaves by no more than that [rad, m]; None: to no
+        pieces. Raises IllegalValue.
+        """
+        return no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
+
+    def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
+        """Return how many of the last segments have together at most so many lines whose pieces are not remembered."""
+        for count, segment in enumerate(reversed(segments)):
+            most -= isinstance(segment.path, CartesianPath) and _key(segment, tolerance) not in self._remembered
+            if most < 0:
+                return max(count, 1)
+        return len(segments)
+
+    def _of(self, tolerance: float, segment: Segment) -> tuple[PieceRecord, ...]:
+        if not isinstance(segment.path, CartesianPath):
+            return ()
+        key = _key(segment, tolerance)
+        found = self._remembered.get(key)
+        if found is None:
+            found = tuple([PieceRecord(*piece) for piece in joint_pieces(self._arm, segment, tolerance)])
+            self._remembered[key] = found
+            if len(self._remembered) > MAX_REMEMBERED:
+                del self._remembered[next(iter(self._remembered))]
+        return found
+
+
+def _key(segment: Segment, tolerance: float) -> Key:
+    return segment.path, segment.duration, segment.motion.frames.tool, tolerance

@@ -19,8 +19,8 @@ from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, length, moved_point, subtracted
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, value
 from vrs_cli.trajectory.segment import JointPath, Segment
-from vrs_cli.values.motion import Frames
-from vrs_cli.values.scene import Beam, Proximity, Zone
+from vrs_cli.values.commands import Frames
+from vrs_cli.values.world import Beam, Proximity, Zone
 from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 
 GRAVITY = 9.81  # [m/s2]

@@ -10,15 +10,16 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, subtracted, translation
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.values import INPUTS, INTERNAL
-from vrs_cli.values.scene import BoxShape, ScenePart
 from vrs_cli.values.world import (
     BodyCrosses,
+    BoxShape,
     CertainHappening,
     DueHappening,
     FingersArrive,
     PartComes,
     PartLands,
     PartsGo,
+    ScenePart,
     SpanKind,
     WorldState,
 )
@@ -170,7 +171,7 @@ def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> WorldS
         due=tuple(
             DueHappening(due.time, due.what)
             for due in history.due
-            if isinstance(due.what, CertainHappening) and not due.what.carried
+            if isinstance(due.what, CertainHappening) and not due.what.follows_arm
         ),
         **{key: history.get(key) for key in ALONE},
     )

@@ -13,8 +13,7 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse, moved_poin
 from vrs_cli.trajectory.instant import on_grid, up_to_grid
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND, Event
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.values.world import (
     BodyCrosses,
     FingersArrive,
@@ -132,7 +131,7 @@ class Simulation:
     def follow_arm(self) -> None:
         """Plan what follows from the motion of the arm from now on, in place of what was planned of it."""
         history = self.history
-        history.drop(lambda what: what.carried)
+        history.drop(lambda what: what.follows_arm)
         if self._settings.sensing.regions:
             history.plan(history.now, ArmEnters(self._timeline.index_at(history.now), history.now))
         if history.get("stack"):

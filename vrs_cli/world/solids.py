@@ -24,7 +24,7 @@ from vrs_cli.kinematics.transform import (
     scaled,
     subtracted,
 )
-from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
+from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
 MOST_STEPS = 64  # of a search: smooth solids take about twenty, others five
 CLOSE = 1e-12  # [m] the error with which a search ends

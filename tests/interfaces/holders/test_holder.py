@@ -13,7 +13,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import Go, Goal, ListCommands
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget
 from vrs_cli.values.questions import LineWanted
 
 

@@ -14,8 +14,7 @@ from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.interfaces.monitor.timeline import SAMPLES, plot_curves, select_curves, split_file
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values import replies
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointOffsetTarget, NamedTarget
+from vrs_cli.values.commands import JointOffsetTarget, Move, NamedTarget
 from vrs_cli.values.replies import Plot
 
 
@@ -53,7 +52,7 @@ def test_the_answer_to_a_motion_says_what_begins_later() -> None:
     assert [one.asked for one in displaced(terminal)[-1].displacement.earlier] == [4.0, 6.0]
     assert [(record.asked, record.executed) for record in session.engine.book.records()[1:]] == [(4.0, 4.0), (6.0, 6.0)]
     session.perform("REDO")
-    assert session.engine.book.records()[1].displaced
+    assert session.engine.book.records()[1].is_displaced
     assert len(displaced(terminal)) == 3
 
 

@@ -10,8 +10,7 @@ from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.values.hand import Axis, Frame, Press, Seen, StopJog
 from vrs_cli.values.results import Position
-from vrs_cli.wire.messages import At, Done, Refused, Request, ServerMessage
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.messages import At, Done, Refusal, Refused, Request, ServerMessage
 
 STEP = Press(Axis(Frame.JOINT, 0), 1.0, 50.0)
 

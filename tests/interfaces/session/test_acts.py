@@ -44,8 +44,7 @@ from vrs_cli.values.acts import (
     Valued,
     WhyRefused,
 )
-from vrs_cli.values.diagnostics import LineRefused
-from vrs_cli.values.motion import (
+from vrs_cli.values.commands import (
     AlignedTarget,
     JointOffsetTarget,
     JointTarget,
@@ -54,9 +53,10 @@ from vrs_cli.values.motion import (
     Target,
     ToolOffsetTarget,
 )
+from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import RunOutcome
-from vrs_cli.wire.snapshots import ShowBranch
+from vrs_cli.wire.messages import ShowBranch
 
 DOWN = (0.0, -0.7, 3.1, 0.0, 0.7, 0.0)
 TARGETS: tuple[Target, ...] = (

@@ -21,8 +21,8 @@ from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.values.acts import Define, Defined, LookAtProgram, RecordProgram, Survey, Surveyed
 from vrs_cli.values.replies import LocationTable, ProgramNames, ProgramText, Reply, SignalTable, StatusReport
+from vrs_cli.wire.messages import ShowBranch, snapshot_of
 from vrs_cli.wire.records import Form
-from vrs_cli.wire.snapshots import ShowBranch, snapshot_of
 
 R = TypeVar("R", bound=Reply)
 MEMORY = """.PROGRAM pick(where)   ; takes a part

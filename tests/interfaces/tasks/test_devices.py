@@ -46,7 +46,15 @@ def test_a_program_has_none_of_the_units_of_the_prompt(session: Session) -> None
 
 
 def test_a_program_that_pauses_goes_on_writing(session: Session, tmp_path: Path) -> None:
-    load(session, "ATTACH (5)", 'FOPENW (5) "a.txt"', 'WRITE (5) "one"', "PAUSE", 'WRITE (5) "two"', "x = IOSTAT(5)")
+    load(
+        session,
+        "ATTACH (5)",
+        'FOPENW (5) "a.txt"',
+        'WRITE (5) "one"',
+        "PAUSE",
+        'WRITE (5) "two"',
+        "x = IOSTAT(5)",
+    )
     session.execute("main")
     assert (tmp_path / "a.txt").read_text() == "one\n"
     session.converse(session.wait(session.resume()))

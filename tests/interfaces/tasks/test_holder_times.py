@@ -20,8 +20,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.trajectory.instant import TICK, on_grid
-from vrs_cli.values.commands import Move, SetParameter, Stamp
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import JointTarget, Move, SetParameter, Stamp
 
 ALLOWED = 0.5
 anything = st.floats() | st.floats(-2.0, 12.0)

@@ -18,7 +18,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.language.run.memory import TICK
-from vrs_cli.values.events import Event
+from vrs_cli.values.commands import Event
 from vrs_cli.values.replies import Message, NoLongerTrue, TimelineTable
 from vrs_cli.values.results import RunOutcome, RunResult, Untrue
 

@@ -23,8 +23,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import CartesianPath, Guide
-from vrs_cli.values.commands import Move, SetSwivel, Stamp
-from vrs_cli.values.motion import JointTarget, PoseTarget, Swivel, ToolOffsetTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetSwivel, Stamp, Swivel, ToolOffsetTarget
 from vrs_cli.wire.records import Form, Motions, RecordError, segment_records, segments_of
 
 URDF = Path(__file__).parents[1] / "urdf"

@@ -22,8 +22,7 @@ from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.kinematics.wrist_circle import batch
 from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
 from vrs_cli.trajectory.segment import CartesianPath
-from vrs_cli.values.commands import Move, SetConfiguration
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import Move, PoseTarget, SetConfiguration
 
 Floats = NDArray[np.float64]
 

@@ -13,8 +13,7 @@ from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import State
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Severity
 from vrs_cli.values.results import RunOutcome
 
 

@@ -448,7 +448,7 @@ def test_the_collector_stays_off_where_it_was() -> None:
     gc.disable()
     try:
         environment = environment_with(program("x = 1"))
-        environment.executable(environment.program("main")).compiled  # noqa: B018
+        environment.executable(environment.program("main")).compilation  # noqa: B018
         assert not gc.isenabled()
     finally:
         gc.enable()

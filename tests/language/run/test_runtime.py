@@ -27,7 +27,7 @@ from vrs_cli.language.run.effects import (
     Type,
 )
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.runtime import STACK_LIMIT, Task
+from vrs_cli.language.run.runtime import MAX_CALL_DEPTH, Task
 from vrs_cli.values.commands import Break, Move, SetSpeed
 
 MOST_OF_CALL, MOST_OF_ARGUMENT = 30, 1  # calls of functions, those written in C too
@@ -102,9 +102,9 @@ def test_an_empty_program_completes() -> None:
 
 
 def test_ten_thousand_programs_may_call_one_another() -> None:
-    text = program("n = 0", f"CALL down({STACK_LIMIT - 1})", "TYPE n")
+    text = program("n = 0", f"CALL down({MAX_CALL_DEPTH - 1})", "TYPE n")
     text += program("n = n+1", "IF k > 0 THEN", "  CALL down(k-1)", "END", name="down", parameters="k")
-    assert run(text).typed == f" {STACK_LIMIT}\n"
+    assert run(text).typed == f" {MAX_CALL_DEPTH}\n"
 
 
 def test_recursion_without_end_is_stopped() -> None:
@@ -164,7 +164,7 @@ def test_halt_is_the_end() -> None:
     events = drive(task, StillRobot())
     assert events[-2:] == [Break(), Halt()]
     assert (task.program, task.step) == ("main", 1)
-    assert task.ended
+    assert task.is_over
     assert task.resume() == Halt()
 
 

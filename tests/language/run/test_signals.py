@@ -140,7 +140,7 @@ def test_the_cell_computes_inputs(signals: Signals) -> None:
     def changes(timeline: Timeline, t: float) -> dict[int, bool]:
         return {1001: state(timeline, 1001, t)} if next_change(timeline, t - TICK, t) == t else {}
 
-    signals.computed = ComputedSignals(frozenset({1001}), frozenset({1001}), state, next_change, changes)
+    signals.cell_inputs = ComputedSignals(frozenset({1001}), frozenset({1001}), state, next_change, changes)
     signals.listeners.append(lambda signal, on: heard.append((signal, on)))
     signals.write(1, text="SIGNAL 1")
     assert (signals.on, signals.follow_clock()) == ((1,), 0.25)

@@ -13,7 +13,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.text.printer import expression_text, print_file, statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 
 PUMA = load_robot("puma560")
 

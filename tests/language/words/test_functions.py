@@ -19,7 +19,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, message, pack, unpacked
+from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, message, pack, unpack
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Shape, State
@@ -338,4 +338,4 @@ def test_packed_characters_are_those_of_one_long_string(placed: list[tuple[int, 
         model[first - 1 : first - 1 + len(text)] = text
     for first, text in placed:
         shown = "".join(model[first - 1 : first - 1 + len(text)])
-        assert unpacked(array, float(first), float(len(text))) == shown.rstrip("\0")
+        assert unpack(array, float(first), float(len(text))) == shown.rstrip("\0")

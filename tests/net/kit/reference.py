@@ -30,9 +30,8 @@ from vrs_cli.net.messages import (
 from vrs_cli.net.mirror import ClockReading, Mirror
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.wire.codec import Frame
-from vrs_cli.wire.messages import ServerMessage
+from vrs_cli.wire.messages import ServerMessage, snapshot_of
 from vrs_cli.wire.records import Form, Motions, delta_of
-from vrs_cli.wire.snapshots import snapshot_of
 
 
 class Reference:

@@ -17,9 +17,7 @@ from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, rotation_z, translation
-from vrs_cli.values.commands import Move, SetBase, SetChannels, SetParameter, SetTool, Stamp
-from vrs_cli.values.events import HAND
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.commands import HAND, JointTarget, Move, SetBase, SetChannels, SetParameter, SetTool, Stamp
 
 EXACT, CLOSED, SEARCHED, PIECES = 1e-12, 1e-9, 1e-6, 1e-3  # [rad, m] how near g has to be
 CHANNELS = (HAND, 1)

@@ -18,7 +18,7 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Segment, ToolStretch
 from vrs_cli.trajectory.state import GuideState, JointLimits, JointState, Target, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 RECORDED = Path(__file__).with_name("recorded_laws.txt")
 SPEED, GAIN, JERK, RANGE = (1.4, 0.9, 2.0), (4.8, 3.1, 9.0), (48.0, 31.0, 60.0), (3.0, 1.0, 0.6)

@@ -15,7 +15,7 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), (48.0, 31.0), (1.4, 0.9), (-9.0, -9.0), (9.0, 9.0))
 TOOL = ToolLimits(speed=0.5, acceleration=2.0, spin=1.0, spin_acceleration=4.0, jerk=20.0, spin_jerk=40.0)

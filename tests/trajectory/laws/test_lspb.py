@@ -26,7 +26,7 @@ from vrs_cli.trajectory.laws.lspb import (
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 LIMITS = ToolLimits(speed=1.0, acceleration=4.0, spin=1.0, spin_acceleration=4.0)
 STEER_TICK = 1.0 / 64.0  # [s]

@@ -10,7 +10,7 @@ from vrs_cli.trajectory.laws.quintic import Bounds, from_rest, joint_motion, qui
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointLimits, JointState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 MOTION = Motion(1, MotionKind.JOINT, Start.AT, profile=Profile.QUINTIC)
 FREE = 1e9

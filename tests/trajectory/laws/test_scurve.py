@@ -26,7 +26,7 @@ from vrs_cli.trajectory.laws.scurve_steering import farthest, joint_stop, state_
 from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointLimits, JointState, ToolLimits
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 ROUNDING = 1.0 + 1e-5
 MOTION = Motion(1, MotionKind.JOINT, Start.AT, profile=Profile.SCURVE)

@@ -19,7 +19,7 @@ from vrs_cli.trajectory.laws.scurve import joint_motion
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointLimits, JointState
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 ROBOTS = ("puma560", "ur5e", "panda", "cobra600", "so100")  # six joints, seven, four and five; two kinds of joint
 ARMS = {name: arm_for(load_robot(name)) for name in ROBOTS}

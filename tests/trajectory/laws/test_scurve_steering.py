@@ -21,7 +21,7 @@ from vrs_cli.trajectory.laws.scurve_steering import (
 )
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointLimits, JointState, Target
-from vrs_cli.values.motion import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind, Start
 
 TICK = 1.0 / 64.0  # [s]
 MOTION = Motion(1, MotionKind.STEERED, Start.AT, profile=Profile.SCURVE)

@@ -37,8 +37,8 @@ from vrs_cli.language.words.monitor import (
 )
 from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
-from vrs_cli.values.numbers import Value, count, fixed
-from vrs_cli.values.prompt import Suggestion
+from vrs_cli.values.numbers import Value, count, decimal
+from vrs_cli.values.questions import Suggestion
 
 MEASURED_ROBOT = (MEASURED, "where a body measured the robot")
 MOST = 500  # names of a kind that are offered: a menu is for reading
@@ -86,7 +86,7 @@ def _noted(value: Value, units: JointUnits) -> str:
         return plain(value)
     if isinstance(value, str):
         return f'"{value}"'
-    return " ".join(fixed(number, 1) for number in numbers_of(value, units))
+    return " ".join(decimal(number, 1) for number in numbers_of(value, units))
 
 
 # --- where the cursor is -------------------------------------------------------------------------------------------

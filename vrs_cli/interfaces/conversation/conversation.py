@@ -32,8 +32,7 @@ from vrs_cli.values.acts import Attend, KeepDraft, LeaveEntry, ReadDraft, StopPr
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.values.hand import Look, Press, StopJog
 from vrs_cli.values.numbers import count
-from vrs_cli.values.prompt import Pace, PromptStatus, Suggestion
-from vrs_cli.values.questions import Parting
+from vrs_cli.values.questions import Pace, Parting, PromptStatus, Suggestion
 from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
 from vrs_cli.values.tagged import UserAct
 

@@ -28,8 +28,7 @@ from vrs_cli.language.text.meaning import resolve_line, resolve_program, variabl
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_program, program_header, step_texts
 from vrs_cli.language.words.values import Kind, key_of
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, errors, first_error
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span, errors, first_error
 from vrs_cli.values.numbers import count
 from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 

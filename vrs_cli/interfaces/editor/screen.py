@@ -19,8 +19,7 @@ from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values.acts import Findings, KeepDraft, Kept, ReadDraft
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, error, ordered
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span, error, in_order
 from vrs_cli.values.replies import Message, Reply
 
 
@@ -100,7 +99,7 @@ def read_among(station: Station, text: str, dialect: Dialect) -> Dialogue[Progra
         program, findings = read(text, dialect)
         if program is None:
             return ProgramReading(None, findings)
-        return ProgramReading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
+        return ProgramReading(program, in_order((*findings, *analysis_of(memory, program).diagnostics)))
 
     return (yield from beside_if(long, work))
 

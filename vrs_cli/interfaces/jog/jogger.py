@@ -34,9 +34,8 @@ from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
-from vrs_cli.values.commands import Move
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget
 from vrs_cli.values.hand import Axis, Frame, Look, Press, Seen, StopJog
-from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.questions import Jogging
 from vrs_cli.values.replies import Message, Tone
 

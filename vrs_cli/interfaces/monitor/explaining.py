@@ -29,8 +29,7 @@ from vrs_cli.language.text.ast import Binary, ExplainCommand, Expression, Show, 
 from vrs_cli.language.text.printer import expression_text, statement_text
 from vrs_cli.language.words.monitor import EXPLAINED_ALL
 from vrs_cli.language.words.values import kind_of_value
-from vrs_cli.values.commands import Request
-from vrs_cli.values.motion import PoseTarget
+from vrs_cli.values.commands import PoseTarget, Request
 from vrs_cli.values.replies import Message
 from vrs_cli.values.results import (
     AnglesReport,
@@ -88,7 +87,7 @@ def _motion(station: Station, statement: Statement) -> Dialogue[MotionReport | M
     except VrsError as error:
         return MotionReport(text, engine.now, None, str(error), station.units)
     if contact is not None:
-        notes.append(f"{contact.said()}{later}")
+        notes.append(f"{contact.describe()}{later}")
     plan = replace(plan, displaced=displacement(aside.book, before), contact=contact, notes=tuple(notes))
     return MotionReport(text, engine.now, plan, units=station.units)
 

@@ -14,7 +14,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
 from vrs_cli.files import store as files
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
+from vrs_cli.files.disk import copy, delete, entries, existing, rename, target
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import find_program_file, project_of, read_program_file
@@ -170,7 +170,7 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
     everything = not programs and parts == files.EVERYTHING
 
     def write() -> tuple[str, Sequence[Program | Section], Mapping[Item, Value]]:
-        chosen = files.chosen(memory, parts, programs)
+        chosen = files.choose_parts(memory, parts, programs)
         return files.text_of(chosen, layout, everything=everything), chosen, files.values_of(memory, chosen)
 
     text, chosen, values = yield from beside(write)

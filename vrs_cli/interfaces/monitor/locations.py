@@ -43,8 +43,7 @@ from vrs_cli.language.words.values import (
     whole,
 )
 from vrs_cli.values import replies
-from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.commands import JointTarget, Move, PoseTarget
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Amendment, Watching
 from vrs_cli.values.results import Position
@@ -104,7 +103,7 @@ def _teach(station: Station, it: Instruction) -> Dialogue[None]:
     name = operand(it, 0)
     if not isinstance(name, Variable):
         raise IllegalValue(expression_text(name) if name else "TEACH", "the name of a location, as TEACH part")
-    while definable(station.environment, station.engine, name).reference.defined():
+    while definable(station.environment, station.engine, name).reference.has_value():
         name = _next_name(station, name)
     yield from station.do(replace(it, word="HERE", arguments=(name,)))
     reference = definable(station.environment, station.engine, name).reference
@@ -133,11 +132,11 @@ def _define(station: Station, it: Instruction) -> Dialogue[None]:
     assert expression is not None
     reference = definable(station.environment, station.engine, expression).reference
     if not station.user_state.attended:
-        if not reference.defined():
+        if not reference.has_value():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
         yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
         return
-    if reference.defined():
+    if reference.has_value():
         value = cast("Transform | Joints", reference.value())
     else:  # VAL shows six zeros
         joint_count = station.engine.model.joint_count

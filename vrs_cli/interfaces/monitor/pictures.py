@@ -16,9 +16,9 @@ from vrs_cli.kinematics.bodies import outermost
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import Frames
 from vrs_cli.values.replies import ArmPicture, BodyKind, PicturedBody
-from vrs_cli.values.scene import (
+from vrs_cli.values.world import (
     Beam,
     BoxShape,
     CellScene,
@@ -213,7 +213,7 @@ def said(report: ReachReport) -> str:
         return f"{report.name}: {line.trouble}"
     contact = report.line_contact or report.move_contact
     if contact is not None:
-        return f"{report.name}: {'MOVES' if report.line_contact else 'MOVE'}: {contact.said('after')}"
+        return f"{report.name}: {'MOVES' if report.line_contact else 'MOVE'}: {contact.describe('after')}"
     way = "MOVE and MOVES" if report.reach.chosen is not None else "MOVES"
     return f"{report.name}: {way} go there, {1e3 * line.length:.0f} mm in {line.duration:.1f} s"
 

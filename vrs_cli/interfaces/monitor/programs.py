@@ -91,7 +91,7 @@ def _rename(station: Station, it: Instruction) -> None:
     new, old = word(it.arguments[0]), word(it.value)
     station.check_free(old)
     _copy(station, it)
-    station.layout = station.layout.renamed(old, new)
+    station.layout = station.layout.with_renamed(old, new)
     del station.programs[key_of(old)]
     if station.last_program is not None and key_of(station.last_program) == key_of(old):
         station.last_program = new

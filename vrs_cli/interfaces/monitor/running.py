@@ -139,7 +139,7 @@ def _stop(station: Station, stop: Callable[[], None]) -> list[Reply]:
     stop()
     if waits:
         return []
-    if task is not None and (running or not task.ended):
+    if task is not None and (running or not task.is_over):
         return [_abort_reply(task)]
     return [Message("The motion is stopped" if scheduled else "Nothing is running")]
 
@@ -176,7 +176,7 @@ def _set_breakpoint(station: Station, it: Instruction) -> Dialogue[None]:
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:
-            found = station.environment.executable(stored).compiled.stand(step - 1)
+            found = station.environment.executable(stored).compilation.stand(step - 1)
             if found is None:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
             breakpoints.add((key, found + 1))  # the first step from there on that does something
@@ -197,7 +197,7 @@ def _watch(station: Station, it: Instruction) -> Dialogue[None]:
         yield Message("Nothing is watched")
         return
     units = station.units
-    text = station.environment.signals.said(expression_text(expression))
+    text = station.environment.signals.with_names(expression_text(expression))
 
     def value_text(value: Value) -> str:
         if isinstance(value, str):

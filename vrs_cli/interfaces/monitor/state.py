@@ -71,7 +71,7 @@ def _present_status(station: Station, number: int) -> replies.StatusReport:
     if track is not None:
         task = track.task
         left = None if task.cycles < 0 else task.cycles - task.cycles_done
-        step = None if task.ended else task.step
+        step = None if task.is_over else task.step
         progress = replies.Progress(task.program, task.state.value, step, task.cycles_done, left)
     return replies.StatusReport(
         robot=engine.model.title,

@@ -25,10 +25,9 @@ from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.values.measured import DivergenceAlarm, Report, alarm_text
-from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.questions import PromptStatus
 from vrs_cli.values.replies import Message, Tone
-from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage
-from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.messages import ClientMessage, Line, Refusal, ServerMessage
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World

@@ -16,9 +16,8 @@ from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
-from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Answer as Answered
-from vrs_cli.values.questions import Question
+from vrs_cli.values.questions import PromptStatus, Question
 from vrs_cli.values.replies import Reply
 from vrs_cli.wire.messages import (
     Answer,

@@ -29,12 +29,11 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Say
-from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import LineWanted, Question, ended
+from vrs_cli.values.questions import LineWanted, PromptStatus, Question, end_of_input
 from vrs_cli.values.replies import Message, Reply, is_error
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.messages import (
-    MOST_TIMES,
+    MAX_TIMES,
     Abort,
     Answer,
     Asked,
@@ -51,13 +50,13 @@ from vrs_cli.wire.messages import (
     Line,
     Located,
     Positions,
+    Refusal,
     Refused,
     Request,
     ServerMessage,
     Told,
     Withdrawn,
 )
-from vrs_cli.wire.refusal import Refusal
 
 T = TypeVar("T")
 
@@ -146,8 +145,8 @@ class UserSession:
             case Check(id, text):
                 self.ask(message, quietly(partial(conversation.mistake, text)), outlet, partial(Checked, id))
             case Positions(id, times):
-                if len(times) > MOST_TIMES:
-                    what = f"{len(times)} times at once, {MOST_TIMES} at most"
+                if len(times) > MAX_TIMES:
+                    what = f"{len(times)} times at once, {MAX_TIMES} at most"
                     raise LimitReached(what, "ask again for the others")
                 timeline, arm = self.timeline, self.arm
                 located = beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
@@ -236,7 +235,7 @@ class UserSession:
         elif message.how is How.INTERRUPTED:
             ticket.throw(KeyboardInterrupt(), message.question)
         else:
-            ticket.throw(ended(question), message.question)
+            ticket.throw(end_of_input(question), message.question)
 
     # --- what the robot says of a request ---
 

@@ -32,12 +32,12 @@ from vrs_cli.values.acts import (
     Rest,
     Say,
 )
-from vrs_cli.values.motion import Target
+from vrs_cli.values.commands import Target
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position, RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.messages import (
-    MOST_TIMES,
+    MAX_TIMES,
     Abort,
     Asked,
     At,
@@ -60,7 +60,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from vrs_cli.engine.position import Watched, position_at, positions_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Frames
+from vrs_cli.values.commands import Frames
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
@@ -317,8 +317,8 @@ class Supervisor(Observer):
     def _past(self, times: Sequence[float]) -> tuple[Position, ...]:
         """Return where the robot was at times [s] that are not known here any more."""
         found: list[Position] = []
-        for first in range(0, len(times), MOST_TIMES):
-            some = tuple(times[first : first + MOST_TIMES])
+        for first in range(0, len(times), MAX_TIMES):
+            some = tuple(times[first : first + MAX_TIMES])
             located = self._ask(lambda id, some=some: Positions(id, some))  # type: ignore[misc]
             assert isinstance(located, Located), "it answers Positions"
             found += located.positions

@@ -80,19 +80,19 @@ from vrs_cli.values.acts import (
     WhyRefused,
     _finite,
 )
-from vrs_cli.values.commands import Break
-from vrs_cli.values.diagnostics import Severity
-from vrs_cli.values.hand import Shortfall
-from vrs_cli.values.motion import (
+from vrs_cli.values.commands import (
+    Break,
     JointTarget,
     PoseTarget,
 )
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.replies import NamedLocation, ReachReport
 from vrs_cli.values.results import FollowReport, RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.codec import mark_of
-from vrs_cli.wire.line_pieces import LinePieces
-from vrs_cli.wire.snapshots import BranchShown, ShowBranch, snapshot_record
+from vrs_cli.wire.messages import BranchShown, ShowBranch, snapshot_record
+from vrs_cli.wire.steered import LinePieces
 
 T = TypeVar("T", covariant=True)
 
@@ -335,7 +335,7 @@ def _mark(stored: StoredProgram | None) -> str:
 def _task(track: Track) -> TaskRow:
     task, pending = track.task, track.pending
     asks = pending.question.text if isinstance(pending, PendingInput) else ""
-    step = None if task.ended else task.step
+    step = None if task.is_over else task.step
     return TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
 
 

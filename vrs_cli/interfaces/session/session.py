@@ -166,7 +166,7 @@ class Session(Station):
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""
         known = self.environment.kinds
-        defined = {key: one for key, one in own_variables(self).items() if one.defined()}
+        defined = {key: one for key, one in own_variables(self).items() if one.has_value()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> Diagnostic | None:

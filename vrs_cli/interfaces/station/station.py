@@ -57,12 +57,11 @@ from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.source import IN_ANOTHER_FILE, repeated
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.diagnostics import Diagnostic, first_error
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, first_error
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
-from vrs_cli.values.scene import CellScene
+from vrs_cli.values.world import CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
@@ -232,7 +231,7 @@ class Station:
         self.programs.update({stored.program.key: stored for stored in loaded.programs})
 
     def _check_free(self, file: File) -> None:
-        if all(track.task.ended for track in self.tasks):
+        if all(track.task.is_over for track in self.tasks):
             return  # no stack has any of what may be 40,000 programs
         for part in file.parts:
             if isinstance(part, Program):
@@ -294,7 +293,7 @@ class Station:
 
     def _compiled_for_tasks(self, loaded: LoadedFile) -> Dialogue[None]:
         """Compile the long programs of a file that tasks may call as soon as they are in memory, in another thread."""
-        tasks = [track.task for track in self.tasks if not track.task.ended]
+        tasks = [track.task for track in self.tasks if not track.task.is_over]
         if not tasks or all(len(one.program.steps) <= LONG_PROGRAM for one in loaded.programs):
             return
         programs = self.programs | {one.program.key: one for one in loaded.programs}
@@ -419,7 +418,7 @@ class Station:
 
     def _reset_settings(self, track: Track) -> None:
         """Reset SPEED and the like after a program: the prompt has what every program starts with."""
-        if track.task.ended:
+        if track.task.is_over:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)
 

@@ -117,7 +117,7 @@ class Devices(Struct, eq=False):
             case OpenFile():
                 disk.open(task, effect.unit, effect.name, effect.access)
             case OpenDevice() | CommandDevice():
-                disk.attached(task, effect.unit).status = FileError.code
+                disk.attached_unit(task, effect.unit).status = FileError.code
             case CloseFile():
                 disk.close(task, effect.unit)
             case DeleteFile():
@@ -132,7 +132,7 @@ class Devices(Struct, eq=False):
             case RecordRefused(unit=unit) if unit == TERMINAL:
                 self._status = effect.code
             case RecordRefused():
-                disk.attached(task, effect.unit).status = effect.code
+                disk.attached_unit(task, effect.unit).status = effect.code
         return None
 
     def _of_device(self, device: Device, task: int, effect: UnitEffect) -> str | Waits | None:

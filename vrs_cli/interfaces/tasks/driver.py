@@ -48,7 +48,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Stamp
 from vrs_cli.values.replies import Message, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
-from vrs_cli.values.scene import NO_SCENE
+from vrs_cli.values.world import NO_SCENE
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
@@ -280,7 +280,7 @@ class Driver:
         self.engine.clock.advance(self.engine.clock.reached)
         self.engine.stop()
         for track in self.tasks.running:
-            if track is foreground or track.task.broken:
+            if track is foreground or track.task.was_broken_off:
                 track.task.abort()
                 self.tasks.stop(track, RunOutcome.ABORTED)
 
@@ -366,7 +366,7 @@ class Driver:
     def _end_vain_wait(self, run: _Run, track: Track) -> None:
         """End the wait of a task for what will never happen."""
         more = self._advice("signals")
-        error = endless(track, "" if more == GO_ON else more, self.environment.signals.said)
+        error = endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
         if track is run.track:
             self._fail(track, error)
         else:  # the program is over, and nothing will ever happen in this task
@@ -402,7 +402,7 @@ class Driver:
                 self._exhausted(run, what, self._advice("max_steps"))
             elif limits.max_elements is not None and done >= run.look:
                 events = AN_EVENT * self.engine.timeline.event_count
-                held = self.environment.held() + sum(track.task.held() for track in self.tasks) + events
+                held = self.environment.size_of_all() + sum(track.task.own_size() for track in self.tasks) + events
                 run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
                 if held > limits.max_elements:
                     and_events = ", with signals that were set," if events else ""
@@ -519,7 +519,7 @@ class Driver:
 
     def _change_inputs(self) -> None:
         """Change the inputs that change now; the cell's rules apply to each change."""
-        due, self.inputs = self.inputs.taken(self.engine.now)
+        due, self.inputs = self.inputs.take_until(self.engine.now)
         for change in due:
             for name, value in change.values.items():
                 self.environment.reference(name, None).assign(value)
@@ -536,12 +536,12 @@ class Driver:
         """Put the robot in a cell, whose signals have names and whose rules apply by themselves."""
         self.cell, self._living = cell, LivingCell(cell)
         self.environment.signals.names = cell.names
-        self.world, self.environment.signals.computed = world_of(self.engine, cell)
+        self.world, self.environment.signals.cell_inputs = world_of(self.engine, cell)
 
     def _follow(self, signal: int, on: bool) -> None:
         """Apply the cell's rules to a signal that has changed: what its course does not compute."""
         if self.cell.follows:
-            computed = self.environment.signals.computed
+            computed = self.environment.signals.cell_inputs
             known = frozenset[int]() if computed is None or signal in INTERNAL else computed.numbers
             changes = self._living.answers(signal, on, self.engine.now)
             left = (structs.replace(one, signal=0) if one.signal in known else one for one in changes)
@@ -553,7 +553,7 @@ class Driver:
         The changes that are not due by the end are dropped.
         """
         signals = self.environment.signals
-        before, world = (self.cell, self._living, signals.names, signals.computed), self.world
+        before, world = (self.cell, self._living, signals.names, signals.cell_inputs), self.world
         own, given = self.inputs.left, inputs.later(self.engine.now).left
         if cell is not None:
             self.surround(cell)
@@ -562,7 +562,7 @@ class Driver:
             yield
         finally:
             stay = signals.computed_states() if cell is not None else ()
-            self.cell, self._living, signals.names, signals.computed = before
+            self.cell, self._living, signals.names, signals.cell_inputs = before
             self.world = world or self.world  # the parts of a call's own cell can still be looked at
             signals.write(*stay, inputs=True, stamp=Stamp(self.engine.now))  # what the cell did last
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}

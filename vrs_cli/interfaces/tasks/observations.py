@@ -22,8 +22,7 @@ from vrs_cli.language.words.functions import BY_TIME
 from vrs_cli.language.words.values import INPUTS, INTERNAL
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import SetChannels
-from vrs_cli.values.events import Event
+from vrs_cli.values.commands import Event, SetChannels
 from vrs_cli.values.results import Untrue
 
 SAME_INSTANT = 1e-5  # [s] sensors are computed again after an edit, to 1 us
@@ -115,7 +114,7 @@ def _holds(signals: Signals, event: Event, given: float | None) -> bool:
     """Return whether a reading is what the timeline says. `given`: what events of the same instant before it have set;
     those after it change nothing that it could have seen.
     """
-    on, computed, t = event.value > 0.0, signals.computed, event.time
+    on, computed, t = event.value > 0.0, signals.cell_inputs, event.time
     changed = event.duration == 0.0
     if computed is not None and event.channel in computed.numbers:
         if signals.on_at(event.channel, t) is not on:  # it may have been read before it changed at this instant

@@ -250,7 +250,7 @@ class Tasks(System):
 
     def uses(self, program: str) -> Track | None:
         """A task that has a program on its stack."""
-        return next((track for track in self.in_order() if not track.task.ended and track.task.uses(program)), None)
+        return next((track for track in self.in_order() if not track.task.is_over and track.task.uses(program)), None)
 
     # --- beginning and going on ---
 
@@ -282,7 +282,7 @@ class Tasks(System):
         TaskNotActive, TaskActive.
         """
         track = self.get(number)
-        if track is None or (not track.running and track.task.ended):
+        if track is None or (not track.running and track.task.is_over):
             raise TaskNotActive(f"task {number}", "{EXECUTE name} starts one")
         if track.running:
             raise TaskActive(f"task {number} runs {track.task.program}")
@@ -317,7 +317,7 @@ class Tasks(System):
     def end_cycles(self, number: int) -> Track:
         """CYCLE.END: the present cycle of a task is its last. Raises TaskNotActive."""
         track = self.get(number)
-        if track is None or track.task.ended:
+        if track is None or track.task.is_over:
             raise TaskNotActive(f"task {number}", "nothing is to be ended")
         track.task.end_cycles()
         return track
@@ -327,7 +327,7 @@ class Tasks(System):
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
         self._run_signal(track, running=False)
-        if track.task.ended and not track.at_prompt:
+        if track.task.is_over and not track.at_prompt:
             self._devices.release(track.number)
         else:  # it may go on: its files stay open, and have all that it wrote
             self._devices.rest(track.number)
@@ -402,7 +402,7 @@ class Tasks(System):
             position = self._engine.position()
             self._latch, self._latched = (position.T_world_tool, position.joints), True
         for track in self.running:
-            if track.task.reactions.changed(signal, on):
+            if track.task.reactions.note_change(signal, on):
                 self.observed(track, signal, on)
             if on and track.event_signal == signal:
                 self.set_event(track)
@@ -428,7 +428,7 @@ class Tasks(System):
 
     # --- what programs may ask of the system ---
 
-    def latched(self) -> bool:
+    def take_latch(self) -> bool:
         came, self._latched = self._latched, False
         return came
 

@@ -78,7 +78,7 @@ from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
 from vrs_cli.language.words.word import Argument, Route, Shape, State, Word, argument_at
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, ordered, warning
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, in_order, warning
 from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
@@ -426,7 +426,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     own = own_variables(program)
     alone = frozenset({*slips, *(variable.key for variable, _ in steps.compared if variable.key in steps.truths)})
     return Analysis(
-        program, kinds, tuple(structure.blocks), structure.labels, ordered(found), needs, called, functions, alone, own
+        program, kinds, tuple(structure.blocks), structure.labels, in_order(found), needs, called, functions, alone, own
     )
 
 

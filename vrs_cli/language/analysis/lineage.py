@@ -16,8 +16,7 @@ from vrs_cli.language.text.meaning import RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.values.diagnostics import Diagnostic, Span, error
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, Span, error
 
 NOTHING_LIKE_IT = "there is nothing like it"
 

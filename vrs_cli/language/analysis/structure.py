@@ -18,8 +18,7 @@ from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.words.foreign import own_word
 from vrs_cli.language.words.instructions import LOOP_JUMPS
-from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Severity, Span, warning
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Dialect, Severity, Span, warning
 
 
 def structure_of(program: Program) -> Structure:

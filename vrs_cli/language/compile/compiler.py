@@ -98,10 +98,12 @@ class _ProgramCompiler(ExpressionCompiler):
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         body = self._with_frame(loop) if self._lowered.slots else loop
-        names = ["X", *CELLS.values(), "F", "pc", *self.bound(), *self.arrays.values()]
+        names = ["X", *CELLS.values(), "F", "pc", *self.parameter_fields(), *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never come to: a generator, also where nothing is a step
         rest = py.arg("_rest")  # the arrays of later parts
-        return tree.made(py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace)
+        return tree.make_function(
+            py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace
+        )
 
     def _tree(self, blocks: list[list[py.stmt]], first: int) -> list[py.stmt]:
         if len(blocks) == 1:
@@ -287,7 +289,7 @@ class _ProgramCompiler(ExpressionCompiler):
         # a condition that holds costs no turn of the driver: a loop with such a WAIT must not fall behind a wall clock
         wait = tree.yield_(tree.call("Wait", tree.name("w")))
         return [
-            tree.assign("w", tree.call("guarded", condition)),
+            tree.assign("w", tree.call("guard", condition)),
             py.If(tree.not_(py.Call(tree.name("w"), [], [])), [wait], []),
         ]
 
@@ -420,6 +422,6 @@ def compile_expression(
     """
     compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
     value = make(compiler)
-    names = ["X", *CELLS.values(), *compiler.bound(), *compiler.arrays.values()]
+    names = ["X", *CELLS.values(), *compiler.parameter_fields(), *compiler.arrays.values()]
     definition = py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None)
-    return tree.made(definition, compiler.namespace), tuple(compiler.arrays)
+    return tree.make_function(definition, compiler.namespace), tuple(compiler.arrays)

@@ -82,7 +82,7 @@ class ExpressionCompiler:
         self.namespace[name] = value
         return tree.name(name)
 
-    def bound(self) -> list[str]:
+    def parameter_fields(self) -> list[str]:
         """The Python variables with the fields of the reference to each parameter."""
         return [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
 
@@ -211,7 +211,7 @@ class ExpressionCompiler:
     def comparison(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
         """Compare two values. The switch UPPER says how strings are compared."""
         if kind is Kind.STRING:
-            left, right = (tree.method(tree.name("X"), "folded", side) for side in (left, right))
+            left, right = (tree.method(tree.name("X"), "fold_case", side) for side in (left, right))
         return tree.compare(left, _RELATIONS[operator](), right)
 
     # functions

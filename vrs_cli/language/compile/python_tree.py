@@ -21,11 +21,11 @@ def name(identifier: str) -> py.Name:
 
 
 def constant(value: float | str | bool | None) -> py.Constant:
-    return _shared(value) if value is None or isinstance(value, str | bool) else _leaf(py.Constant(value))
+    return _cached_constant(value) if value is None or isinstance(value, str | bool) else _leaf(py.Constant(value))
 
 
 @lru_cache(maxsize=1024)
-def _shared(value: str | bool | None) -> py.Constant:
+def _cached_constant(value: str | bool | None) -> py.Constant:
     return _leaf(py.Constant(value))
 
 
@@ -68,7 +68,7 @@ def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None
     return py.arguments([], [py.arg(identifier) for identifier in names], rest, [], [], None, values)
 
 
-def made(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
+def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
     """Compile a tree to a Python function. The namespace, which the function keeps, does not keep the function: a
     server never frees cycles that are old.
     """

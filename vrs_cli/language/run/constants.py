@@ -100,7 +100,7 @@ class Constants(Struct, frozen=True):
     def _expression(self, expression: Expression) -> list[Diagnostic]:
         if not _evaluable(expression):
             return self._in_expressions(ast.children(expression))
-        error = _error(lambda: self._evaluated(expression), (*NEVER_RIGHT, UsageError))
+        error = _error(lambda: self._evaluate(expression), (*NEVER_RIGHT, UsageError))
         if error is None:
             return []
         named = next((one for one in ast.children(expression) if isinstance(one, ast.BareWord)), expression)
@@ -112,9 +112,9 @@ class Constants(Struct, frozen=True):
             return expression.value
         if (number := ast.plain_number(expression)) is not None:
             return number
-        return self._evaluated(expression) if _constant(expression) else Gap.REAL
+        return self._evaluate(expression) if _constant(expression) else Gap.REAL
 
-    def _evaluated(self, expression: Expression) -> Value:
+    def _evaluate(self, expression: Expression) -> Value:
         value: Value = evaluator(lambda compiler: compiler.item(expression), {})(self.context)
         return value
 
@@ -123,13 +123,13 @@ class Constants(Struct, frozen=True):
     def _whole(self, statement: Statement) -> Iterator[Diagnostic]:
         """Yield what is wrong with a statement whose expressions all have values."""
         if isinstance(statement, ast.For):
-            yield from self._refused(statement.step, for_step)
+            yield from self._check(statement.step, for_step)
         elif isinstance(statement, ast.Instruction):
-            yield from self._refused(statement.modifiers.at, lambda seconds: stamp_of(seconds, None))
-            yield from self._refused(statement.modifiers.within, lambda seconds: stamp_of(None, seconds))
+            yield from self._check(statement.modifiers.at, lambda seconds: stamp_of(seconds, None))
+            yield from self._check(statement.modifiers.within, lambda seconds: stamp_of(None, seconds))
             yield from self._instruction(statement)
 
-    def _refused(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Diagnostic]:
+    def _check(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Diagnostic]:
         value = None if expression is None else self._value(expression)
         if expression is not None and isinstance(value, float):
             error = _error(lambda: check(value))

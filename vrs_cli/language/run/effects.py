@@ -243,14 +243,14 @@ class Reactions:
         if gone in self.waiting:
             self.waiting.remove(gone)
 
-    def called(self, reaction: Reaction) -> None:
+    def mark_called(self, reaction: Reaction) -> None:
         """A reaction is called, and ends with that: REACT in its program sets it again (the example of the V+ Language
         User's Guide, pp. 125-126: the reaction program enables itself again, and so is called a second time; sure for
         V+, supposed for VAL-II).
         """
         self.ignore(reaction.signal)
 
-    def changed(self, signal: int, on: bool) -> bool:
+    def note_change(self, signal: int, on: bool) -> bool:
         """A signal has changed to a state. Return whether a reaction waits from now on; one that waits already is not
         called twice.
         """

@@ -50,7 +50,7 @@ def for_step(step: float) -> float:
 
 def setting(name: str, variable: Reference) -> Value:
     """`PARAMETER p = word`: the variable of that name if it has a value, otherwise the word itself."""
-    return variable.value() if variable.defined() else name.upper()
+    return variable.value() if variable.has_value() else name.upper()
 
 
 def by_value(context: Context, value: Value) -> Reference:
@@ -82,7 +82,7 @@ def overflow(error: ArithmeticError) -> ArithmeticOverflow:
     return ArithmeticOverflow("the result is too large for a real")
 
 
-def guarded(condition: Callable[[], float | bool]) -> Callable[[], bool]:
+def guard(condition: Callable[[], float | bool]) -> Callable[[], bool]:
     """Return the condition of a WAIT for the driver, which expects no error but VrsError."""
 
     def ask() -> bool:
@@ -115,7 +115,7 @@ HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 
 _CALLED: tuple[Callable[..., Any], ...] = (
     *(compose, modulo, power),
-    *(for_step, guarded, at_once, stamp_of, storable, whole, within_range),
+    *(for_step, guard, at_once, stamp_of, storable, whole, within_range),
     *(setting, by_value, real_by_value, CallProgram, Definable, Reference, Wait, Wording),
 )
 _NAMES: Mapping[str, object] = {  # what compiled programs find as globals
@@ -175,7 +175,7 @@ class Executable:
         return StoredProgram(self.analysis, self._lines).source(step)
 
     @cached_property
-    def compiled(self) -> Compiled:
+    def compilation(self) -> Compiled:
         """Compile the program. Raises ProgramNotExecutable for one that has errors."""
         compiled, self._ahead = self._ahead or compile_program(LIBRARY, self.analysis), None
         for key, name in compiled.spelling.items():
@@ -186,7 +186,7 @@ class Executable:
         """Compile it in any thread, so that `compiled` takes no time; `everywhere`: to be entered at any step too.
         A program with errors is left as it is.
         """
-        known: Compiled | None = self.__dict__.get("compiled") or self._ahead
+        known: Compiled | None = self.__dict__.get("compilation") or self._ahead
         with suppress(ProgramNotExecutable):
             known = self._ahead = known or compile_program(LIBRARY, self.analysis)
             if everywhere:
@@ -200,7 +200,7 @@ class Executable:
         """
         known = self._starts.get(op)
         if known is None:
-            variant, cells = self.compiled.variant(op), self._memory.cells
+            variant, cells = self.compilation.variant(op), self._memory.cells
             arrays = [cells(*array) for array in variant.arrays]
             known = self._starts[op] = variant.function, [*map(cells, CELLS)], variant.numbers[op], arrays
         function, simple, block, arrays = known
@@ -219,7 +219,7 @@ class Executable:
     def _automatic(self) -> tuple[tuple[str, Kind, bool] | None, ...]:
         """For each variable of its own the key, kind, and whether it is an array; None for one of LOCAL."""
         for own in self.analysis.own:
-            self._memory.spelling.setdefault(own.key, self.compiled.spelling.get(own.key, own.key))
+            self._memory.spelling.setdefault(own.key, self.compilation.spelling.get(own.key, own.key))
         return tuple(
             (own.key, kind_of_name(own.key), own.array) if own.automatic else None for own in self.analysis.own
         )
@@ -229,7 +229,7 @@ class Executable:
         made = (own for own in self.analysis.own if not own.automatic)
         return tuple(new_variable(self._memory.spelling, it.key, kind_of_name(it.key), array=it.array) for it in made)
 
-    def held(self) -> int:
+    def local_size(self) -> int:
         """Elements of the arrays and characters of the strings of LOCAL."""
         made: tuple[Reference, ...] = self.__dict__.get("_local", ())
         return sum(reference.size() for reference in made)
@@ -243,13 +243,13 @@ class Executable:
         return tuple(
             (
                 kind_of_name(one.sigil),
-                one.key in self.compiled.array_parameters,
+                one.key in self.compilation.array_parameters,
                 None if one.sigil else other[self.analysis.kinds.get(one.key)],
             )
             for one in self.program.parameters
         )
 
-    def bound(self, arguments: Sequence[Given | None]) -> Sequence[Given]:
+    def bind(self, arguments: Sequence[Given | None]) -> Sequence[Given]:
         """One reference for each parameter. Raises ArgumentMismatch."""
         rows = self._parameters
         if len(arguments) == len(rows):
@@ -267,14 +267,14 @@ class Executable:
                 f"it has {count(len(parameters), 'parameter')}",
             )
         padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
-        return tuple(map(self._bound, parameters, padded))
+        return tuple(map(self._bind_one, parameters, padded))
 
-    def _bound(self, parameter: Variable, argument: Given | None) -> Reference:
+    def _bind_one(self, parameter: Variable, argument: Given | None) -> Reference:
         """Return the reference for a parameter; one that is not given is undefined until the program assigns it."""
         given = None if argument is None else Reference(*argument)
         typed = parameter.sigil + parameter.name
         name, kind = f"{typed} of {self.name}", kind_of_name(parameter.sigil)
-        is_array = parameter.key in self.compiled.array_parameters
+        is_array = parameter.key in self.compilation.array_parameters
         if given is None:
             array = parameter.indexes is not None
             return new_variable(self._memory.spelling, typed, kind, array=array, omitted=typed)
@@ -322,7 +322,7 @@ class Activation:
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
     def __init__(self, context: Context, program: Executable, arguments: Sequence[Given], step: int = 0) -> None:
-        lowered = program.compiled.lowered
+        lowered = program.compilation.lowered
         self.program = program
         self.op = lowered.entries[step]
         self._context = context
@@ -335,7 +335,7 @@ class Activation:
     @property
     def step(self) -> int:
         """The present step, from 0."""
-        return self.program.compiled.lowered.ops[self.op].step
+        return self.program.compilation.lowered.ops[self.op].step
 
     @property
     def automatic(self) -> tuple[Reference, ...]:
@@ -358,7 +358,7 @@ class Activation:
     def skip(self, more: int = 0) -> None:
         """Go on with the next step, or so many steps after that."""
         end = len(self.program.program.steps)
-        self.enter(self.program.compiled.lowered.entries[min(self.step + 1 + more, end)])
+        self.enter(self.program.compilation.lowered.entries[min(self.step + 1 + more, end)])
 
 
 class Environment(Memory):
@@ -377,7 +377,9 @@ class Environment(Memory):
             known = self._executables[stored] = Executable(self, stored)
         return known
 
-    def held(self) -> int:
+    def size_of_all(self) -> int:
         """Elements of all arrays, and characters of all strings, those of LOCAL too."""
         known = self._executables.items()
-        return self.size() + sum(one.held() for stored, one in known if self.programs.get(one.program.key) is stored)
+        return self.size() + sum(
+            one.local_size() for stored, one in known if self.programs.get(one.program.key) is stored
+        )

@@ -11,41 +11,41 @@ from vrs_cli.language.words.values import EXACT, INTEGER_BITS, default_form, int
 from vrs_cli.values.numbers import Value
 
 
-def _fitted(text: str, width: int) -> str:
+def _fit(text: str, width: int) -> str:
     """Right-justified; asterisks where it does not fit. A width of 0 is as wide as needed."""
     if not width:
         return text
     return text.rjust(width) if len(text) <= width else "*" * width
 
 
-def _fixed(value: float, width: int, decimals: int) -> str:
+def _fixed_point(value: float, width: int, decimals: int) -> str:
     text = f"{value:.{decimals}f}"
-    return _fitted(text[1:] if text[0] == "-" and not text.strip("-0.") else text, width)  # -0.00 is said as 0.00
+    return _fit(text[1:] if text[0] == "-" and not text.strip("-0.") else text, width)  # -0.00 is said as 0.00
 
 
 def _general(value: float, width: int, decimals: int) -> str:
     """F where the number fits the width and is not too small to show a digit, otherwise E with what fits of its digits;
     asterisks where not even one does.
     """
-    fixed = _fixed(value, 0, decimals)
+    text = _fixed_point(value, 0, decimals)
     small = value != 0.0 and log10(abs(value)) < -decimals
-    if not small and abs(value) < EXACT and (not width or len(fixed) <= width):
-        return _fitted(fixed, width)
+    if not small and abs(value) < EXACT and (not width or len(text) <= width):
+        return _fit(text, width)
     forms = (f"{value:.{fewer}E}" for fewer in range(decimals, -1, -1))
     return next((form.rjust(width) for form in forms if not width or len(form) <= width), "*" * width)
 
 
 def _in_base(letter: str) -> Callable[[float, int, int], str]:
     """Negative integers are shown as the 24 bits that they are."""
-    return lambda value, width, _: _fitted(format(integer(value) % (1 << INTEGER_BITS), letter), width)
+    return lambda value, width, _: _fit(format(integer(value) % (1 << INTEGER_BITS), letter), width)
 
 
 NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {  # of a value, with a width and decimals
     "D": lambda value, _width, _decimals: default_form(value),
-    "F": _fixed,
-    "E": lambda value, width, decimals: _fitted(f"{value:.{decimals}E}", width),
+    "F": _fixed_point,
+    "E": lambda value, width, decimals: _fit(f"{value:.{decimals}E}", width),
     "G": _general,
-    "I": lambda value, width, _: _fitted(str(whole(value)), width),
+    "I": lambda value, width, _: _fit(str(whole(value)), width),
     "H": _in_base("X"),
     "O": _in_base("o"),
 }

@@ -127,7 +127,7 @@ def _time_left(engine: Engine) -> float:
     return 0.0 if span is None else span[1] - engine.now
 
 
-def _done(engine: Engine) -> float:
+def _percent_done(engine: Engine) -> float:
     """Return the part of the present motion that is done [%]; all of it if the robot stands."""
     span = _present_motion(engine)
     return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
@@ -142,7 +142,7 @@ STATES: Mapping[int, Callable[[Engine], float]] = {
     4: lambda _engine: NO_FLAGS,
     5: lambda _engine: AUTOMATIC,
     9: _time_left,
-    10: _done,
+    10: _percent_done,
 }
 
 
@@ -174,7 +174,7 @@ class System:
         """The number of the robot that a task has attached; 0 where it has none."""
         return ROBOT_NUMBER
 
-    def latched(self) -> bool:
+    def take_latch(self) -> bool:
         """Return whether the signal that latches the place of the robot has come since this was asked last."""
         return False
 
@@ -229,13 +229,13 @@ class Timers:
         """Set a timer to `seconds`. Raises IllegalValue for a timer that does not exist, or a time out of range."""
         if not abs(seconds) <= LATEST:
             raise IllegalValue(f"a timer at {plain(seconds)} s", f"it is from {-LATEST:g} to {LATEST:g} s")
-        self._zero[self._known(number)] = now - seconds
+        self._zero[self._check_number(number)] = now - seconds
 
     def read(self, number: float, now: float) -> float:
         """Raises IllegalValue for a timer that does not exist."""
-        return now - self._zero.get(self._known(number), 0.0)
+        return now - self._zero.get(self._check_number(number), 0.0)
 
-    def _known(self, number: float) -> int:
+    def _check_number(self, number: float) -> int:
         return integer_between(number, -LAST_TIMER, LAST_TIMER, "timer")
 
 
@@ -332,7 +332,7 @@ class Context(Struct, frozen=True):
         """Call it before a step that reads signals, with the number of its operation."""
         self.environment.signals.place = op
 
-    def folded(self, text: str) -> str:
+    def fold_case(self, text: str) -> str:
         """A string as comparisons see it: without regard to case while the switch UPPER is on."""
         return text.upper() if self.engine.settings.switch("UPPER") else text
 

@@ -196,7 +196,7 @@ def middle(text: str, first: float, count: float | None) -> str:
     return text[start - 1 : start - 1 + size]
 
 
-def decoded(source: Reference, separators: str, mode: float | None) -> str:
+def decode(source: Reference, separators: str, mode: float | None) -> str:
     """Take the head of a string up to a separator (or the leading separators). The string keeps the rest."""
     text = source.value()
     assert isinstance(text, str)
@@ -238,20 +238,20 @@ def location_bytes(T: Transform) -> str:
 PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string
 
 
-def unpacked(array: Reference, first: float, count: float) -> str:
+def unpack(array: Reference, first: float, count: float) -> str:
     """Return `count` characters from `first` on (counted from 1 in the element named), across elements of 128 each."""
     pieces, at, size = _stretch(array, first, count)
-    text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.defined() else "" for piece in pieces)
+    text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.has_value() else "" for piece in pieces)
     return text[at : at + size].rstrip("\0")
 
 
 def pack(array: Reference, first: float, count: float, text: str) -> None:
-    """Put `count` characters of a text where `unpacked` finds them. Fill a shorter text with zero characters."""
+    """Put `count` characters of a text where `unpack` finds them. Fill a shorter text with zero characters."""
     pieces, at, size = _stretch(array, first, count)
-    old = "".join((str(piece.value()) if piece.defined() else "").ljust(PIECE, "\0") for piece in pieces)
+    old = "".join((str(piece.value()) if piece.has_value() else "").ljust(PIECE, "\0") for piece in pieces)
     new = old[:at] + text[:size].ljust(size, "\0") + old[at + size :]
     for piece, part in zip(pieces, (new[:PIECE], new[PIECE:]), strict=True):
-        if piece.defined() or part.rstrip("\0"):
+        if piece.has_value() or part.rstrip("\0"):
             piece.assign(part.rstrip("\0"))
 
 
@@ -297,7 +297,7 @@ def _task(context: Context, number: float | None) -> int:
     return context.environment.system.task() if number is None else whole(number)
 
 
-def selected(device: str, mode: float | None) -> float:
+def select_robot(device: str, mode: float | None) -> float:
     """SELECT. Raises IllegalValue for a device that there is not."""
     if device != "ROBOT":
         raise IllegalValue(f"SELECT({device})", "there is one robot: SELECT(ROBOT)")
@@ -332,7 +332,7 @@ def latched_place(context: Context, select: float | None) -> tuple[Transform, Jo
     return found
 
 
-def configured(context: Context, select: float | None) -> float:
+def present_configuration(context: Context, select: float | None) -> float:
     """CONFIG."""
     engine, at_end = context.engine, integer_between(_or(select, 0.0), 0, 1, "CONFIG")
     place = engine.destination(engine.end) if at_end else engine.position()
@@ -442,7 +442,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "SCALE": lambda T, factor: at_position(T, *scaled(position(T), factor)),
     "NORMAL": normalised,
     "NULL": lambda: IDENTITY,
-    "DEFINED": lambda variable: truth(variable.defined()),
+    "DEFINED": lambda variable: truth(variable.has_value()),
     "LAST": last_index,
     "TAS": test_and_set,
     "PI": lambda: math.pi,
@@ -457,7 +457,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "STRDIF": lambda a, b: float((a > b) - (a < b)),
     "$CHR": lambda code: chr(integer_between(code, 0, 255, "character")),
     "$MID": middle,
-    "$DECODE": decoded,
+    "$DECODE": decode,
     "$ERROR": lambda code: message(whole(code)),
     "$ID": lambda _=None: f"vrs {__version__}",
     "$TRUNCATE": lambda text: text.split("\0", 1)[0],
@@ -473,10 +473,10 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "TRANSB": lambda text, first: normalised(from_axes(_numbers_in(text, first, "12f"))),
     "FREE": free,
     "TPS": lambda: 1.0 / TICK,
-    "SELECT": selected,
+    "SELECT": select_robot,
     "ROBOT.OPR": lambda _mode=None, _index=None: 0.0,
     "$DEFAULT": lambda: "./",
-    "$UNPACK": unpacked,
+    "$UNPACK": unpack,
 }
 
 # The same, with the Context of the program before the arguments.
@@ -507,10 +507,10 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,
     "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # there is one
-    "CONFIG": configured,
+    "CONFIG": present_configuration,
     "LATCH": lambda it, select: latched_place(it, select)[0],
     "#PLATCH": lambda it, select: latched_place(it, select)[1],
-    "LATCHED": lambda it, _select: truth(it.environment.system.latched()),
+    "LATCHED": lambda it, _select: truth(it.environment.system.take_latch()),
     "PRIORITY": lambda it: float(it.environment.system.priority()),
     "ID": lambda it, component: it.environment.system.identity(whole(component)),
     "IOSTAT": io_status,

@@ -11,8 +11,9 @@ A driver calls `resume` until an event says that the program has ended, and does
 A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Pause`, and
 after `Failed`, `resume` goes on with the next step (PROCEED); `retry` before it repeats the step (RETRY).
 
-Reactions are the task's own affair: `reactions.changed` tells it of the signals, and it calls what is due between two
-steps. A driver that sees one `due` while the task waits may call `react`: the same wait is asked for again after it.
+A task calls its reactions by itself: a driver reports changes of signals to `reactions.note_change`, and the task calls
+what is due between two steps. A driver that sees one `due` while the task waits may call `react`: the task asks for the
+same wait again after the reaction.
 """
 
 from __future__ import annotations
@@ -75,8 +76,8 @@ from vrs_cli.values.results import ProgramFault
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
-STACK_LIMIT = 10_000  # programs that have called one another
-MOST_CYCLES = 32767
+MAX_CALL_DEPTH = 10_000  # programs that have called one another
+MAX_CYCLES = 32767
 BUDGET = 10_000  # steps between two looks at the rest of the world
 _BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
@@ -103,7 +104,7 @@ class Task:
         self.reactions = Reactions()
         self._context = Context(environment, engine, self.reactions)
         stored = environment.program(program) if isinstance(program, str) else program
-        main = self._allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
+        main = self._check_allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
         self._main: Executable | None = main  # None when all cycles are done: the program may be deleted then
         self._name = main.name
         self._arguments = tuple(
@@ -113,8 +114,8 @@ class Task:
         if not 1 <= step <= max(steps, 1):
             raise IllegalValue(f"step {step}", f"{self._name} has the steps 1 to {steps}")
         self._first_step = step - 1
-        if cycles == 0 or cycles > MOST_CYCLES:
-            raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
+        if cycles == 0 or cycles > MAX_CYCLES:
+            raise IllegalValue(f"{cycles} cycles", f"1 to {MAX_CYCLES}, or -1 for ever")
         self.cycles = cycles
         self.cycles_done = 0
         self.steps_done = 0
@@ -138,7 +139,7 @@ class Task:
         After the end the last event is given again.
         """
         self._answer, self._budget = answer, budget
-        if not self.ended:
+        if not self.is_over:
             self.state, self.fault = TaskState.RUNNING, None
         return next(self._life)
 
@@ -173,12 +174,12 @@ class Task:
     # for STATUS and messages
 
     @property
-    def ended(self) -> bool:
+    def is_over(self) -> bool:
         """Return whether it cannot go on."""
-        return self.broken or self.state in (TaskState.COMPLETED, TaskState.HALTED)
+        return self.was_broken_off or self.state in (TaskState.COMPLETED, TaskState.HALTED)
 
     @property
-    def broken(self) -> bool:
+    def was_broken_off(self) -> bool:
         """Return whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
         return getgeneratorstate(self._life) == GEN_CLOSED
 
@@ -207,7 +208,7 @@ class Task:
         """The variables of the program on top, by key: its arguments, and the variables of AUTO and LOCAL."""
         return self._activations[-1].own if self._activations else {}
 
-    def held(self) -> int:
+    def own_size(self) -> int:
         """Elements of arrays and characters of strings that its programs have for themselves until they return."""
         return sum(one.size() for activation in self._activations for one in activation.automatic)
 
@@ -224,7 +225,7 @@ class Task:
     def place_of(self, op: int) -> str:
         """The program that is running, the step (from 1) of an operation, and its text."""
         program = self._activations[-1].program
-        step = program.compiled.lowered.ops[op].step
+        step = program.compilation.lowered.ops[op].step
         return f"{program.name} step {step + 1}: {program.source(step)}"
 
     @property
@@ -268,17 +269,17 @@ class Task:
             if self.reactions.due is None:
                 return
             main = self._activations[0]
-            main.enter(main.program.compiled.lowered.entries[-1])
+            main.enter(main.program.compilation.lowered.entries[-1])
 
     def _begin(self) -> None:
         assert self._main is not None
-        bound = self._main.bound(self._arguments)
+        bound = self._main.bind(self._arguments)
         self._activations = [Activation(self._context, self._main, bound, self._first_step)]
         self._first_step = 0
         self._tried: tuple[Activation, int, float] | None = None
         self.reactions.clear()
 
-    def _allowed(self, program: Executable) -> Executable:
+    def _check_allowed(self, program: Executable) -> Executable:
         """Raises ProgramNotExecutable for what V+ alone has while VPLUS is off."""
         if not self._context.engine.settings.switch("VPLUS"):
             program.refuse_beyond_val2()
@@ -381,7 +382,7 @@ class Task:
         activation = self._activations[-1]
         due = self.reactions.due if self.reactions.waiting else None
         if due is not None and (activation.between or self._held is not None):
-            self.reactions.called(due)
+            self.reactions.mark_called(due)
             waiting, self._held = self._held, None
             self._interrupt(due.program, due.priority, Interruption(self.reactions.priority, waiting))
             return Brake() if due.immediate else _LOOK_AROUND
@@ -413,12 +414,12 @@ class Task:
             self._budget -= budget - left
 
     def _call(self, call: CallProgram) -> None:
-        if len(self._activations) > STACK_LIMIT:
-            raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
+        if len(self._activations) > MAX_CALL_DEPTH:
+            raise StackOverflow(f"{MAX_CALL_DEPTH} calls deep", f"does {call.name} call itself for ever?")
         program = self._environment.executable(self._environment.program(call.name))
         if program.beyond_val2:  # looked for once: to ask for the switch at each call costs more
-            self._allowed(program)
-        self._activations.append(Activation(self._context, program, program.bound(call.arguments)))
+            self._check_allowed(program)
+        self._activations.append(Activation(self._context, program, program.bind(call.arguments)))
 
     def fail(self, error: VrsError) -> Failed:
         """The present step has failed, or something from outside broke the task off in it."""
@@ -499,7 +500,7 @@ class WatchedExpression:
     def _kind(self, key: str, own: Reference | None) -> Kind | None:
         if own is None:
             return self._context.environment.kind_of(key)
-        return kind_of_value(own.value()) if own.key is not None and own.defined() else None
+        return kind_of_value(own.value()) if own.key is not None and own.has_value() else None
 
 
 def evaluate(environment: Environment, engine: Engine, expression: ast.Expression) -> Value:

@@ -18,15 +18,14 @@ from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.words.values import INPUTS, INTERNAL, ON_AND_OFF, OUTPUTS, integer_between, plain
 from vrs_cli.trajectory.instant import TICK, on_grid
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import SetChannels, Stamp
-from vrs_cli.values.events import HAND
+from vrs_cli.values.commands import HAND, SetChannels, Stamp
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.scene import NO_SCENE, CellScene
+from vrs_cli.values.world import NO_SCENE, CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
-MOST_BITS = 32
+MAX_BITS = 32
 HALF_TICK = 0.5 * TICK  # [s] the clock may be so far from the time grid, on which events stand
 
 
@@ -72,19 +71,19 @@ class Signals:
         self._since, self._until = 0.0, -inf
 
     @property
-    def computed(self) -> ComputedSignals | None:
+    def cell_inputs(self) -> ComputedSignals | None:
         """The inputs that the cell sets."""
         return self._computed
 
-    @computed.setter
-    def computed(self, computed: ComputedSignals | None) -> None:
+    @cell_inputs.setter
+    def cell_inputs(self, computed: ComputedSignals | None) -> None:
         self._computed, self._timeline = computed, None  # the states are read again
 
     # --- reading ---
 
     def read(self, number: float) -> bool:
         """Raises IllegalSignal."""
-        signal = self._known(number)
+        signal = self._check_number(number)
         self.follow_clock()
         return (abs(signal) in self._on) is (signal > 0)
 
@@ -110,7 +109,7 @@ class Signals:
         """
         return sum(self.observe(number) << bit for bit, number in enumerate(self._group(first, count)))
 
-    def said(self, text: str) -> str:
+    def with_names(self, text: str) -> str:
         """A text, with the names of the signals whose numbers are in it: `SIG(1003) (1003 is part.there)`."""
         numbers = dict.fromkeys(int(digits) for digits in re.findall(r"\b[0-9]{1,4}\b", text)) if self.names else ()
         named = ", ".join(f"{number} is {self.names[number]}" for number in numbers if number in self.names)
@@ -130,7 +129,7 @@ class Signals:
 
         Raises IllegalSignal, FileError.
         """
-        signals = [self._known(number) if inputs else self.writable(number) for number in numbers]
+        signals = [self._check_number(number) if inputs else self.writable(number) for number in numbers]
         self.follow_clock()
         after, changes = set(self._on), list[int]()
         for signal in signals:
@@ -141,7 +140,7 @@ class Signals:
         if self.engine is not None and dated:
             self.engine.perform(SetChannels(dated, stamp, text))
             self._timeline = self.engine.timeline
-        computed = None if self.engine is None else self.computed
+        computed = None if self.engine is None else self.cell_inputs
         for signal in changes:
             if computed is None or abs(signal) not in computed.numbers:
                 self._put(abs(signal), signal > 0)
@@ -151,7 +150,7 @@ class Signals:
 
     def request(self, numbers: Iterable[float], stamp: Stamp, text: str, *, inputs: bool = False) -> SetChannels:
         """Return the request to the robot that sets signals at a time. Raises IllegalSignal."""
-        signals = [self._known(number) if inputs else self.writable(number) for number in numbers]
+        signals = [self._check_number(number) if inputs else self.writable(number) for number in numbers]
         for signal in signals:
             if abs(signal) in INTERNAL:
                 hint = f"internal signals are variables and have no times: SIGNAL {signal} sets it now"
@@ -160,7 +159,7 @@ class Signals:
 
     def writable(self, number: float) -> int:
         """A signal that a program may set. Raises IllegalSignal."""
-        signal = self._known(number)
+        signal = self._check_number(number)
         if abs(signal) in INPUTS:
             raise IllegalSignal(str(signal), "an input cannot be set by a program")
         return signal
@@ -195,7 +194,7 @@ class Signals:
         jumped = now < self._since or engine.book is not self._book
         if jumped:
             self._since = now
-        if jumped or self.computed or self._timeline is None or not timeline.same_events(self._timeline):
+        if jumped or self.cell_inputs or self._timeline is None or not timeline.same_events(self._timeline):
             inside = {number for number in self._on if number in INTERNAL}
             self._on = inside.union(self.at(self._since))
         self._timeline, self._book, since, self._since = timeline, engine.book, self._since, now
@@ -208,11 +207,15 @@ class Signals:
         """Return when the next event or computed change comes [s]; infinity where none does."""
         event = timeline.event_after(t)
         first = inf if event is None else event.time
-        return first if self.computed is None else min(first, self.computed.next_change(timeline, t, min(first, until)))
+        return (
+            first
+            if self.cell_inputs is None
+            else min(first, self.cell_inputs.next_change(timeline, t, min(first, until)))
+        )
 
     def _change_at(self, timeline: Timeline, t: float) -> None:
         """Let signals change as the timeline says of a time: first those of events, then those that are computed."""
-        computed = self.computed
+        computed = self.cell_inputs
         for event in timeline.events_between(t, t):
             follows = computed is not None and event.channel in computed.numbers
             if event.channel != HAND and not event.observed and not follows:
@@ -229,20 +232,20 @@ class Signals:
         """The outputs and inputs that are on at a time [s], in order."""
         assert self.engine is not None
         numbers = {*self.engine.timeline.channels} - {HAND}
-        if self.computed is not None:
-            numbers |= self.computed.numbers
+        if self.cell_inputs is not None:
+            numbers |= self.cell_inputs.numbers
         return tuple(one for one in sorted(numbers) if self.on_at(one, t))
 
     def computed_states(self) -> tuple[int, ...]:
         """The inputs that the cell sets, negative where they are off."""
         self.follow_clock()
-        numbers = () if self.computed is None else sorted(self.computed.numbers)
+        numbers = () if self.cell_inputs is None else sorted(self.cell_inputs.numbers)
         return tuple(number if number in self._on else -number for number in numbers)
 
     def on_at(self, signal: int, t: float) -> bool:
         """Return whether an output or an input is on at a time [s]."""
         assert self.engine is not None
-        timeline, computed = self.engine.timeline, self.computed
+        timeline, computed = self.engine.timeline, self.cell_inputs
         if computed is not None and signal in computed.numbers:
             return computed.state(timeline, signal, t)
         return timeline.value_at(signal, t) > 0.0
@@ -250,7 +253,7 @@ class Signals:
     def check_not_sensed(self, numbers: Iterable[float]) -> None:
         """Raises IllegalSignal for an input that a sensor of the cell sets."""
         for number in numbers:
-            if self.computed is not None and abs(round(number)) in self.computed.sensed:
+            if self.cell_inputs is not None and abs(round(number)) in self.cell_inputs.sensed:
                 raise IllegalSignal(plain(number), "a sensor of the cell sets it")
 
     def _put(self, signal: int, on: bool) -> None:
@@ -266,14 +269,14 @@ class Signals:
     # --- numbers ---
 
     def _group(self, first: float, count: float) -> range:
-        start = self._known(first)
+        start = self._check_number(first)
         if start < 0:
             raise IllegalSignal(str(start), "a group of bits begins with a positive signal number")
-        size = integer_between(count, 1, MOST_BITS, "a number of bits of")
-        self._known(start + size - 1)
+        size = integer_between(count, 1, MAX_BITS, "a number of bits of")
+        self._check_number(start + size - 1)
         return range(start, start + size)
 
-    def _known(self, number: float) -> int:
+    def _check_number(self, number: float) -> int:
         if round(number) == 0:
             raise IllegalSignal("0 is no number of a signal", ON_AND_OFF)
         if not self.exists(number):
@@ -324,7 +327,7 @@ class Inputs(Struct, frozen=True):
         """Return the same changes, so many seconds later."""
         return Inputs(tuple(structs.replace(change, time=change.time + seconds) for change in self.left))
 
-    def taken(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:
+    def take_until(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:
         """The changes up to `now`, and those that are left."""
         done = self.done
         while done < len(self.changes) and self.changes[done].time <= now:
@@ -366,7 +369,7 @@ class Cell(Struct, frozen=True):
         for follow in self.follows:
             for name, value in zip(follow.variables, *follow.rows[:1], strict=True):
                 one = variables.reference(name)
-                if not one.defined():
+                if not one.has_value():
                     one.assign(value)
 
 

@@ -76,7 +76,7 @@ class Cells(dict[str | Index, Value]):
             hint = "its argument was left out: CALL and {EXECUTE} give it in parentheses"
             raise UndefinedValue(self.omitted, hint)
         if self.array is not None and not isinstance(key, str):
-            rounded = self.rounded(key if isinstance(key, tuple) else (key,))
+            rounded = self.round_indexes(key if isinstance(key, tuple) else (key,))
             exact: Index = rounded if len(rounded) > 1 else rounded[0]
             if key != exact:
                 return self[exact]  # compiled programs read elements without rounding indexes
@@ -117,13 +117,13 @@ class Cells(dict[str | Index, Value]):
 
     def index(self, index: float) -> int:
         """The index of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
-        return int(index + 0.5) if index >= 0.0 else self.rounded((index,))[0]
+        return int(index + 0.5) if index >= 0.0 else self.round_indexes((index,))[0]
 
     def indexes(self, *indexes: float) -> tuple[int, ...]:
         """The indexes of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
-        return self.rounded(indexes)
+        return self.round_indexes(indexes)
 
-    def rounded(self, indexes: Iterable[float]) -> tuple[int, ...]:
+    def round_indexes(self, indexes: Iterable[float]) -> tuple[int, ...]:
         """Raises IllegalArrayIndex below 0."""
         rounded = tuple(map(whole, indexes))
         if min(rounded) < 0:
@@ -190,7 +190,7 @@ class EmptyStrings(Cells):
 
     def __missing__(self, key: str | Index) -> Value:
         if self.array is not None and not isinstance(key, str):
-            self.rounded(key if isinstance(key, tuple) else (key,))
+            self.round_indexes(key if isinstance(key, tuple) else (key,))
         return ""
 
 
@@ -249,7 +249,7 @@ class Reference(NamedTuple):
     def name(self) -> str:
         return self.cells.name("" if self.key is None else self.key)
 
-    def defined(self) -> bool:
+    def has_value(self) -> bool:
         """Whether the variable, or any element of the array, has a value."""
         if self.key is None:
             return bool(self.cells or self.locations)
@@ -272,12 +272,12 @@ class Reference(NamedTuple):
         if key in other:
             mine.deny(key)
         if not isinstance(key, str):
-            self.cells.rounded(key if isinstance(key, tuple) else (key,))
+            self.cells.round_indexes(key if isinstance(key, tuple) else (key,))
         mine[key] = storable(value) if isinstance(value, str) else value
 
     def row(self, *indexes: float) -> Reference:
         """The elements of an array whose indexes begin with these: `a[i,]`. Raises IllegalArrayIndex."""
-        before = self.cells.rounded(indexes)
+        before = self.cells.round_indexes(indexes)
         locations = self.locations if self.locations is NO_CELLS else SubArray(self.locations, before)
         return Reference(SubArray(self.cells, before), locations, None)
 
@@ -403,16 +403,16 @@ class Variables:
         """Every value of a kind in the order of names and indexes, arrays element by element."""
         simple, arrays = self._named_by(kind)
         for key in sorted({*map(str, simple), *arrays}):
-            yield from self._named(kind, key)
+            yield from self._rows_named(kind, key)
 
     def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
         """The first rows of `variables` of which the key begins so, at less cost: only these are put in order."""
         simple, arrays = self._named_by(kind)
         keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
-        rows = chain.from_iterable(self._named(kind, key) for key in nsmallest(most, keys))
+        rows = chain.from_iterable(self._rows_named(kind, key) for key in nsmallest(most, keys))
         return islice(rows, most)
 
-    def _named(self, kind: Kind, key: str) -> Iterator[NamedValue]:
+    def _rows_named(self, kind: Kind, key: str) -> Iterator[NamedValue]:
         simple, elements = self._simple[kind], self._arrays[kind].get(key, NO_CELLS)
         if key in simple:
             yield NamedValue(simple.name(key), simple[key])

@@ -13,8 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.language.words.values import INPUTS, NAME_LENGTH, OUTPUTS
-from vrs_cli.values.diagnostics import Span
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect, Span
 
 ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with three axes, as controllers write it
 

@@ -36,8 +36,7 @@ from vrs_cli.language.text.source import (
     header_end,
     lines_of,
 )
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span
 
 
 def parse_file(

@@ -28,16 +28,17 @@ from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
 from vrs_cli.language.words.values import NAME_LENGTH, key_of
 from vrs_cli.values.diagnostics import (
+    DIALECTS,
     Diagnostic,
     DiagnosticCollector,
+    Dialect,
     LineRefused,
     Severity,
     Span,
     did_you_mean,
     error,
-    ordered,
+    in_order,
 )
-from vrs_cli.values.dialect import DIALECTS, Dialect
 from vrs_cli.values.numbers import count
 
 V = TypeVar("V")
@@ -156,7 +157,7 @@ class FileReader(DiagnosticCollector):
         parts = self._bare_program(lines, name) if bare else self._all_parts(lines)
         file = File(tuple(parts))
         self.diagnostics += repeated_programs((part, 0) for part in file.parts if isinstance(part, Program))
-        return file, ordered(self.diagnostics)
+        return file, in_order(self.diagnostics)
 
     # --- parts ---
 

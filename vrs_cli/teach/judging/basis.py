@@ -22,10 +22,10 @@ from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.exercise_text import FixedPlace, GivenPlace, Place
 from vrs_cli.teach.tip import Piece, tip_pieces
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.contacts import Contact
-from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, ProgramFault, RunOutcome, RunResult
+from vrs_cli.values.world import Contact
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse

@@ -31,7 +31,7 @@ from vrs_cli.teach.state_checks import (
     When,
 )
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.values.motion import Motion, MotionKind
+from vrs_cli.values.commands import Motion, MotionKind
 
 PATH_ERROR = 1e-5  # [m] of the lines that stand for the way of the tool
 MOVES = (MotionKind.JOINT, MotionKind.STRAIGHT)
@@ -193,8 +193,8 @@ def _wrong(check: MotionCheck, one: CommandedMotion, evidence: Evidence, basis: 
     record = next((record for record in evidence.commands if record.number == one.motion.number), None)
     if record is None:
         return f"it is not known when {one.motion.text} was commanded"
-    if check.displaced is not None and record.displaced is not check.displaced:
-        return f"{record.text} begins {'at another' if record.displaced else 'at the'} time than was asked"
+    if check.displaced is not None and record.is_displaced is not check.displaced:
+        return f"{record.text} begins {'at another' if record.is_displaced else 'at the'} time than was asked"
     if falls_short(record.executed - record.issued, check.lead, step):
         return f"{record.text} begins {written(record.executed - record.issued, step)} s after its command"
     return ""

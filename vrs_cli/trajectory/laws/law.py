@@ -23,7 +23,7 @@ from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
 from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, ToolStretch
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 VERSION = (
     2  # of the laws: what they plan from the same state to the same target. 1: SCURVE had common times out of motion

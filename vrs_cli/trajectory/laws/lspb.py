@@ -25,7 +25,7 @@ from vrs_cli.trajectory.laws.law import SLIVER, Blend, Coming, Course, Law, Tool
 from vrs_cli.trajectory.polynomial import parabola, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of, stay_inside
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
 ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little

@@ -40,7 +40,7 @@ from vrs_cli.trajectory.laws.scurve_steering import joint_stops, replay_steering
 from vrs_cli.trajectory.polynomial import Polynomial, bisect_interval, derivative, most, taylor_shift, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
 LONGER = 1.06  # times are tried that are each so much longer than the one before

@@ -28,7 +28,7 @@ from vrs_cli.trajectory.laws.scurve_joints import stretches
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, replay_steering, steer, steering_of
 from vrs_cli.trajectory.segment import STILL, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointLimits, JointState, ToolLimits, ToolState
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 FIRST_STEP = 0.25
 LAST_STEP = 0.05  # of the time of a change: no finer

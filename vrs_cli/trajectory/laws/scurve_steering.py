@@ -26,7 +26,7 @@ from vrs_cli.trajectory.laws.lspb import joint_stops as stops_at_constant_accele
 from vrs_cli.trajectory.polynomial import Polynomial, bisect_interval, turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
-from vrs_cli.values.motion import Motion
+from vrs_cli.values.commands import Motion
 
 RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
 EASY = 0.25  # of acceleration and jerk, to come near a target with

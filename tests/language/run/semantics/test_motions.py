@@ -10,13 +10,16 @@ from tests.language.run.semantics.asked import DOWN, PART, close, move, only
 from tests.language.running import run_lines
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.transform import compose, from_oat, rotation_z, translation
-from vrs_cli.values.commands import Break, Delay, Move, Stamp
-from vrs_cli.values.motion import (
+from vrs_cli.values.commands import (
     AlignedTarget,
+    Break,
+    Delay,
     JointOffsetTarget,
     JointTarget,
+    Move,
     NamedTarget,
     PoseTarget,
+    Stamp,
     ToolOffsetTarget,
 )
 

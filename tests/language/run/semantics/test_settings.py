@@ -27,8 +27,8 @@ from vrs_cli.values.commands import (
     SetSwivel,
     SetTool,
     SpeedUnit,
+    Swivel,
 )
-from vrs_cli.values.motion import Swivel
 
 
 @pytest.mark.parametrize(

@@ -48,14 +48,19 @@ from vrs_cli.language.run.memory import Context, Handler, Wording, checked_secon
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import INPUTS, TRUE, integer, integer_between, plain, whole
 from vrs_cli.values.commands import (
+    AlignedTarget,
     Alter,
     AlterMode,
     Brake,
     Break,
     Delay,
+    JointOffsetTarget,
+    JointTarget,
     Mode,
     Move,
+    NamedTarget,
     OperateHand,
+    PoseTarget,
     SetAcceleration,
     SetAlter,
     SetBase,
@@ -69,18 +74,11 @@ from vrs_cli.values.commands import (
     SetSwivel,
     SetTool,
     SpeedUnit,
-)
-from vrs_cli.values.motion import (
-    AlignedTarget,
-    JointOffsetTarget,
-    JointTarget,
-    NamedTarget,
-    PoseTarget,
     Swivel,
     ToolOffsetTarget,
 )
 
-MOST_STEPS = 9999  # that RETURN n leaves out
+MAX_SKIPPED_STEPS = 9999  # that RETURN n leaves out
 
 # --- signals and reactions ---------------------------------------------------------------------------------------
 
@@ -201,7 +199,7 @@ TASKS: Mapping[str, Handler] = {
     "LOCK": _lock,
     "RUNSIG": _run_signal,
     "RETURN": lambda _context, _it, steps=None: (
-        Return(integer_between(steps or 0.0, 0, MOST_STEPS, "a number of steps of")),
+        Return(integer_between(steps or 0.0, 0, MAX_SKIPPED_STEPS, "a number of steps of")),
     ),
     "RETURNE": lambda _context, _it: (Return(mended=True),),
     "STOP": lambda _context, _it: (Stop(),),
