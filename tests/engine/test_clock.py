@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
 from tests.examples import examples
-from vrs_cli.engine.clock import SLICE, VirtualClock
+from vrs_cli.engine.clock import SLICE_S, VirtualClock
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import on_grid
 
@@ -57,9 +57,9 @@ def test_a_wait_is_cut_into_slices() -> None:
     wall = ManualWall()
     clock = wall.clock()
     clock.wait(10.0)
-    assert clock.now == pytest.approx(SLICE)
+    assert clock.now == pytest.approx(SLICE_S)
     clock.advance(10.0)
-    assert max(wall.slept) == SLICE
+    assert max(wall.slept) == SLICE_S
 
 
 def test_an_hour_passes_at_once() -> None:

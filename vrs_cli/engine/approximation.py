@@ -1,4 +1,9 @@
-"""The way of the tool tip as lines: few points, by curvature and not by time, near enough to where g leads it."""
+"""Approximate paths for viewers: the way of the tool tip by lines, and straight lines by cubics of the joints.
+
+Lines have few points, placed by curvature and not by time, near enough to where g leads the tip. The cubics serve
+viewers that have no inverse kinematics. Each has the joints and joint velocities of g at both its ends (Hermite), so
+neighbours join without a jump of place or velocity. A piece that leaves g by more than a tolerance is halved.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +35,8 @@ Place = tuple[float, Vector]  # a time [s], and where the tool tip is then
 
 
 class ToolLine(NamedTuple):
-    """The way of the tool tip in one segment, or in many that were steered: points in the world [m], with the times of
-    the tip there, which are `offset` [s] later than `times` say.
+    """The way of the tool tip in one segment, or in several steered ones: points in the world [m], with the times at
+    which the tip is there. Those are `offset` [s] later than `times`.
     """
 
     motion: Motion
@@ -42,10 +47,12 @@ class ToolLine(NamedTuple):
 
     @property
     def begin(self) -> float:
+        """The time of the first point [s]."""
         return self.offset + self.times[0]
 
     @property
     def end(self) -> float:
+        """The time of the last point [s]."""
         return self.offset + self.times[-1]
 
     def count_passed(self, t: float) -> int:
@@ -61,7 +68,7 @@ class ToolLine(NamedTuple):
 class ToolPath:
     """Computes the lines of one arm; no point of the tip's way is farther than `error` [m] from them.
 
-    The lines of a part of a timeline are remembered while it is in sight: versions of a timeline share what is
+    The lines of a part of a timeline are remembered while the part is in sight: versions of a timeline share what is
     unchanged.
     """
 
@@ -70,7 +77,9 @@ class ToolPath:
         self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}  # a row kept has its own identity
 
     def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
-        """Return the lines that the tip draws between two times [s], and perhaps some beside them, in order."""
+        """Return in order the lines that the tip draws between two times [s]; some lines beside them may be among
+        these.
+        """
         before, self._seen = self._seen, {}
         found = list[ToolLine]()
         for block in timeline.blocks(begin // WHOLE * WHOLE, -(-end // WHOLE) * WHOLE):
@@ -82,7 +91,7 @@ class ToolPath:
 
 
 def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLine]:
-    """Yield a line for each segment that moves; one for all segments that are steered without a pause."""
+    """Yield a line for each segment that moves; one line for all segments that are steered without a pause."""
     steered = list[ToolLine]()
     for segment in block.row.between(block.first, block.last):
         if segment.phase is Phase.REST or segment.duration <= 0.0:
@@ -100,6 +109,7 @@ def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLi
 
 
 def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
+    """Return the line of one segment."""
     tip, pieces = tip_of(arm, segment), 1  # of equal time, in which the way is looked at
     if isinstance(segment.path, JointPath):
         way = sum(high - low for low, high in segment.path.extremes(segment.duration))
@@ -119,7 +129,7 @@ def _join_lines(lines: Sequence[ToolLine], error: float) -> ToolLine:
 
 
 def thin_out(places: Sequence[Place], error: float) -> Iterator[Place]:
-    """Yield only points that are needed: no left-out point is farther than `error` [m] from the line between its
+    """Yield only the points that are needed: no left-out point is farther than `error` [m] from the line between its
     neighbours.
     """
 
@@ -182,16 +192,17 @@ class JointPiece(NamedTuple):
 
 
 class _State(NamedTuple):
-    """The joints and their velocities."""
+    """Joints and their velocities."""
 
     q: Joints
     qd: Joints
 
 
 def known_tolerance(wanted: float) -> float:
-    """Return the greatest of TOLERANCES that is not above the wanted one [rad, m]: so few that pieces serve many.
+    """Return the greatest of TOLERANCES that is not above the wanted one [rad, m]. There are few, so that pieces serve
+    many viewers.
 
-    Raises IllegalValue for one that is smaller than all of them, or greater.
+    Raises IllegalValue for a tolerance that is smaller or greater than all of them.
     """
     most, least = TOLERANCES[0], TOLERANCES[-1]
     if not least <= wanted <= most:
@@ -201,10 +212,10 @@ def known_tolerance(wanted: float) -> float:
 
 
 def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[JointPiece, ...]:
-    """Return pieces, one after the other, from the begin of a segment of a straight line to its end.
+    """Return pieces, one after the other, from the begin of a straight-line segment to its end.
 
-    No joint is farther than `tolerance` [rad, m] from g. There are none for a segment that has joints by itself, or
-    lasts no time, or has a pose that no joints lead to (a damaged file).
+    No joint is farther than `tolerance` [rad, m] from g. There are none for a segment in joint space, for one that
+    lasts no time, and for one with a pose that no joints lead to (a damaged file).
     """
     path = segment.path
     if isinstance(path, JointPath) or not segment.duration > 0.0:

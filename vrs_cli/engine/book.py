@@ -1,13 +1,13 @@
-"""The book of one course of events: the first timeline, every change of it since, and what can be taken back.
+"""Keep the record of one course of events: the first timeline, every change of it since, and what UNDO can take back.
 
-The timeline changes here alone, in one order: what is planned is written into the journal, then it takes place, then
-`told` hears of it. What the journal refuses does not take place.
+The timeline changes only here, in one order: a planned change is written into the journal, then it takes place, then
+`told` hears of it. A change that the journal refuses does not take place.
 
-A book with a window has only its end in memory. After each change a little of the past leaves memory: commands that
-UNDO would take back, deltas, and rows of segments. From time to time a checkpoint is written, which says where all rows
-of the timeline are: whoever goes on with the file reads it from there on.
+A book with a window keeps only its end in memory. After each change a little of the past leaves memory: commands that
+UNDO would take back, deltas, and rows of segments. From time to time a checkpoint is written. It says where all rows of
+the timeline are, and whoever goes on with the file reads the file from there on.
 
-The answer to a command says which scheduled motions its change has moved or dropped (`displacement`).
+The answer to a command says which scheduled motions the change has moved or dropped (`displacement`).
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ SAME_TIME = 5e-4  # [s] two times that are shown alike
 
 
 class WindowSize(Struct, frozen=True):
-    """How much of a book stays in memory: the commands and deltas of the last `changes`, and the last `segments`. After
-    every `checkpoint` changes the next checkpoint is due.
+    """How much of a book stays in memory: the commands and deltas of the last `changes`, and the last `segments`. The
+    next checkpoint is due `checkpoint` changes after the last one.
     """
 
     changes: int = 512
@@ -63,7 +63,7 @@ class Store(KeptDeltas, Protocol):
 
 
 class MemoryWindow:
-    """Keeps only the end of a book in memory. `checkpoint`: the timeline's version at the last checkpoint."""
+    """Keeps only the end of a book in memory. `checkpoint`: the version of the timeline at the last checkpoint."""
 
     def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:
         self.store, self.reach, self._checkpoint = store, reach, checkpoint
@@ -72,7 +72,7 @@ class MemoryWindow:
 
     def let_go(self, timeline: Timeline, deltas: Sequence[TimelineDelta], commands: int, number: int) -> None:
         """Let a part of the past leave memory after these changes, and write a checkpoint if one is due. `timeline`:
-        after the changes; `commands`, `number`: as for `Store.keep_checkpoint`.
+        after the changes. `commands`, `number`: as for `Store.keep_checkpoint`.
         """
         self._first = min([self._first, *[max(delta.keep - SMALL - 1, 0) for delta in deltas]])  # neighbours may merge
         edits = [delta.events.keep - SMALL - 1 for delta in deltas if delta.events is not None]
@@ -152,7 +152,9 @@ class JournalWriter(Protocol):
 
     @property
     def unsettled(self) -> bool:
-        """Whether a power cut would lose something that is written: several changes go to the disk together."""
+        """Return whether a power cut would lose something that is written. Several changes may go to the disk
+        together.
+        """
 
     def settle(self) -> None:
         """Bring all that is written to the disk. Raises FileError."""
@@ -163,11 +165,11 @@ def silent(_deltas: Sequence[TimelineDelta]) -> None:
 
 
 class Book:
-    """`timeline`: `initial` after all `deltas`. `number`: of the last motion.
+    """`timeline` is `initial` after all `deltas`; `number` is that of the last motion.
 
-    `stream`: the motion of the last command, while more targets of it may come (`prolong`). `window`: what keeps the
-    book short in memory; None: all of it is there. `marks_events`: the motions of its file say how far the hand is
-    open, so that the next delta has to have events, from which on they do not.
+    `stream`: the motion of the last command, while more targets of it may come (`prolong`). `window`: keeps the book
+    short in memory; None: all of it stays there. `marks_events`: the motions of its file say how far the hand is open.
+    The next delta must then have events, and from that delta on motions no longer say it.
     """
 
     def __init__(
@@ -217,7 +219,8 @@ class Book:
 
     def commit(self, steps: Sequence[HistoryStep], timeline: Timeline | None = None, *, happens: bool = False) -> None:
         """Make the changes of new commands, which were planned one after the other: all of them or, if that raises
-        FileError, none. Changes that `happens` are made in any case. `timeline`: the result, if it is known.
+        FileError, none. Changes that `happens` marks are made in any case. `timeline`: the result, if the caller has
+        it.
         """
         deltas = [step.delta for step in steps]
         wrong = self._change(deltas, timeline, happens=happens)
@@ -339,8 +342,9 @@ class Book:
         happens: bool = False,
         goes_on: bool = False,
     ) -> Exception | None:
-        """Write changes into the journal, then make them; `timeline`: the result, if it is known. They end the stream,
-        unless it `goes_on` in them. Return the error of the journal if the changes happen all the same (`happens`).
+        """Write changes into the journal, then make them. They end the stream, unless it `goes_on` in them. `timeline`:
+        the result, if the caller has it. Return the error of the journal if the changes take place in spite of it
+        (`happens`).
         """
         if self.marks_events and deltas and deltas[0].events is None:
             deltas = [deltas[0]._replace(events=EventEdit(self.timeline.event_count)), *deltas[1:]]
@@ -395,6 +399,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
 
 
 def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
+    """Sort moved motions into those that come later, those that come earlier, and those that are gone."""
     return Displacement(
         tuple(one for one in moved if one.later > SAME_TIME),
         tuple(one for one in moved if one.later < -SAME_TIME),

@@ -1,15 +1,16 @@
-"""Where a tool path meets the boundary of the reach, or a singular pose, and what a straight line does there.
+"""Find where a tool path meets the boundary of the reach or a singular pose, and decide what a straight line does
+there.
 
-The places are decided, not sampled: a path is halved until every part of it is clear for certain
-(`kinematics.clearance`), beyond the reach somewhere, or so short that all of it is on a boundary, as nearly as
-`ON_BOUNDARY` says. Most paths are clear after a look or two; one that passes close by has parts that are shorter the
-nearer they are, where the joints are looked at more closely too. Source: the branch-and-bound search of Moore, Kearfott
-and Cloud, "Introduction to Interval Analysis" (2009).
+The places are decided, not sampled. A path is halved until every part of it is certainly clear
+(`kinematics.clearance`), or beyond the reach somewhere, or so short that all of it lies on a boundary within
+`ON_BOUNDARY`. Most paths are clear after one or two looks. A path that passes close by is cut into parts that are
+shorter the nearer they are to the boundary, and its joints are sampled more closely there. Source: the branch-and-bound
+search of Moore, Kearfott and Cloud, "Introduction to Interval Analysis" (2009).
 
 On a tangent the joints are continuous, but change their direction at once: the line comes to rest at that point, and
-goes on. A line that ends on a boundary, or begins there, has to come along a tangent: otherwise the way of a joint goes
-like the square root of the way of the tool, and the joint would be in motion at once. Where a joint would have to jump,
-as at a straight wrist, there is no line.
+goes on. A line that ends or begins on a boundary must be a tangent of it. Otherwise a joint moves with the square root
+of the way of the tool, so it would have to be in motion at once. Where a joint would have to jump, as at a straight
+wrist, there is no line.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ STRAIGHTENINGS = 2  # the second one for what rounding left
 
 
 class Touch(NamedTuple):
-    """A part of a path on which one clearance is at its boundary; `which`: its place among the sizes."""
+    """A part of a path on which one clearance is zero; `which`: the place of that clearance among the sizes."""
 
     begin: float
     end: float
@@ -80,7 +81,7 @@ class PathSurvey(Struct, frozen=True):
 
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurvey:
-    """Search all of a path, from 0 to `lasting`. Raises MotionError where no line can follow it."""
+    """Search all of a path, from 0 to `lasting` [s]. Raises MotionError if no line can follow it."""
     found = _survey(follower.arm, follower.tool, path._replace(seeds=()), lasting)
     if found.beyond is not None:
         raise follower.refuse_beyond(path, found.beyond, path.seeds[0])
@@ -91,6 +92,7 @@ def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurve
 
 @lru_cache(REMEMBERED)
 def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> PathSurvey:
+    """Search a path; results are remembered. Paths of an arm without a hand are not searched."""
     return PathSurvey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
 
 
@@ -107,6 +109,7 @@ class _Search:
         self.seen: list[tuple[float, Clearance]] = []
 
     def result(self) -> PathSurvey:
+        """Search the path, and return the survey."""
         begin, at_begin = 0.0, self.look(0.0)
         pending = [(self.lasting, self.look(self.lasting))]
         for at, seen in ((0.0, at_begin), pending[0]):
@@ -136,9 +139,11 @@ class _Search:
         return PathSurvey(endless=begin)
 
     def look(self, s: float) -> Clearance:
+        """Return the clearance of the hand at s seconds."""
         return self.arm.clearance(compose(self.path.pose(s), self.T_tool_flange), self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
+        """Return whether a pose with this clearance is beyond the reach."""
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
 
     def judge(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
@@ -213,7 +218,7 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
 
 
 def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:
-    """Bounds of the first and the second derivative of a vector that turns with the tool."""
+    """Return bounds of the first and the second derivative of a vector that turns with the tool."""
     if not turns:
         return 0.0, 0.0
     rates = [most(derivative(turn.angle), lasting) for turn in turns]
@@ -233,7 +238,7 @@ class Stop(Struct, frozen=True):
 
 
 class Kinks:
-    """The touches of one path, which goes from rest to rest in a time of 1."""
+    """The touches of one path, which goes from rest to rest in 1 s."""
 
     def __init__(self, follower: Follower, path: CartesianPath, touches: tuple[Touch, ...]) -> None:
         self.follower, self.path, self.touches = follower, path, touches
@@ -268,8 +273,8 @@ class Kinks:
         return goal
 
     def _check_tangent(self, end: float, near: Joints) -> None:
-        """Check that a line that begins or ends on boundaries is a tangent of each; samples show how the wrist
-        turns.
+        """Check that a line that begins or ends on boundaries is a tangent of each. How the wrist turns shows in the
+        samples.
         """
         if self.speed <= ON_BOUNDARY:
             return
@@ -291,7 +296,7 @@ class Kinks:
         return Stop(s, self._on_boundary(touch.which, self.path.pose(s)))
 
     def _on_boundary(self, which: int, pose: Transform) -> Transform:
-        """Move a pose along the gradient of a clearance to where it is 0: by no more than `ON_BOUNDARY`."""
+        """Move a pose along the gradient of a clearance to where the clearance is 0: by at most `ON_BOUNDARY`."""
         x, y, z = position(pose)
         off = self._size(which, pose)
         slope = []
@@ -304,9 +309,11 @@ class Kinks:
         return at_position(pose, *(p - off * g / square for p, g in zip((x, y, z), slope, strict=True)))
 
     def _size(self, which: int, pose: Transform) -> float:
+        """Return one clearance of a pose of the tool."""
         return self._clearance_at(pose).sizes[which]
 
     def _clearance_at(self, pose: Transform) -> Clearance:
+        """Return the clearances of a pose of the tool."""
         return self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)
 
 

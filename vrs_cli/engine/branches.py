@@ -1,8 +1,8 @@
-"""What-if branches: other timelines of the same robot, tried, compared with each other, kept or dropped.
+"""Try other timelines of the same robot on what-if branches: compare them, keep them or drop them.
 
-A branch begins as what is there: timeline, clock, settings, and what can be undone. It costs little, for timelines
-share all that they have in common. `main` is what the journal holds: what is tried on a branch reaches it with `merge`
-only, as deltas like any others.
+A branch begins as a copy: timeline, clock, settings, and what can be undone. It costs little, since timelines share all
+that they have in common. `main` is what the journal holds. A branch reaches it only by `merge`, as deltas like any
+others.
 """
 
 from __future__ import annotations
@@ -34,13 +34,15 @@ class Fork(Struct, frozen=True):
     done: tuple[HistoryStep, ...]
 
     def leaves(self, main: Book) -> bool:
-        """Return whether main is as it was then. A branch from a file left main before anything happened on it."""
+        """Return whether main is still as it was then. A branch from a file left main before anything happened
+        on it.
+        """
         return self.timeline is main.timeline if main.deltas else self.timeline == main.initial
 
 
 class _Branch(Struct):
-    """A branch. `fork` is None for main; `left` is None while the branch is the present one (the engine has its
-    book).
+    """A branch. `fork` is None for main. `left` is None while the branch is the present one: then the engine has its
+    book.
     """
 
     name: str
@@ -49,10 +51,11 @@ class _Branch(Struct):
 
 
 class Branches:
-    """The branches of one engine by name; the engine works on the `present` one. Names differ by more than case.
+    """The branches of one engine by name; the engine works on the `present` one. Names that differ only in case are the
+    same.
 
-    Main is everybody's; every other branch is seen only by who made it. `who`: whoever is served now, on the branch
-    where that one was last.
+    Main is everybody's; every other branch is seen only by the user who made it. `who`: the user that is served now, on
+    the branch where that user was last.
     """
 
     def __init__(self, engine: Engine) -> None:
@@ -91,12 +94,15 @@ class Branches:
         return self._left(self._branch_named(name))
 
     def _left(self, branch: _Branch) -> Bookmark:
+        """Return where a branch was left; of the present branch, where it is now."""
         return self.engine.bookmark() if branch.left is None else branch.left
 
     def _find(self, name: str) -> _Branch | None:
+        """Return a branch by its name; None if the present user has no such branch."""
         return self._main if name.lower() == MAIN else self._made.get((self.who, name.lower()))
 
     def _branch_named(self, name: str) -> _Branch:
+        """Return a branch by its name. Raises UsageError for an unknown name."""
         found = self._find(name)
         if found is None:
             raise UsageError(f"there is no branch {name}", f"there are {', '.join(self.names)}")
@@ -117,6 +123,7 @@ class Branches:
         self._add(_Branch(name, Fork(left.book.initial, ()), left))
 
     def _add(self, branch: _Branch) -> None:
+        """Add a branch of the present user. Raises UsageError for a name in use."""
         self._check_time()
         if branch.name in self:
             raise UsageError(f"there is a branch {branch.name} already", "take another name")
@@ -130,14 +137,15 @@ class Branches:
             self._change_over(branch)
 
     def _change_over(self, branch: _Branch) -> None:
+        """Let the engine go on with another branch, where that one was left."""
         self._present.left = self.engine.bookmark()
         self.engine.take_up(self._left(branch))
         self._present, branch.left = branch, None
         self._places[self.who] = branch
 
     def serve(self, who: Hashable, *, stay: bool = False) -> None:
-        """Switch to the branch where a user was last, main at first. `stay`: stay on the present branch, on which
-        something runs.
+        """Switch to the branch where a user was last, at first main. `stay`: stay on the present branch, since
+        something runs on it.
         """
         self.who = who
         place = self._places.get(who, self._main)
@@ -161,6 +169,7 @@ class Branches:
             there.left = None
 
     def _put(self, branch: _Branch) -> None:
+        """Put the book, settings and clock of a branch into the engine; nobody is told."""
         assert branch.left is not None
         mark, self._present = branch.left, branch
         self.engine.book, self.engine.settings = mark.book, mark.settings
@@ -178,7 +187,7 @@ class Branches:
                 return book.timeline, now
 
     def forget(self, who: Hashable) -> None:
-        """Remove a user who has gone, with the user's branches."""
+        """Remove a user who has gone, and the branches of that user."""
         if self._places.get(who) is self._present:
             self._change_over(self._main)
         self._made = {key: branch for key, branch in self._made.items() if key[0] != who}
@@ -219,7 +228,7 @@ class Branches:
         return whole(self.merging(name))
 
     def merging(self, name: str) -> Parts[int]:
-        """Do `merge` a part at a time. Raises RequestRefused, too, if the robot was stopped meanwhile."""
+        """Do `merge` a part at a time. Also raises RequestRefused, if the robot was stopped meanwhile."""
         branch = self._branch_named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "{MERGE branch}")
@@ -312,8 +321,8 @@ def _own_event(delta: TimelineDelta, number: int) -> Event | None:
 def _set_again(
     delta: TimelineDelta, motion: Motion, old: Timeline, new: Timeline, numbers: Mapping[int, int]
 ) -> TimelineDelta:
-    """Return the delta that sets channels of a branch on main: at the same time or, if they are tied, at the same time
-    of the motion that was under way. `numbers`: of the motions of the branch on main.
+    """Return the delta that sets the channels of a branch on main: at the same time or, if they are tied, at the same
+    time within the motion that was under way. `numbers`: the numbers on main of the branch's motions.
     """
     assert delta.events is not None
     t = delta.executed

@@ -1,9 +1,9 @@
-"""The laws that every timeline keeps, checked for many segments at once.
+"""Check for many segments at once that a timeline keeps its laws.
 
-Position and velocity go on from each segment to the next, in a gap and after the end the robot stands, and no joint
-leaves its range. In joint space no joint is faster, or gains speed faster, than it can: the polynomials say where they
-are greatest, those of degree 3 at most all at once. A straight line is looked at where it begins, where it ends, and
-where its seeds change; `on_lines` goes all the way along.
+Position and velocity are continuous from each segment to the next. In a gap and after the end the robot stands. No
+joint leaves its range. In joint space no joint moves or accelerates faster than it can: the greatest values follow from
+the polynomials, for those of degree 3 at most all at once. A straight line is checked where it begins, where it ends,
+and where its seeds change; `on_lines` checks all of it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Breach(Struct, frozen=True):
 
 
 def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
-    """Yield what is wrong with a timeline, in its order."""
+    """Yield what is wrong with a timeline, in the order of its segments."""
     rest, first, before = iter(timeline), 0, list[Segment]()
     while segments := list(islice(rest, MANY)):
         stretch = _Stretch(arm, [*before, *segments], first - len(before))
@@ -57,8 +57,8 @@ def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
 
 
 def on_lines(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
-    """Find what is wrong along the straight lines of a timeline, as the planner does: reach, jumps, ranges of the
-    joints, velocities, accelerations and jerks.
+    """Yield what is wrong along the straight lines of a timeline, found as the planner does: reach, jumps, ranges of
+    the joints, velocities, accelerations and jerks.
     """
     for index, segment in enumerate(timeline):
         if isinstance(segment.path, CartesianPath) and segment.duration:
@@ -119,9 +119,9 @@ def _samples(
 
 
 class _Stretch:
-    """Neighbouring segments as arrays (m, n): joints, their velocity and acceleration where each begins and ends.
+    """Neighbouring segments as arrays (m, n): joints with their velocity and acceleration where each begins and ends.
 
-    What the arm cannot follow is NaN, which breaks no other law.
+    Values that the arm cannot follow are NaN, which breaks no other law.
     """
 
     def __init__(self, arm: RobotArm, segments: list[Segment], first: int) -> None:
@@ -186,11 +186,12 @@ class _Stretch:
             yield self._breach(row + shift, text)
 
     def _breach(self, row: int, what: str) -> Breach:
+        """Make the breach of a row, with its time."""
         return Breach(self.first + row, f"{what}, {self.starts[row]:.3f} s")
 
     def _extremes(self, order: int) -> tuple[Floats, Floats]:
-        """Return the least and the greatest joints (m, n), or of a derivative: at an end or where they turn back; of a
-        line at an end.
+        """Return the least and the greatest joints (m, n), or of a derivative: at the ends of a segment or where they
+        turn back. Of a line only the ends count.
         """
         a, begin, end = self.orders[order], self.begin[order], self.end[order]
         low, high = np.minimum(begin, end), np.maximum(begin, end)
@@ -202,7 +203,7 @@ class _Stretch:
         return low, high
 
     def _turns(self, a: Floats) -> Iterator[Floats]:
-        """Where cubics turn back (m, n), or 0 where they do so nowhere inside."""
+        """Yield the times (m, n) at which cubics turn back, or 0 if they do not."""
         c, b, d = _derivative(a)[:3]
         with np.errstate(all="ignore"):
             q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))  # the two roots, without cancellation

@@ -1,7 +1,7 @@
-"""The clock of a robot. It is passed in: virtual time jumps, a clock on the wall is waited for.
+"""Clocks of a robot: virtual time jumps, a wall clock is waited for. The robot is given one.
 
-`now` moves only when it is told to. So a program sees exact times, the same with every clock; and nothing comes too
-late by the time its own planning takes: the instant at which it is done lasts until it is done.
+`now` moves only when the robot asks for it. So a program sees exact times, the same with every clock, and nothing is
+late because of the time that its own planning takes: the instant lasts until the work in it is done.
 """
 
 from __future__ import annotations
@@ -13,14 +13,13 @@ from typing import NamedTuple
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import TICK, down_to_grid
 
-SLICE = 0.05  # [s] of real time: a wait lasts no longer before whoever waits may look at what else has happened
+SLICE_S = 0.05  # [s] of real time: a wait lasts no longer before whoever waits may look at what else has happened
 SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
 class VirtualClock:
-    """The present instant of the robot, `now` [s]. Time goes on only when somebody waits, and then at once.
-
-    The past can be edited.
+    """The present instant of the robot, `now` [s]. Time passes only when the robot waits, and then at once. The past
+    can be edited.
     """
 
     realtime = False  # else what is before `now` has happened, and does not change any more
@@ -31,7 +30,7 @@ class VirtualClock:
 
     @property
     def reached(self) -> float:
-        """How far time has come by itself: not before `now`."""
+        """Return the time to which the clock has come by itself [s]; never before `now`."""
         return self.now
 
     def advance(self, to: float) -> None:
@@ -54,16 +53,16 @@ class ClockFace(NamedTuple):
     wall: float
 
     def at(self, wall: float) -> float:
-        """The clock's reading at a later wall time, if it is neither paused nor re-rated."""
+        """Return the clock's reading at a later wall time [s], if its rate and pause stay as they are."""
         return self.now if self.paused else self.now + self.rate * max(wall - self.wall, 0.0)
 
 
 class WallClock:
-    """Robot time that follows a clock on the wall: `rate` seconds of the robot pass in one second.
+    """Robot time that follows a wall clock: `rate` seconds of the robot pass in one second.
 
-    Time is continuous and never goes back, whatever becomes of the rate. `wall` tells real time [s], `sleep` waits:
-    `time.monotonic` and `time.sleep`, or stand-ins of a test. Who waits for something else too, which may end a wait
-    early, waits with a `sleep` of its own.
+    Time is continuous and never goes back, also when the rate changes. `wall` tells real time [s], `sleep` waits:
+    `time.monotonic` and `time.sleep`, or stand-ins of a test. A caller that also waits for something else passes a
+    `sleep` of its own, which may end early.
     """
 
     realtime = True
@@ -83,7 +82,7 @@ class WallClock:
 
     @property
     def reached(self) -> float:
-        """How far the wall has come, rounded down to the time grid."""
+        """Return the time to which the wall clock has come [s], rounded down to the time grid."""
         return self.read().now
 
     def read(self) -> ClockFace:
@@ -92,7 +91,7 @@ class WallClock:
         return ClockFace(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
 
     def until(self, to: float) -> float:
-        """Return how long it takes on the wall until `to` [s]; infinite while the clock is paused."""
+        """Return how long the wall clock takes until `to` [s]; infinite while the clock is paused."""
         return inf if self.paused else (to - self._since.at(self._wall())) / self.rate
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
@@ -101,20 +100,22 @@ class WallClock:
         self._since = ClockFace(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
 
     def wait(self, to: float) -> None:
-        """Wait for `to`, and for a SLICE of real time at most. Raises ClockPaused where the clock stands."""
+        """Wait for `to`, but at most SLICE_S of real time. Raises ClockPaused if the clock stands."""
         ahead = to - self._since.at(self._wall())
         if ahead >= TICK:
             if self.paused:
                 raise ClockPaused(f"it stands at {self.reached:.3f} s, before {to:.3f} s", "{CLOCK GO} lets it go on")
-            self.sleep(min(ahead / self.rate, SLICE))
+            self.sleep(min(ahead / self.rate, SLICE_S))
             ahead = to - self._since.at(self._wall())
         self.now = max(self.now, to if ahead < TICK else min(self.reached, to))
 
     def advance(self, to: float) -> None:
+        """Wait until `to` [s]."""
         while self.now < to:
             self.wait(to)
 
     def set(self, to: float) -> None:
+        """Make `to` the present instant [s]."""
         self.now, self._since = to, ClockFace(to, self.rate, self.paused, self._wall())
 
 

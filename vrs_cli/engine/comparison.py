@@ -1,4 +1,4 @@
-"""Two courses of events side by side: how long, how far, which commands, and how far apart the robot is at most."""
+"""Compare two courses of events, or a timeline with what a body has measured."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Compared = Callable[[PlaceArrays], "Floats"]  # of what is compared, at each tim
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
     """Compare two courses of events of one robot: how far apart the tool and the joints are at most, and which commands
-    both have once, in the order of a, then those of b alone.
+    both have. The commands come in the order of `a`, then those of `b` alone.
     """
     import numpy as np
 
@@ -64,8 +64,8 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 
 
 def first_difference(a: Timeline, b: Timeline) -> float | None:
-    """The first time at which two timelines may differ [s], the hand and signals too; None where they are the same
-    throughout.
+    """Return the first time at which two timelines may differ [s], in the hand and signals too; None if they
+    never do.
     """
     times = [t for t in (_first_other_segment(a, b), _first_other_event(a, b)) if t is not None]
     return min(times, default=None)
@@ -111,6 +111,7 @@ def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
 
 
 def _extent(arm: RobotArm, book: Book) -> Extent:
+    """Measure one course of events: its duration, commands, segments, and the ways of tool and joints."""
     import numpy as np
 
     timeline = book.timeline
@@ -169,7 +170,7 @@ def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart
 
 
 def _identity(step: HistoryStep) -> tuple[object, ...]:
-    """Return what identifies a command: a branch repeats the commands from before it began."""
+    """Return what identifies a command. A branch repeats the commands from before it began."""
     motion = step.delta.motion
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose
 
@@ -180,7 +181,7 @@ AT_ONCE = 20_000  # reports whose poses are in memory at a time
 def measured_position(
     arm: RobotArm, timeline: Timeline, measured: MeasuredTimeline, t: float
 ) -> MeasuredPosition | None:
-    """Return where the robot was measured at t [s], with BASE and TOOL of the timeline; None where it is unknown."""
+    """Return where the robot was measured at t [s], with BASE and TOOL of the timeline; None if no report says it."""
     joints, mode = measured.joints_at(t), measured.mode_at(t)
     if joints is None or mode is None:
         return None
@@ -193,7 +194,7 @@ def measured_position(
 
 
 def why_unknown(measured: MeasuredTimeline, t: float) -> str:
-    """Say why nothing is known of the measured robot at t [s], where there are reports."""
+    """Say why the measured position at t [s] is unknown, although there are reports."""
     assert measured.start is not None, "there are reports"
     assert measured.end is not None, "there are reports"
     if t > measured.end:
@@ -231,7 +232,9 @@ def compare_measured(arm: RobotArm, timeline: Timeline, measured: MeasuredTimeli
 
 
 def _add(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats, sums: tuple[_Sum, ...]) -> None:
-    """Add by how much reports (N,) with joints (N, n) differ: each joint, the tool's place, and how it is turned."""
+    """Add the differences of reports (N,) with joints (N, n): of each joint, of the tool's place, and of its
+    orientation.
+    """
     import numpy as np
 
     expected, here = places_at(arm, timeline, times), poses_along(arm, timeline, times, joints)
@@ -244,7 +247,7 @@ def _add(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats, sums:
 
 
 class _Sum:
-    """The greatest of many distances, its time, and the sum of their squares."""
+    """The greatest of many distances with its time, and the sum of their squares."""
 
     def __init__(self) -> None:
         self._greatest, self._time, self._squares, self._count = -1.0, nan, 0.0, 0

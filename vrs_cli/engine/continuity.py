@@ -1,4 +1,6 @@
-"""Whether a line of an arm without a closed form goes on between its samples: `kinematics.continuation`, on a path."""
+"""Prove that the joints of a line are continuous between its samples, for arms without a closed form. It applies
+`kinematics.continuation` to paths.
+"""
 
 from __future__ import annotations
 
@@ -46,8 +48,8 @@ class Followed(Struct, frozen=True, dict=True):
 
     @cached_property
     def pace(self) -> tuple[float, ...]:
-        """Bounds: of the fourth derivative of the tool's place [m/s4], of the first four of the angles that it turns
-        by, together [rad/s ...], and of the fourth of its guides.
+        """Bounds of the fourth derivative of the tool's place [m/s4], of the first four derivatives of all turning
+        angles together [rad/s ...], and of the fourth derivative of the guides.
         """
         rates, turns = [turn.angle for turn in self.path.turns], list[float]()
         for _ in range(FOURTH):
@@ -56,7 +58,9 @@ class Followed(Struct, frozen=True, dict=True):
         return self._bent(self.path.position), *turns, self._bent([guide.value for guide in self.path.guides])
 
     def looked_at(self, path: CartesianPath) -> Floats:
-        """Return the times of the samples, and of both sides of each instant at which a path's next seed takes over."""
+        """Return the times of the samples, and times on both sides of each instant at which the next seed of a path
+        takes over.
+        """
         halfway = (np.arange(len(path.seeds) - 1) + 0.5) * path.seed_interval
         beside = np.concatenate([halfway * (1.0 + side) for side in (-BESIDE, BESIDE)])
         return np.concatenate(([sample.s for sample in self.samples], beside[beside < self.duration]))
@@ -71,7 +75,7 @@ class Followed(Struct, frozen=True, dict=True):
         return np.asarray(q[i] + x * way + x * (x - 1.0) * bent)
 
     def _bent(self, rows: Iterable[Polynomial]) -> float:
-        """A bound of the fourth derivatives together."""
+        """Return a bound of the fourth derivatives of polynomials together."""
         bent = [row for row in rows if len(row) > FOURTH]
         for _ in range(FOURTH):
             bent = [derivative(row) for row in bent]
@@ -87,14 +91,16 @@ class Gap(Struct, frozen=True):
 
     @property
     def lasting(self) -> float:
+        """The duration of the gap [s]."""
         return self.b.s - self.a.s
 
     @property
     def part(self) -> float:
-        """Of its stretch."""
+        """The duration of the gap as a part of its stretch."""
         return self.lasting / self.of.duration
 
     def halves(self, follower: Follower) -> tuple[Gap, Gap]:
+        """Sample the middle, and return both halves of the gap."""
         middle = follower.sample(self.of.path, 0.5 * (self.a.s + self.b.s), self.a.joints)
         return Gap(self.of, self.a, middle), Gap(self.of, middle, self.b)
 
@@ -104,8 +110,8 @@ def check_continuous(
     follower: Follower,
     stretches: Sequence[tuple[CartesianPath, float, list[Sample]]],
 ) -> list[Followed]:
-    """Prove that the joints lead from each sample to the next, along paths of so many seconds. Return the paths with
-    all samples that this took.
+    """Prove that the joints lead from each sample to the next, along paths with these durations [s]. Return the paths
+    with all samples that the proof took.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
     """
@@ -133,7 +139,7 @@ def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
 
 
 def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float]:
-    """The times of a stretch between which its joints are proved."""
+    """Return the times between which the joints of a stretch are proved."""
     samples, begin, end = stretch.samples, 0.0, stretch.duration
     if follower.singular(samples[0]):
         begin = AT_REST * stretch.duration
@@ -143,6 +149,7 @@ def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float
 
 
 def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> list[Gap]:
+    """Return the gaps for which no proof was found."""
     if not gaps:
         return []
     left = np.arange(len(gaps))
@@ -200,6 +207,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
 
 
 def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gaps | SteadyGaps:
+    """Return the gaps as arrays, of the kind that the continuation asks for."""
     paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
     h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
     place, turn = place * h**4, turn * h[:, None] ** POWERS

@@ -1,6 +1,6 @@
 """The engine: one robot with its book, settings and clock. It stamps motion commands and commits what f plans.
 
-Nothing runs here between two requests. Readers of a timeline keep the version they have.
+Nothing runs between two requests. Readers of a timeline keep the version they have.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ TimelineChange = TimelineDelta | TimelineReplaced  # the timeline has changed, o
 
 
 class Postponement(Struct, frozen=True):
-    """A motion that came too late for its execution time, and what that is now [s]."""
+    """A motion that came too late for its execution time, and its new execution time [s]."""
 
     text: str
     asked: float
@@ -94,18 +94,19 @@ class Postponement(Struct, frozen=True):
 
     @property
     def sentence(self) -> str:
+        """The postponement, as people read it."""
         return f"{self.text or 'the motion'} is postponed from {self.asked:.3f} to {self.executed:.3f} s"
 
 
 class ToolTurning(Struct, frozen=True):
-    """A motion of an arm that turns its tool as nearly as it can: how far from what was asked [rad]."""
+    """Says by what angle [rad] the tool is turned otherwise than asked, for an arm that cannot turn it every way."""
 
     text: str
     angle: float
 
 
 class Bookmark(Struct, frozen=True):
-    """Where a course of events was left: its book, with the settings and the clock [s] of then."""
+    """Where a course of events was left: its book, with the settings and the clock [s] of that moment."""
 
     book: Book
     settings: Settings
@@ -113,8 +114,8 @@ class Bookmark(Struct, frozen=True):
 
 
 class Engine:
-    """One robot. `events`: every change of the timeline, and every other timeline that takes its place. `measured`:
-    what a body has reported; UNDO and branches leave it as it is.
+    """One robot. `events`: every change of the timeline, and every timeline that replaces another. `measured`: the
+    reports of a body; UNDO and branches leave them as they are.
     """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: RobotClock | None = None) -> None:
@@ -143,7 +144,7 @@ class Engine:
 
     @property
     def realtime(self) -> bool:
-        """Whether what is before `now` has happened, and stays."""
+        """Return whether the past, before `now`, has happened and cannot be changed."""
         return self.clock.realtime
 
     @property
@@ -152,38 +153,40 @@ class Engine:
 
     @property
     def end(self) -> float:
-        """When the robot comes to rest for good [s]."""
+        """Return when the robot comes to rest for good [s]."""
         return self.book.timeline.end
 
     def position(self, t: float | None = None) -> Position:
-        """g: where the robot is at t [s], or now."""
+        """Return where the robot is at t [s], or now: the function g."""
         return position_at(self.arm, self.timeline, self.now if t is None else t)
 
     def destination(self, t: float | None = None) -> Position:
-        """Where the motion that is under way at t (now) ends, or where the robot stands."""
+        """Return where the motion that is under way at t (now) ends, or where the robot stands."""
         return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
     def frames(self) -> Frames:
-        """BASE and TOOL in force now."""
+        """The BASE and TOOL in force now."""
         return self._motion_at(self.now).frames
 
     def _motion_at(self, t: float) -> Motion:
+        """Return the motion in force at t [s]."""
         return self.timeline.locate(t)[0].motion
 
     # --- requests ---
 
     def perform(self, request: Request, *, program: bool = False) -> None:
-        """Do what is asked. From a program motions blend into each other and time goes on only as far as it must; at
-        the prompt a motion without a time stamp is over when this returns, unless time is real: then it has begun.
+        """Perform a request. From a program motions blend into each other, and the clock advances only as far as it
+        must. At the prompt a motion without a time stamp is over when this returns; in real time it has begun.
 
-        Raises MotionError, IllegalValue, UsageError, FileError for what cannot be written down.
+        Raises MotionError, IllegalValue, UsageError, and FileError if the change cannot be written down.
         """
         self.clock.advance(self.begin(request, program=program))
 
     def ready_at(self, request: Request, *, program: bool) -> float:
-        """The instant [s], now or later, at which a request may be performed: until then its program waits, so that
-        what happens in between may still change what it does."""
+        """Return the instant [s], now or later, at which a request may be performed. Its program waits until then, so
+        that whatever happens before may still change the effect of the request.
+        """
         if not program and not self.realtime:
             return self.now
         if isinstance(request, Move):
@@ -195,9 +198,10 @@ class Engine:
         return self.now
 
     def begin(self, request: Request, *, program: bool, issued: float | None = None) -> float:
-        """Do what is asked as `perform` does, and leave the clock alone: the instant [s] until which the asker waits.
+        """Perform a request as `perform` does, but leave the clock alone. Return the instant [s] until which the caller
+        waits.
 
-        `issued`: when it was asked, where that was earlier.
+        `issued`: when the request was made, if that was earlier.
         """
         match request:
             case Move(target=PoseTarget(T_world_tool=place)):
@@ -241,6 +245,7 @@ class Engine:
         return self.now
 
     def _move(self, move: Move, program: bool, issued: float | None) -> float:
+        """Plan and commit a motion; return the instant [s] until which the caller waits."""
         self._check_power()
         start, executed = self._beginning(move, program)
         now = on_grid(self.now)
@@ -269,7 +274,9 @@ class Engine:
         return self._until(executed, program)
 
     def _postpone(self, text: str, executed: float, later: float) -> float:
-        """Put off what comes too late for its execution time, and tell of it. Return `later`. Raises TooLate."""
+        """Postpone a motion or event that came too late for its execution time, and tell listeners. Return the `later`
+        time. Raises TooLate if CAUSALITY forbids that.
+        """
         now = on_grid(self.now)
         if self.settings.parameters["CAUSALITY"] == "ABORT":
             raise TooLate(
@@ -283,10 +290,10 @@ class Engine:
         return later
 
     def _alter(self, alter: Alter, issued: float | None) -> None:
-        """Re-plan the current motion (at rest: a straight line) to the displaced target, starting now, as an inserted
-        motion.
+        """Plan the current motion again (at rest: a straight line) to the displaced target, starting now, as an
+        inserted motion.
 
-        Raises AlterNotOn, PowerOff, and as a motion does.
+        Raises AlterNotOn, PowerOff, and what a motion raises.
         """
         altered = self.settings.alter
         if altered is None:
@@ -311,17 +318,20 @@ class Engine:
             self._edit(motion, now, self.settings.inserts, issued)
 
     def _until(self, executed: float, program: bool) -> float:
-        """Return when the asker goes on: at the prompt when the robot stands, or at once if time is real."""
+        """Return until when the caller waits [s]: in a program until the motion begins, at the prompt until the robot
+        stands. In real time nobody waits.
+        """
         if program:
             return executed
         return self.now if self.realtime else self.end
 
     def _check_power(self) -> None:
+        """Raises PowerOff if the arm has no power."""
         if not self.settings.switch("POWER"):
             raise PowerOff("the arm has no power", "{ENABLE POWER}")
 
     def _beginning(self, move: Move, program: bool) -> tuple[Start, float]:
-        """How and when a motion begins."""
+        """Return how and when a motion begins."""
         now, end = on_grid(self.now), self.end
         if move.stamp is not None:
             return Start.AT, self._time_of(move.stamp)
@@ -331,8 +341,8 @@ class Engine:
         return (Start.AFTER, end) if rounds is None else (Start.BLEND, max(now, rounds))
 
     def _rounding_begins(self, move: Move) -> float | None:
-        """When a motion may begin to round the corner before it [s]; None where it begins when the robot stands. Kept:
-        a program asks when it waits for the motion, and when the motion begins.
+        """Return when a motion may begin to round the corner before it [s]; None if it begins at rest. The answer is
+        kept, since a program asks when it waits for the motion and again when the motion begins.
         """
         timeline, settings = self.timeline, self.settings
         if self._rounding is None or any(map(is_not, self._rounding, (move, timeline, settings))):
@@ -350,7 +360,9 @@ class Engine:
         return on_grid(known.check(seconds, given=stamp.seconds))
 
     def _may_blend(self, move: Move) -> bool:
-        """Whether continuous path is on, and no configuration word asks for another one than the arm will have."""
+        """Return whether continuous path is on, and the configuration words ask for no other configuration than the arm
+        will have.
+        """
         if not (self.settings.switch("CP") and self.settings.mode(Mode.CONTINUOUS_PATH)):
             return False
         asked = self.settings.configuration
@@ -359,8 +371,8 @@ class Engine:
         return not asked.words_beside((self.arm.configuration(joints_at(self.arm, self.timeline, self.end)),))
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
-        """A motion with a time stamp follows the one that is under way then, another the last one: one that rounds the
-        corner there goes to the same joints as one that begins in it.
+        """Make the motion of a request. One with a time stamp follows the motion under way then; any other follows the
+        last motion. A motion that rounds a corner goes to the same joints as one that begins in the corner.
         """
         settings, arm, timeline = self.settings, self.arm, self.timeline
         before = joints_at(arm, timeline, finish_after(timeline, executed if move.stamp is not None else self.end))
@@ -380,10 +392,12 @@ class Engine:
         )
 
     def _after(self, t: float) -> After:
+        """Return what a motion at t [s] follows."""
         return After(self._motion_at(t), self.book.number + 1, self.settings)
 
     def _opening(self, opening: float | None, width: float | None = None) -> float:
-        """How far the hand is to be open (1) or closed (0); it closes on what GRASP.WIDTH says is in it.
+        """Return how far the hand is to be open: 1 open, 0 closed. It closes on the part that GRASP.WIDTH says is in
+        it.
 
         Raises IllegalValue for fingers farther apart than they can be [m].
         """
@@ -408,8 +422,8 @@ class Engine:
     # --- dated events ---
 
     def _set_channels(self, it: SetChannels, issued: float | None) -> None:
-        """Put events on the timeline: now, tied to its motions, or at the time of a stamp. What has no text, or was
-        observed, is recorded, and is no command. Raises TooLate as a motion does.
+        """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without a text and
+        observations are recorded, and are no command. Raises TooLate as a motion does.
         """
         now, number = on_grid(self.now), self.book.number + 1
         tied = it.stamp is None
@@ -453,7 +467,7 @@ class Engine:
         event: Event | None = None,
         frames: Frames | None = None,
     ) -> float:
-        """Stand still after the last motion; when that begins [s]."""
+        """Stand still after the last motion; return when that begins [s]."""
         executed = max(on_grid(self.now), self.end)
         motion = self._after(executed).motion(Start.AFTER, duration=seconds, frames=frames, text=text)
         if self.settings.moves:
@@ -472,13 +486,13 @@ class Engine:
             self.clock.advance(self._stand(issued, text, frames=frames))
 
     def stop(self) -> None:
-        """ABORT, BRAKE: brake now, within limits, and drop what was scheduled; also if that cannot be written down."""
+        """Brake now (ABORT, BRAKE), within limits, and drop what was scheduled, even if that cannot be written down."""
         now = on_grid(self.now)
         if now < self.end:
             self._edit(self._after(now).motion(Start.AT, text="BRAKE"), now, insert=False, happens=True)
 
     def stopping_place(self) -> Joints:
-        """Where the robot would come to rest if it braked now [rad]."""
+        """Return the joints [rad] at which the robot would come to rest if it braked now."""
         now = on_grid(self.now)
         if now >= self.end:
             return self.position().joints
@@ -489,9 +503,9 @@ class Engine:
     def resync(
         self, measured: Joints, *, stops: bool = False, leaves: float = 0.0, issued: float | None = None
     ) -> ResyncReport:
-        """RESYNC: go from now on to measured joints [rad, m], and from there on to where the robot was going, or, if it
-        `stops`, drop that. It is one command, which the journal has as any other. In virtual time the clock goes on
-        to its end. `leaves`: the robot stands at the measured joints until then at least [s].
+        """Go to measured joints [rad, m] from now on (RESYNC), and from there on to where the robot was going; if it
+        `stops`, drop that. It is one command, also in the journal. In virtual time the clock advances to its end.
+        `leaves`: the robot stands at the measured joints until then at least [s].
 
         Raises PowerOff, MotionError, and what the `checks` raise, unless it stops: then no body moves.
         """
@@ -522,8 +536,8 @@ class Engine:
     # --- targets that come one after the other ---
 
     def redirect(self, goal: Joints | Transform, *, speed: float = 1.0, text: str = "") -> None:
-        """From now on to these joints [rad], joint-interpolated, or on a straight line to T_world_tool, at a fraction
-        of full speed; what was scheduled is dropped. Raises PowerOff, JointOutOfRange, MotionError for a line.
+        """Go to these joints [rad], joint-interpolated, or on a straight line to T_world_tool, starting now, at a
+        fraction of full speed. What was scheduled is dropped. Raises PowerOff, JointOutOfRange, MotionError for a line.
         """
         self._check_power()
         if not isinstance(goal, Transform):
@@ -534,12 +548,12 @@ class Engine:
     def steer(
         self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER", issued: float | None = None
     ) -> None:
-        """Chase a target from now on, for a tick [s], until the next one comes (`Law.steer`); what was
-        scheduled is dropped. Without a next one the robot coasts for a while and brakes.
+        """Chase a target from now on, for a tick [s], until the next target comes (`Law.steer`). What was scheduled is
+        dropped. If no target follows, the robot coasts for a while and brakes.
 
-        Targets that follow each other are one motion, which UNDO takes back as a whole; `issued`: when the first was
-        given, where that was earlier. Of each the timeline keeps what the robot did, `deltas` too. A target out of a
-        motion that has no room to stop waits for the next one: that motion goes on. Raises PowerOff, JointOutOfRange.
+        Targets that follow each other are one motion, which UNDO takes back as a whole. `issued`: when the first target
+        was given, if that was earlier. Of each target the timeline and `deltas` keep what the robot did. If the motion
+        under way has no room to stop, it goes on, and the target is dropped. Raises PowerOff, JointOutOfRange.
         """
         self._check_power()
         check_joint_limits(self.model, target.joints)
@@ -567,11 +581,11 @@ class Engine:
         self, chunk: Chunk, *, speed: float = 1.0, text: str = "FOLLOW", issued: float | None = None
     ) -> Parts[FollowReport]:
         """Replace everything from the first sample of a chunk on: the joints chase its samples at limited velocity,
-        acceleration and jerk, and come to rest at the last one. In real time samples before now are passed over; in
-        virtual time the clock goes on to the rest.
+        acceleration and jerk, and come to rest at the last one. In real time samples before now are skipped. In virtual
+        time the clock advances to the end.
 
         Each chunk is one command, which UNDO takes back. It is planned and begun part by part, as long as nothing else
-        changes the timeline; as a whole where COLLISION may refuse it. Raises PowerOff, TooLate, MotionError.
+        changes the timeline; as a whole if COLLISION may refuse it. Raises PowerOff, TooLate, MotionError.
         """
         self._check_power()
         begin, late = chunk.since(self.now if self.realtime else self.timeline.start)
@@ -623,6 +637,7 @@ class Engine:
         return FollowReport(begin, end, late, chunk.held, mean, worst)
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
+        """Make a motion that begins now, to joints [rad] or to T_world_tool."""
         now = on_grid(self.now)
         where = compose(self._motion_at(now).frames.base, goal) if isinstance(goal, Transform) else goal
         return self._after(now).motion(Start.AT, where, fraction_of_full(speed, self.settings), text=text)
@@ -639,8 +654,8 @@ class Engine:
         happens: bool = False,
         event: Event | None = None,
     ) -> TimelineDelta:
-        """Plan a motion with the event that comes with it, and commit both. Raises IllegalValue where motions would end
-        later than times are exact, and what the `checks` raise, unless it `happens` in any case.
+        """Plan a motion with its event, and commit both. Raises IllegalValue if motions would end later than times are
+        exact, and what the `checks` raise, unless the change `happens` in any case.
         """
         issued = self.now if issued is None else issued
         delta = self._plan_change(motion, issued, executed, insert=insert, event=event)
@@ -657,34 +672,39 @@ class Engine:
     def _plan_change(
         self, motion: Motion, issued: float, executed: float, *, insert: bool, event: Event | None = None
     ) -> TimelineDelta:
+        """Return the delta that f plans for a motion on the present timeline."""
         arm, timeline, slowest = self.arm, self.timeline, self.settings.slowest
         return plan(arm, timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest, event=event)
 
     def undo(self, count: int = 1) -> tuple[str, ...]:
-        """Take the last motion commands back, and the clock, unless time is real: all of them or none. Their texts, the
-        last one first. Raises UsageError where there are not so many, TooLate for one that has begun in real time,
-        FileError.
+        """Take the last motion commands back, and the clock with them unless time is real: all of them or none. Return
+        their texts, the last one first. Raises UsageError if there are fewer, TooLate for one that has begun in real
+        time, FileError.
         """
         return whole(self.undoing(count))
 
     def undoing(self, count: int) -> Parts[tuple[str, ...]]:
-        """`undo`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
+        """Do `undo` a part at a time. Also raises RequestRefused, if the robot was stopped meanwhile."""
         stay = self.realtime
         steps = self.book.history.last_done(count, leaves_recorded=stay)
         return self._through_history(steps, self.book.undo(count, lambda: self.now, leaves_recorded=stay))
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
-        """Do again what `undo` took back last; timeline and clock are as before that: all or none. Their texts. Raises
-        UsageError, TooLate for one whose time has passed in real time, FileError, and what the `checks` raise.
+        """Do again what `undo` took back last: all or none. Timeline and clock become as before the undo. Return the
+        texts. Raises UsageError, TooLate for a command whose time has passed in real time, FileError, and what the
+        `checks` raise.
         """
         return whole(self.redoing(count))
 
     def redoing(self, count: int) -> Parts[tuple[str, ...]]:
-        """`redo`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
+        """Do `redo` a part at a time. Also raises RequestRefused, if the robot was stopped meanwhile."""
         steps = [one.step for one in self.book.history.last_undone(count)]
         return self._through_history(steps, self.book.redo(count, self.check if self.checks else None))
 
     def _through_history(self, steps: Iterable[HistoryStep], change: Parts[float]) -> Parts[tuple[str, ...]]:
+        """Make a change of UNDO or REDO part by part, and set clock and ALTER accordingly. Return the texts of the
+        commands.
+        """
         deltas = [step.delta for step in steps]
         while True:
             for delta in deltas:
@@ -712,11 +732,11 @@ class Engine:
     # --- other courses of events ---
 
     def bookmark(self) -> Bookmark:
-        """Where the present course of events is, to be taken up again."""
+        """Return a bookmark of the present course of events, to go on from later."""
         return Bookmark(self.book, self.settings, self.now)
 
     def take_up(self, mark: Bookmark) -> None:
-        """Go on with a course of events where it was left; the robot is where it was then."""
+        """Go on with a course of events where it was left; the robot is where it was at that moment."""
         before, self.book, self.settings = self.book, mark.book, mark.settings
         self.clock.set(mark.clock)
         if self.book is not before:
@@ -727,14 +747,14 @@ class Engine:
     # --- what is in reach ---
 
     def world_pose(self, joints: Joints) -> Transform:
-        """T_world_tool of joints, with the BASE and TOOL in force."""
+        """Return T_world_tool of joints, with the BASE and TOOL in force."""
         return world_pose(self.arm, self.frames, joints)
 
     def joints_for(
         self, T_world_tool: Transform, near: Joints | None = None, asked: Configuration | None = None
     ) -> Joints:
-        """The joints that a MOVE there from here, or from joints `near`, would end in; in a configuration where one is
-        `asked`. Raises LocationOutOfRange, JointOutOfRange.
+        """Return the joints in which a MOVE from here, or from joints `near`, would end; `asked`: in this
+        configuration. Raises LocationOutOfRange, JointOutOfRange.
         """
         pose = compose(self.frames.base, T_world_tool)
         near = self.position().joints if near is None else near
@@ -748,8 +768,8 @@ class Engine:
         return self._plan_change(motion, self.now, executed, insert=self.settings.inserts)
 
     def aside(self) -> Engine:
-        """Return an engine that goes on from here by itself: what is asked of it changes nothing here, and nobody hears
-        of it. Its book has only its own deltas.
+        """Return an engine that goes on from here separately: requests to it change nothing here, and nobody hears of
+        them. Its book has only its own deltas.
         """
         clock, book = VirtualClock(), self.book
         clock.realtime = self.realtime
@@ -760,7 +780,7 @@ class Engine:
         return other
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
-        """Why a MOVE or MOVES to a target from here is possible or not.
+        """Explain why a MOVE or MOVES from here to a target is possible or not.
 
         Raises IllegalValue for the joints of another robot.
         """

@@ -1,7 +1,8 @@
-"""What a motion asks of the arm, and what a change does to the timeline: the findings that EXPLAIN shows, as data.
+"""Find what a motion asks of the arm, and what a change does to the timeline. EXPLAIN shows the findings, which are
+data.
 
-The segments are those that f has planned. Joint motions are polynomials, whose peaks are known exactly; along a
-straight line the rates of g are sampled, and more closely around each peak.
+The segments are those that f has planned. Joint motions are polynomials, whose peaks are known exactly. Along a
+straight line the rates of g are sampled, more closely around each peak.
 """
 
 from __future__ import annotations
@@ -125,7 +126,7 @@ class _Course:
 
     @property
     def way(self) -> float:
-        """The way of the tool tip [m]: the integral of its speed, by Simpson's rule between samples."""
+        """The length of the way of the tool tip [m]: the integral of its speed, by Simpson's rule between samples."""
         return sum(
             (b - a) / 6.0 * (first.speed + 4.0 * self.sample(0.5 * (a + b)).speed + second.speed)
             for (a, first), (b, second) in pairwise(self.samples)
@@ -146,7 +147,7 @@ def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
 
 
 def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> MotionPlan:
-    """What a change that is planned for a timeline does for its own motion."""
+    """Explain what a planned change of a timeline does for its own motion."""
     after, motion = before.apply(delta), delta.motion
     own = [segment for segment in delta.segments if segment.motion.number == motion.number]
     courses = [_Course(arm, segment) for segment in own]
@@ -193,10 +194,12 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> Motion
 
 
 def _places(arm: RobotArm, timeline: Timeline) -> Callable[[float], Vector]:
+    """Return the function from the time [s] to the place of the tool in the world [m]."""
     return lambda t: position(position_at(arm, timeline, t).T_world_tool)
 
 
 def _stretch(course: _Course, velocity: Joints) -> Stretch:
+    """Describe one segment: its greatest speeds, and the joint that comes nearest to its velocity limit."""
     segment = course.segment
 
     def share_of(i: int) -> Measure:
@@ -226,7 +229,7 @@ def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> CutIn | No
 
 
 def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> InverseReport:
-    """The joints of a location in each configuration, with the steps of the closed form."""
+    """Return the joints of a location in each configuration, with the steps of the closed form."""
     reach, frames, here = reach_of(stand, target), stand.before.frames, stand.here
     T_robot_flange = compose(compose(frames.base, target.T_world_tool), inverse(frames.tool))
     arm = stand.arm.holding(frames.tool)
@@ -256,7 +259,9 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> InverseR
 
 
 def splice(book: Book) -> SpliceReport:
-    """What the last change did to the segments. Raises UsageError where nothing has changed yet, or it is forgotten."""
+    """Report what the last change did to the segments. Raises UsageError if nothing has changed yet, or the change is
+    forgotten.
+    """
     timeline, history = book.timeline, book.history
     last = book.deltas[-1] if len(book.deltas) else None
     undone = history.undone[-1] if history.undone else None
@@ -272,6 +277,7 @@ def splice(book: Book) -> SpliceReport:
 
 
 def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> SpliceReport:
+    """Report how a delta turned the segments of the timeline `before` into those `after`."""
     planned, tail = len(delta.segments), delta.keep + delta.drop
     rows = list[SplicedSegment]()
     first = max(delta.keep - ROWS_AROUND, 1)  # the first segment is the initial pose
@@ -301,6 +307,7 @@ def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> S
 
 
 def _row(old: Segment | None, new: Segment | None, fate: SegmentFate) -> SplicedSegment:
+    """Describe one segment before and after a change."""
     segment = old or new
     assert segment is not None
     motion = segment.motion

@@ -1,7 +1,8 @@
-"""Messages between threads: an inbox with one reader, and feeds of events for many subscribers.
+"""Pass messages between threads: an inbox with one reader, feeds of events for many subscribers, and the snapshot with
+which a subscription begins.
 
-A subscriber can do no harm to whoever publishes: an event is put into its queue, and no more. A subscriber that does
-not take its events loses them: it is told how many, and given an event that stands for all of them.
+A subscriber cannot harm the publisher: an event is put into its queue, and nothing else runs. A subscriber that does
+not take its events loses them. It is told how many, and gets one event that stands for all of them.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ M = TypeVar("M")
 
 
 class Inbox(Generic[M]):
-    """To put a message in waits for no lock: a signal handler may do so too.
+    """Messages for one reader. Putting one in waits for no lock, so a signal handler may do so too.
 
-    A lock is the bell. A `SimpleQueue` has one inside, but its `get` may wait for ever: where the time runs out while
-    a signal is handled, CPython takes the time that is left, which is below zero, for none at all.
+    A lock serves as the bell. A `SimpleQueue` has one inside, but its `get` may wait for ever: if the time runs out
+    while a signal is handled, CPython takes the remaining time, which is negative, for no limit.
     """
 
     def __init__(self) -> None:
@@ -44,6 +45,7 @@ class Inbox(Generic[M]):
         return len(self._messages)
 
     def put(self, message: M) -> None:
+        """Put a message in, and ring the bell."""
         self._messages.append(message)
         try:  # noqa: SIM105 (`suppress` takes three calls, for each message of a line)
             self._bell.release()
@@ -51,14 +53,14 @@ class Inbox(Generic[M]):
             pass
 
     def take_all(self) -> list[M]:
-        """All that is there, in order of arrival."""
+        """Take all messages that are there, in order of arrival."""
         there: list[M] = []
         while self._messages:  # there is one reader
             there.append(self._messages.popleft())
         return there
 
     def wait(self, seconds: float | None) -> None:
-        """Until a message is there, so many seconds [s] at most; None: however long that takes."""
+        """Wait until a message is there, at most so many seconds; None: without limit."""
         end = None if seconds is None else time.monotonic() + seconds
         while not self._messages:
             left = -1.0 if end is None else end - time.monotonic()
@@ -67,7 +69,7 @@ class Inbox(Generic[M]):
             self._bell.acquire(timeout=left)
 
     def take(self, seconds: float | None) -> M | None:
-        """The next message; None where none comes within so many seconds [s]."""
+        """Take the next message; None if none comes within so many seconds."""
         self.wait(seconds)
         try:
             return self._messages.popleft()
@@ -76,14 +78,16 @@ class Inbox(Generic[M]):
 
 
 class MissedEvents(Struct, frozen=True):
-    """A subscriber was too slow: so many events were left out. What makes up for them comes next."""
+    """Tells a subscriber that was too slow how many events were left out. The event that makes up for them
+    comes next.
+    """
 
     count: int
 
 
 class Subscription(Generic[E]):
-    """Events in the order in which they happened, for one reader, which may be another thread. Who lets go of a
-    subscription has ended it.
+    """Events in the order in which they happened, for one reader, which may be another thread. A subscription ends when
+    its reader drops it.
     """
 
     def __init__(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> None:
@@ -95,8 +99,8 @@ class Subscription(Generic[E]):
     # --- who tells ---
 
     def put(self, events: Sequence[E], instead: Callable[[], E]) -> None:
-        """Events that have all happened. Never waits: where there is no room, all that waits is left out with them, and
-        `instead` makes up for it.
+        """Queue events that have all happened, without waiting. If there is no room, leave out all that waits and these
+        events, and queue `instead` in their place.
         """
         told: Sequence[E | MissedEvents] = events
         if len(self._queue) + len(events) > self.most:
@@ -112,26 +116,26 @@ class Subscription(Generic[E]):
     # --- who hears ---
 
     def take(self, timeout: float | None = None) -> E | MissedEvents | None:
-        """The next event; None where none comes within so many seconds [s], and where there are no more."""
+        """Take the next event; None if none comes within so many seconds, or if no more will come."""
         return self._queue.take(timeout)
 
     def take_all(self) -> list[E | MissedEvents]:
-        """All that is there now."""
+        """Take all events that are there now."""
         return [event for event in self._queue.take_all() if event is not None]
 
     def __iter__(self) -> Iterator[E | MissedEvents]:
-        """Wait for event after event, until the subscription is ended and all that was told before has been taken."""
+        """Wait for event after event, until the subscription has ended and all events from before are taken."""
         while (not self.ended or self._queue) and (event := self.take()) is not None:
             yield event
 
     def end(self) -> None:
-        """No more events, also for a reader that waits for one."""
+        """End the events, also for a reader that waits for one."""
         self.ended = True
         self._queue.put(None)
 
 
 class Feed(Generic[E]):
-    """Tells all that subscribe. `instead` makes the event that stands for all before it."""
+    """Tells events to all subscribers. `instead` makes the event that stands for all before it."""
 
     def __init__(self, instead: Callable[[], E]) -> None:
         self._instead = instead
@@ -139,7 +143,9 @@ class Feed(Generic[E]):
         self._held: list[E] | None = None
 
     def subscribe(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> Subscription[E]:
-        """What stands for all so far, and every event from now on; `woken` is called when there is one."""
+        """Subscribe to what stands for all events so far, and to every event from now on. `woken` is called when an
+        event has come.
+        """
         self._publish(self._held or ())
         self._held = None if self._held is None else []
         subscription: Subscription[E] = Subscription(most, woken)
@@ -148,21 +154,23 @@ class Feed(Generic[E]):
         return subscription
 
     def hold(self) -> None:
-        """Nobody hears of what is published until `release`: whoever commanded it is answered before."""
+        """Hold published events back until `release`, so that whoever commanded a change is answered first."""
         self._held = self._held or []
 
     def release(self) -> None:
+        """Publish the events that were held back."""
         held, self._held = self._held, None
         self._publish(held or ())
 
     def publish(self, events: Sequence[E]) -> None:
-        """All that has happened since the last time."""
+        """Publish the events since the last time, or hold them back."""
         if self._held is None:
             self._publish(events)
         else:
             self._held += events
 
     def _publish(self, events: Sequence[E]) -> None:
+        """Put events into the queues of all subscribers, and drop subscriptions that have ended."""
         if not events:
             return
         for subscription in tuple(self._subscriptions):
@@ -173,12 +181,12 @@ class Feed(Generic[E]):
 
 
 class Snapshot(Struct, frozen=True):
-    """The segments of timeline `version`, all of them or those of a window: from the one that has the number `first`
-    (counted from 0) on. Before them the robot stands still. `settings`: those in force then.
+    """The segments of timeline `version`: all of them, or those of a window from segment number `first` (counted from
+    0) on. Before them the robot stands still. `settings`: those in force at that version.
 
-    `events`: those of the window, from the one that has the number `first_event` on; `values`: of those before it the
-    last of each channel, so that what all channels are is known from the begin of the window on. `world`: the state of
-    the world at `known_from`, if there is a cell.
+    `events`: those of the window, from event number `first_event` on. `values`: the last earlier event of each channel,
+    so that the value of every channel is known from the begin of the window on. `world`: the state of the world at
+    `known_from`, if there is a cell.
     """
 
     version: int
@@ -192,6 +200,7 @@ class Snapshot(Struct, frozen=True):
 
     @classmethod
     def of(cls, timeline: Timeline, settings: Settings) -> Snapshot:
+        """Make the snapshot of a whole timeline."""
         return cls(timeline.version, tuple(timeline), settings, events=tuple(timeline.events))
 
     @classmethod
@@ -204,11 +213,12 @@ class Snapshot(Struct, frozen=True):
         return cls(timeline.version, segments, settings, first, tuple(timeline.event_slice(known, last)), values, known)
 
     def timeline(self) -> Timeline:
+        """Return the timeline of the snapshot."""
         return Timeline(self.segments, self.version, (*self.values, *self.events), self.world)
 
     @property
     def known_from(self) -> float:
-        """Return the time from which on both segments and events are known [s]."""
+        """The time from which on both segments and events are known [s]."""
         last = self.values[-1].time + TICK if self.values else -inf
         return max(self.segments[0].start, last)
 
@@ -232,8 +242,8 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
 
 
 class KnownEvents(NamedTuple):
-    """Which events a part of a timeline has: in place of those before number `first` the last of each channel, so many
-    as `values`.
+    """Which events a part of a timeline has. In place of the events before number `first` it has the last one of each
+    channel, `values` in all.
     """
 
     first: int = 0
@@ -246,10 +256,10 @@ ALL_EVENTS = KnownEvents()
 def fit_delta(
     delta: TimelineDelta, timeline: Timeline, first: int, known: KnownEvents = ALL_EVENTS
 ) -> TimelineDelta | None:
-    """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first` and
-    has the `known` events.
+    """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first` and has
+    the `known` events.
 
-    What is behind the known part is left out. None for a change that reaches before it: a new snapshot is needed then.
+    Changes after the known part are left out. None for a change that reaches before it: then a new snapshot is needed.
     """
     keep, count, edit = delta.keep - first, len(timeline), delta.events
     if keep < 1 or (edit is not None and edit.keep < known.first):
@@ -269,7 +279,7 @@ def fit_delta(
 
 
 def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENTS) -> TimelineDelta:
-    """Return the delta of the whole timeline for one of its known part: the reverse of `fit_delta`."""
+    """Return the delta of the whole timeline from one of its known part: the reverse of `fit_delta`."""
     edit = delta.events
     if edit is not None:
         edit = edit._replace(keep=edit.keep + known.first - known.values)
@@ -277,9 +287,8 @@ def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENT
 
 
 class TimelineReplaced(Struct, frozen=True):
-    """The event that another timeline has taken the place of the one before, with these settings: the first event of
-    every subscription, and that of BRANCH, MERGE and LOAD of a trajectory. It holds the timeline; who sends it on makes
-    the snapshot.
+    """Tells that another timeline, with these settings, has taken the place of the one before. It is the first event of
+    every subscription, and that of BRANCH, MERGE and LOAD of a trajectory. Whoever sends it on makes the snapshot.
     """
 
     timeline: Timeline

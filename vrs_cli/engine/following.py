@@ -1,7 +1,7 @@
-"""The joints along the path of a tool, in one constant configuration.
+"""Follow the path of a tool with the joints, in one constant configuration.
 
-The path is sampled, more finely where the joints change quickly; neighbouring samples explain each other, so that no
-joint jumps unseen. What the samples ask of the joints: `load`.
+The path is sampled, more finely where the joints change quickly. The velocities of neighbouring samples must explain
+the way between them, so that no joint jumps unseen. What the samples ask of the joints: `load`.
 """
 
 from __future__ import annotations
@@ -93,8 +93,8 @@ class Follower:
         before: Sample | None = None,
         marks: Sequence[float] = (),
     ) -> list[Sample]:
-        """In order of time, at `steps` intervals or finer; the first joints are next to `near`. `before`: the last
-        sample of the stretch before, which is at the same instant. `marks`: instants between that have a sample too.
+        """Sample a path in order of time, at `steps` intervals or finer; the first joints are next to `near`. `before`:
+        the last sample of the stretch before, at the same instant. `marks`: further instants that get a sample.
 
         Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
         """
@@ -126,12 +126,12 @@ class Follower:
         return samples
 
     def singular(self, sample: Sample) -> bool:
-        """Whether the tool rests in a singular pose, as a line may that begins or ends there."""
+        """Return whether the tool rests in a singular pose. A line may begin or end there."""
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
-        """Append samples up to time `until`, halving the way while neighbours differ too much. What is found beyond
-        such a way is kept until the samples before it are there.
+        """Append samples up to time `until`, halving the way while neighbours differ too much. A sample that is found
+        beyond such a way is kept until the samples before it are there.
         """
         pending: list[tuple[float, Sample | None]] = [(until, None)]
         short = BY_GUESS * (until - samples[-1].s) if self.arm.guesses else inf
@@ -154,8 +154,8 @@ class Follower:
     def _next_sample(
         self, path: CartesianPath, samples: list[Sample], s: float, *, halves: bool, soon: bool
     ) -> Sample | None:
-        """The next sample, at a time; next to where the joints will be about if that is worth a guess, which may lie
-        beyond a fold of the arm. `soon`: by Newton's method or not at all, as the way is long.
+        """Return the next sample, at time s. If the arm guesses, search first where the joints will be about; a guess
+        may lie beyond a fold of the arm. `soon`: search by Newton's method only, since the way is long.
         """
         last, sample = samples[-1], None
         if self.arm.guesses:
@@ -165,7 +165,7 @@ class Follower:
         return None if soon else self._sample(path, s, last.joints)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
-        """The refusal where the line first leaves the reach or a range, after a good sample."""
+        """Return the refusal for the place where the line first leaves the reach or a range, after a good sample."""
 
         def possible(s: float) -> bool:
             joints = self.joints(path, s, good.joints)
@@ -175,6 +175,7 @@ class Follower:
         return self._refusal(path, first, good.joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
+        """Return whether two samples explain each other: small steps, and no way that the velocities do not explain."""
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
@@ -211,45 +212,50 @@ class Follower:
                 return
 
     def _check_starts(self, path: CartesianPath, samples: list[Sample]) -> None:
-        """Next to a singular pose in which the tool rests, velocities explain nearly all of what joints change."""
+        """Check samples next to a singular pose in which the tool rests: there velocities must explain nearly all of
+        the change.
+        """
         for a, b in pairwise(samples):
             moved = 0.5 * (b.s - a.s) * max([abs(v + w) for v, w in zip(a.velocity, b.velocity, strict=True)])
             self._check_no_jump(a, b, path, min(JUMP, LEAST_JUMP + moved))
 
     def refuse_kink(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
-        """The refusal of a path that comes from a boundary, or to it, as a joint could not: faster and faster."""
+        """Return the refusal of a path on which a joint would have to change its speed at once, at a boundary."""
         changes = self.changes(path, at, inside, near)
         joint = changes.index(max(changes)) + 1
         return self.refuse(path, at, f"joint {joint} would have to change its speed in no time", joint)
 
     def changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
-        """How far each joint is from one time to another."""
+        """Return how far each joint moves between two times."""
         a, b = (self.joints(path, s, near) for s in (before, after))
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
-        """The refusal of a path that is beyond the reach at a time that no sample need have seen."""
+        """Return the refusal of a path that is beyond the reach at a time, which may lie between samples."""
         begin = self.joints(path, 0.0, near)
         if begin is None or not self.arm.limits_ok(begin):
             return self._refusal(path, 0.0, near)
         return self._out_of_reach(path, s, near)
 
     def refuse(self, path: CartesianPath, s: float, what: str, joint: int = 0) -> StraightLineSingular:
-        """The refusal of a path that the joints cannot follow near a time."""
+        """Return the refusal of a path that the joints cannot follow near a time."""
         near, hint = self.place(path, s)
         return StraightLineSingular(f"near {near} {what}", hint or PASSED, joint=joint, place=position(path.pose(s)))
 
     def refuse_jump(self, path: CartesianPath, s: float, jumps: Sequence[float]) -> StraightLineSingular:
+        """Return the refusal of a path on which a joint would have to jump."""
         joint = jumps.index(max(jumps)) + 1
         far = self.arm.model.said(joint, max(jumps), 1)
         return self.refuse(path, s, f"joint {joint} would have to jump by {far}", joint)
 
     def flange(self, pose: Transform) -> Transform:
-        """T_robot_flange of T_robot_tool."""
+        """Return T_robot_flange of T_robot_tool."""
         return pose if self.no_tool else compose(pose, self.T_tool_flange)
 
     def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath, most: float = JUMP) -> None:
-        """At a singularity joints may jump: they change in next to no time, though their velocities are small."""
+        """Check that no joint jumps between two samples. At a singularity joints may change at once, though their
+        velocities are small.
+        """
         half = 0.5 * (b.s - a.s)
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
         jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
@@ -257,17 +263,19 @@ class Follower:
             raise self.refuse_jump(path, b.s, jumps)
 
     def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
-        """Where the tool is at a time, with the singularity that it is close to, and the way round that ("": none)."""
+        """Return where the tool is at a time, with the singularity nearby if there is one, and the way round it ("":
+        none).
+        """
         which, text = self.singularity(path, s), self.place_text(path.pose(s))
         return (f"{text} ({which} singularity)", WAYS_ROUND[which]) if which else (text, "")
 
     def place_text(self, pose: Transform) -> str:
-        """The place of T_robot_tool in the world, as people read it."""
+        """Return the place of T_robot_tool in the world, as people read it."""
         x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # no -0.0
         return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
 
     def singularity(self, path: CartesianPath, s: float) -> str:
-        """Which singularity the arm is close to at a time, if one is: shoulder, elbow or wrist."""
+        """Return which singularity the arm is close to at a time, if one is: shoulder, elbow or wrist."""
         joints = self.joints(path, s, path.seed(s))
         if joints is None:
             return ""
@@ -276,13 +284,16 @@ class Follower:
         return measures._fields[nearest] if measures[nearest] < CLOSE_BY else ""
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
+        """Return the sample at a time. Raises MotionError if there is none."""
         sample = self._sample(path, s, near)
         if sample is None:
             raise self._refusal(path, s, near)
         return sample
 
     def _sample(self, path: CartesianPath, s: float, near: Joints, *, soon: bool = False) -> Sample | None:
-        """None out of reach, or of a range; `soon`: also where Newton's method does not find it next to `near`."""
+        """Return the sample at a time; None out of reach or of a range. `soon`: also None if Newton's method does not
+        find it next to `near`.
+        """
         if path is not self._path:
             self._path, self._states = path, path.states()
         pose, twist = self._states(s)
@@ -301,16 +312,18 @@ class Follower:
         return _new(Sample, (s, joints, joint_velocity(self.arm, path, s, joints, twist, self.tool)))
 
     def joints(self, path: CartesianPath, s: float, near: Joints) -> Joints | None:
-        """The joints at a time; None where the path is out of reach."""
+        """Return the joints at a time; None where the path is out of reach."""
         return joints_on(self.arm, path, s, self.flange(path.pose(s)), near)
 
     def _refusal(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
-        """The refusal of a path that leaves the reach, or the range of a joint, at a time."""
+        """Return the refusal of a path that leaves the reach or the range of a joint at a time."""
         joints = self.joints(path, s, near)
         return self._out_of_reach(path, s, near) if joints is None else self._outside(path, s, joints)
 
     def _out_of_reach(self, path: CartesianPath, s: float, near: Joints) -> LocationOutOfRange:
-        """The refusal of a line that leaves the reach: outward, next to the robot, or for how the tool is turned."""
+        """Return the refusal of a line that leaves the reach: outward, too close to the robot, or by the turn of the
+        tool.
+        """
         pose = path.pose(s)
         leaves = f"the straight line leaves the reach of the arm near {self.place_text(pose)}"
         what, hint = ", for how the tool is turned there", self._less_turned(path)
@@ -331,7 +344,7 @@ class Follower:
         return LocationOutOfRange(leaves + what, f"use {{MOVE}}, or {hint}", place=position(pose))
 
     def _less_turned(self, path: CartesianPath) -> str:
-        """What to do where the tool cannot be turned as the line has it."""
+        """Return what to do if the arm cannot turn the tool as the line asks."""
         count = self.arm.model.joint_count
         if self.arm.steady is not None:
             return f"a location with the tool turned as {count} joints can have it: {{MOVE}} there, and {{HERE}}"
@@ -340,6 +353,7 @@ class Follower:
         return "turn it less on the way" if path.turns else "turn the tool otherwise first"
 
     def _outside(self, path: CartesianPath, s: float, joints: Joints) -> JointOutOfRange:
+        """Return the refusal of a path on which a joint leaves its range."""
         model, pose = self.arm.model, path.pose(s)
         joint = joints_outside(joints, model.lower, model.upper)[0]
         driven = joint in DRIVEN_ROUND.get(self.singularity(path, s), ())
@@ -361,7 +375,7 @@ class Follower:
 
 
 def _ahead(samples: Sequence[Sample], s: float) -> Joints:
-    """Where the joints will be about then."""
+    """Estimate the joints at a time after the last sample."""
     last = samples[-1]
     before = samples[-2] if len(samples) > 1 else last
     h = s - last.s
@@ -371,10 +385,12 @@ def _ahead(samples: Sequence[Sample], s: float) -> Joints:
 
 
 def _overshoot(change: float, before: float, after: float) -> float:
-    """By how much a joint goes beyond both ends of a short way [rad, m]. `before`, `after`: velocity by time there.
+    """Return by how much a joint goes beyond both ends of a short way [rad, m]. `before`, `after`: its velocity there
+    times the duration.
 
-    That of the cubic which has them, which is none where it is monotonic (Fritsch and Carlson, 1980), and half of what
-    the velocities do not explain: more than the cubic is off, for that goes down with a power of the time more.
+    The bound is the overshoot of the cubic with these velocities, 0 if the cubic is monotonic (Fritsch and Carlson,
+    1980), plus half of what the velocities do not explain. The cubic is off by less than that, since its error falls
+    with a higher power of the time.
     """
     unexplained = 0.5 * abs(change - 0.5 * (before + after))
     rising = before * change >= 0.0 <= after * change and max(abs(before), abs(after)) <= 3.0 * abs(change)
@@ -382,7 +398,7 @@ def _overshoot(change: float, before: float, after: float) -> float:
 
 
 def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
-    """Joints at equal intervals from the first sample to the last, so many that neighbours are near: within `step`."""
+    """Return joints at equal intervals from the first sample to the last, so many that neighbours are within `step`."""
     columns = zip(*[sample.joints for sample in samples], strict=True)
     if max([max(column) - min(column) for column in columns]) < step:
         return samples[0].joints, samples[-1].joints

@@ -1,10 +1,11 @@
-"""What can be taken back and done again: the motion commands of one robot, and the list of those that were undone.
+"""Keep what can be taken back and done again: the motion commands of one robot, and the list of those that were undone.
 
-A step holds the delta that took place and the one that takes it back, not the timelines between them: a day of
-commands costs what its deltas cost. Where even that is too much, the steps of old changes are forgotten.
+A step holds the delta that took place and the one that takes it back, not the timelines between them, so a day of
+commands costs only its deltas. If even that is too much, the steps of old changes are forgotten.
 
-Recorded events (inputs from outside, what programs observed) are steps, but no commands. In virtual time UNDO takes
-them along with the command before them. In real time they have happened: UNDO takes commands out from below them.
+Recorded events (inputs from outside, observations of programs) are steps, but no commands. In virtual time UNDO takes
+them along with the command before them. In real time they have happened: UNDO leaves them and takes back only the
+commands.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ class HistoryStep(Struct, frozen=True, gc=False):
     """A command that took place: its delta, the inverse of it, the clock before it [s], the policy INSERT, and what
     ALTER has displaced with it.
 
-    `back` is the inverse of the delta, or the timeline before it where the inverse would be long; None: the delta adds
-    events, and no more. `earlier`: how many events have been put in before its own since then.
+    `back` is the inverse of the delta; or, if that would be long, the timeline before it; or None if the delta only
+    adds events. `earlier`: how many events have been put in before its own since then.
     """
 
     delta: TimelineDelta
@@ -46,6 +47,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
     def of(
         before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
     ) -> HistoryStep:
+        """Make the step of a delta that changes the timeline `before`."""
         back: TimelineDelta | Timeline | None = None
         if delta.motion.kind not in DATED or delta.events is None or not delta.events.adds:
             back = before if delta.drop > WIDE else before.inverse(delta)
@@ -53,11 +55,11 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
     @property
     def is_record(self) -> bool:
-        """Return whether it is of recorded events, and no command."""
+        """Whether the step records events, and is no command."""
         return self.delta.motion.kind is MotionKind.RECORDED
 
     def taking_back(self, version: int) -> TimelineDelta:
-        """The delta that undoes it, for the timeline of that version."""
+        """Return the delta that undoes the command, for the timeline of that version."""
         back = self.back
         if back is None:
             assert self.delta.events is not None
@@ -68,15 +70,16 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return back._replace(version=version, events=self._present(back.events))
 
     def present(self, version: int) -> TimelineDelta:
-        """The delta of the command, for the timeline of that version."""
+        """Return the delta of the command, for the timeline of that version."""
         return self.delta._replace(version=version, events=self._present(self.delta.events))
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
+        """Return an edit of events with the place that it has now."""
         return edit and edit._replace(keep=edit.keep + self.earlier)
 
     def passed_by(self, record: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
         """Return both steps as if the recorded one had come before this one. This one is done, or `undone`, when the
-        other came. None if that is not possible: the recorded one came after this one had begun.
+        other came. None if that is impossible, since the recorded one came after this one had begun.
         """
         edit, events = self.delta.events, record.delta.events
         if record.delta.executed > begins(self.delta):
@@ -105,8 +108,8 @@ class Undone(Struct, frozen=True):
 
 
 class History:
-    """`done`: the steps that hold, oldest first, but for `forgotten` ones before them. `undone`: those that were taken
-    back, the next to redo last; None for one that is not known.
+    """`done`: the steps in force, oldest first, without the `forgotten` ones before them. `undone`: the steps that were
+    taken back, the next to redo last; None for a forgotten one.
     """
 
     def __init__(
@@ -127,10 +130,11 @@ class History:
         return self.forgotten + len(self.known_commands)
 
     def copy(self) -> History:
+        """Return a history with the same steps, to continue separately."""
         return History(self.done, self.undone, self.forgotten)
 
     def forget(self, version: int) -> None:
-        """Forget the commands that were given before that version: they cannot be taken back or done again any more."""
+        """Forget the commands that were given before that version. They can no longer be taken back or done again."""
         old = 0
         while old < len(self.done) and self.done[old].delta.version < version:
             old += 1
@@ -158,9 +162,9 @@ class History:
         self.undone = undone[::-1]
 
     def last_done(self, count: int, *, leaves_recorded: bool = False) -> Sequence[HistoryStep]:
-        """The steps that UNDO takes back, the last one first: so many commands and the recorded events after them,
-        which stay if it `leaves_recorded`. Raises UsageError where there are not so many, TooLate for a command that
-        has begun before events which stay.
+        """Return the steps that UNDO takes back, the last one first: `count` commands and the recorded events after
+        them, which stay if UNDO `leaves_recorded`. Raises UsageError if there are fewer, TooLate for a command that had
+        begun before events which stay.
         """
         hint = f"at most {{UNDO {len(self.known_commands)}}}"
         older = "what is older cannot be taken back any more" if self.forgotten else ""
@@ -179,8 +183,8 @@ class History:
         return taken
 
     def last_undone(self, count: int) -> Sequence[Undone]:
-        """The steps that REDO does again, the next one first: so many commands, and the recorded events that were taken
-        back with them. Raises UsageError where there are not so many.
+        """Return the steps that REDO does again, the next one first: `count` commands, and the recorded events that
+        were taken back with them. Raises UsageError if there are fewer.
         """
         known = [one for one in reversed(self.undone) if one is not None]
         commands = [place for place, one in enumerate(known) if not one.step.is_record]
@@ -189,8 +193,8 @@ class History:
         return known[: (*commands, len(known))[count]]
 
     def take_back(self, clock: float, motion: Motion | None = None) -> None:
-        """Undo the step of a motion (the last one), which may be forgotten; `clock` is the time now [s]. Raises
-        UsageError for none.
+        """Undo the step of a motion (default: the last one), which may be forgotten; `clock` is the time now [s].
+        Raises UsageError if there is none.
         """
         place = len(self.done) - 1
         while motion is not None and place >= 0 and self.done[place].delta.motion.number != motion.number:
@@ -206,7 +210,7 @@ class History:
             _check_count(0, 1, "undo", "", "")
 
     def do_again(self, motion: Motion | None = None) -> None:
-        """Let the step that was taken back last hold again. Raises UsageError where there is none."""
+        """Put the step that was taken back last in force again. Raises UsageError if there is none."""
         if not self.undone:
             self.last_undone(1)
         last = self.undone.pop()
@@ -216,7 +220,7 @@ class History:
             self.forgotten += 1
 
     def lengthen_last(self, timeline: Timeline) -> None:
-        """End the stream of targets that is the last command: UNDO takes back all that stands since it began."""
+        """End the stream of targets that is the last command, so that UNDO takes back all segments since it began."""
         if not self.done:  # it is forgotten: it began too long ago
             return
         step = self.done[-1]
@@ -227,7 +231,7 @@ class History:
 
 
 def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
-    """Return a step, and the recorded ones behind it, as if these had come before it. Raises TooLate."""
+    """Return a step, and the recorded ones behind it, as if those had come before it. Raises TooLate."""
     stay: list[HistoryStep] = []
     for record in behind:
         passed = step.passed_by(record, undone=False)
@@ -248,7 +252,7 @@ def _check_count(known: int, count: int, what: str, most: str, none: str) -> Non
 
 
 def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
-    """The deltas of the commands that hold after a row of deltas, without their segments."""
+    """Return the deltas of the commands that are in force after a row of deltas, without their segments."""
     done: list[TimelineDelta] = []
     undone: list[TimelineDelta] = []
     for delta in deltas:
@@ -265,7 +269,7 @@ def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta
 
 
 def records(timeline: Timeline, commands: Sequence[TimelineDelta]) -> tuple[CommandRecord, ...]:
-    """The commands that deltas are of, with the times of their motions on a timeline."""
+    """Return the commands of deltas with the times of their motions on a timeline."""
     commands = [delta for delta in commands if delta.motion.kind is not MotionKind.RECORDED]
     begins: dict[int, float] = {}
     ends: dict[int, float] = {}

@@ -1,7 +1,8 @@
-"""What a stretch of a straight line asks of the joints: velocity, acceleration and jerk, as parts of their limits.
+"""Measure what a stretch of a straight line asks of the joints: velocity, acceleration and jerk, as parts of their
+limits.
 
-The stretch is known at samples; what lies between two of them is told by how they explain each other. Where that does
-not do, near a limit, it is looked at more closely.
+The stretch is known at samples. What lies between two samples is bounded by how well they explain each other. Near a
+limit, where that is not enough, further samples are taken.
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ SINGULAR = 1e-14  # measure of a pose at rest that is singular but for rounding
 
 
 class Load(Struct, frozen=True):
-    """The greatest joint velocity, acceleration and jerk as parts of their limits; which joint asks most, and on which
-    path when [s].
+    """The greatest joint velocity, acceleration and jerk as parts of their limits, the joint that asks most, and the
+    path and time [s] of it.
     """
 
     velocity: float = 0.0
@@ -55,17 +56,18 @@ class Load(Struct, frozen=True):
 
     @property
     def slowing(self) -> float:
-        """By how much time would have to be stretched for the joints to follow."""
+        """The factor by which time must be stretched for the joints to follow."""
         return max(self.velocity, sqrt(self.acceleration), cbrt(self.jerk))
 
     def worse(self, other: Load) -> Load:
+        """Return the greatest values of both loads, with the joint of the worse one."""
         worst = self if self.slowing >= other.slowing else other
         velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
         return Load(velocity, acceleration, max(self.jerk, other.jerk), worst.joint, worst.at)
 
 
 class Moment(NamedTuple):
-    """A sample, and the joint accelerations and jerks there [rad/s2, rad/s3]."""
+    """A sample, with the joint accelerations and jerks there [rad/s2, rad/s3]."""
 
     sample: Sample
     acceleration: Joints
@@ -76,7 +78,9 @@ Rates = tuple[float, Joints]  # of the joints, at a time of the stretch
 
 
 class StretchLoad:
-    """What one stretch of a path asks, which the follower has sampled; `closely`: it passes close to a boundary."""
+    """The load of one stretch of a path, from the samples of a follower. `closely`: the stretch passes close to a
+    boundary.
+    """
 
     def __init__(
         self, follower: Follower, path: CartesianPath, samples: list[Sample], *, closely: bool = False
@@ -85,8 +89,8 @@ class StretchLoad:
         self.arm, self.limits = follower.arm, follower.arm.model
 
     def parabolic(self, start: Joints) -> Load:
-        """The greatest load. A joint that is no faster than at the start of the motion, `start`, is given
-        little margin: the motion that was interrupted may have been at its limit.
+        """Return the greatest load of a stretch with parabolic blends. A joint that is no faster than at the start of
+        the motion, `start`, gets little margin: the interrupted motion may have been at its limit.
         """
         means, fast = _means(self.samples), self._fast()
         load = self._acceleration(means, ACCELERATION_MARGIN)
@@ -100,7 +104,9 @@ class StretchLoad:
         return self._velocity(start, first[1], means[0][1]).worse(load) if fast else load
 
     def smooth(self, start: Joints) -> Load:
-        """`parabolic` for a jerk-limited motion, with its jerk; the velocity alone where no more can matter."""
+        """Return the greatest load of a stretch of a jerk-limited motion, with its jerk; only the velocity if
+        acceleration and jerk cannot matter.
+        """
         clear = self._clear()
         means = _means([self.samples[0], *clear, self.samples[-1]])
         ends = self._moments([clear[0], clear[-1]]) if clear is self.samples and not self.closely else []
@@ -111,14 +117,14 @@ class StretchLoad:
         return load if calm else load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     def _moments(self, samples: list[Sample]) -> list[Moment]:
-        """Those samples that are in no singular pose."""
+        """Return the rates at those samples that are in no singular pose."""
         known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
     def _calm(self, means: list[Rates], ends: list[Moment]) -> bool:
-        """Whether no acceleration and no jerk can matter: at the ends of the stretch, where the joints are quick for a
-        moment if it begins or ends near a singular pose, and by the differences of velocities, carried on from one
-        sample to the next, they stay below a part of the limits.
+        """Return whether accelerations and jerks stay clearly below their limits. They are checked at the ends of the
+        stretch, since joints may be quick there for a moment if it begins or ends near a singular pose; and in between
+        by the differences of velocities, extrapolated from one sample to the next.
         """
         jerks = _slopes(means)
         changes = _slopes(jerks)
@@ -138,13 +144,15 @@ class StretchLoad:
     # --- velocity ---
 
     def _fast(self) -> bool:
-        """Whether a joint is so fast somewhere that its velocity counts."""
+        """Return whether a joint is so fast somewhere that its velocity counts."""
         columns = zip(*[sample.velocity for sample in self.samples], strict=True)
         rows = zip(columns, self.limits.max_velocity, strict=True)
         return any(max(column) > FAST * most or min(column) < -FAST * most for column, most in rows)
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
-        """At all samples but the first, which is given; between these two; and where a joint is fastest."""
+        """Return the load by velocity: at all samples but the first, which is given; between these two; and where a
+        joint is fastest.
+        """
         samples = self.samples
         columns = list(zip(*[sample.velocity for sample in samples], strict=True))
         fastest = [_largest(column[1:]) for column in columns]
@@ -166,12 +174,15 @@ class StretchLoad:
         return load
 
     def _velocity_at(self, sample: Sample, margin: float) -> Load:
+        """Return the load by the velocities of one sample."""
         ratios = [abs(v) * margin / most for v, most in zip(sample.velocity, self.limits.max_velocity, strict=True)]
         joint = _where_largest(ratios)
         return Load(ratios[joint], joint=joint + 1, at=(self.path, sample.s))
 
     def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
-        """Where the joints that may be too fast are fastest: past a singularity that is for a moment only."""
+        """Yield samples where joints that may be too fast are fastest. Past a singularity they are so only for a
+        moment.
+        """
         samples = self.samples
         for i, (column, limit) in enumerate(zip(columns, self.limits.max_velocity, strict=True)):
             k = _where_largest(column)
@@ -179,9 +190,10 @@ class StretchLoad:
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
-        """Where a joint is fastest between two samples: at the top of a parabola through three samples, until it is as
-        fast there as the parabola says (successive parabolic interpolation; Brent, "Algorithms for Minimization without
-        Derivatives", 1973, 5.2). It is at one of both where the parabola rises to there.
+        """Return the sample at which a joint is fastest between two samples. The top of a parabola through three
+        samples is sampled until the joint is as fast there as the parabola says (successive parabolic interpolation;
+        Brent, "Algorithms for Minimization without Derivatives", 1973, 5.2). If the parabola rises towards one of the
+        two, it is that one.
         """
         limit = self.limits.max_velocity[joint]
         found = [before, self.follower.sample(self.path, 0.5 * (before.s + after.s), before.joints), after]
@@ -202,8 +214,8 @@ class StretchLoad:
     # --- acceleration ---
 
     def _at_end(self, sample: Sample, near: Rates, far: Rates, counts: float) -> Rates:
-        """The joint accelerations at the first or the last sample: the line through the two means next to it, where no
-        joint can come to that part of its limit which counts.
+        """Return the joint accelerations at the first or the last sample. The line through the two means next to it is
+        enough if no joint can come near the part of its limit that `counts`.
         """
         part = (sample.s - near[0]) / (near[0] - far[0])
         guess = tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])
@@ -213,8 +225,8 @@ class StretchLoad:
         return sample.s, self._rates_at(joint_acceleration, sample) or guess
 
     def _near_limit(self, means: list[Rates], counts: float) -> Iterator[Rates]:
-        """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit and may
-        hide one that counts. Those at the ends are known.
+        """Yield the joint accelerations at both samples of the greatest mean of a joint, if that mean is near the limit
+        and may hide an acceleration that counts. Those at the ends are known.
         """
         columns = zip(*[rates for _, rates in means], strict=True)
         near = dict[int, None]()  # the samples, each once
@@ -231,7 +243,7 @@ class StretchLoad:
                 yield sample.s, rates
 
     def _bends(self) -> Iterator[Rates]:
-        """The joint accelerations at all samples, and between two where they do not explain the mean there."""
+        """Yield the joint accelerations at all samples, and between two samples that do not explain the mean there."""
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(self._clear())][::-1]
         while pending:
             a, b, left = pending.pop()
@@ -244,7 +256,7 @@ class StretchLoad:
                 pending += (middle, b, left - 1), (a, middle, left - 1)
 
     def _bent(self, a: Sample, b: Sample, first: Joints, last: Joints) -> bool:
-        """Whether an acceleration near its limit is another between two samples than at both."""
+        """Return whether an acceleration near its limit may be greater between two samples than at both."""
         found = _between(first, last, a.velocity, b.velocity, b.s - a.s)
         rows = zip(found, self.limits.max_acceleration, strict=True)
         return any(bent and most > NEAR_LIMIT * limit for (most, bent), limit in rows)
@@ -252,14 +264,14 @@ class StretchLoad:
     def _rates_at(
         self, rates: Callable[[RobotArm, CartesianPath, float, Joints, Joints, Transform], R], sample: Sample
     ) -> R | None:
-        """The rates of the joints at a sample; None in a singular pose, where none are defined."""
+        """Return the rates of the joints at a sample; None in a singular pose, where none are defined."""
         try:
             return rates(self.arm, self.path, *sample, self.follower.tool)
         except StraightLineSingular:
             return None
 
     def _acceleration(self, rates: list[Rates], margin: float) -> Load:
-        """The greatest of joint accelerations, taken higher by a margin."""
+        """Return the load by the greatest joint accelerations, raised by a margin."""
         if not rates:
             return Load()
         columns = list(zip(*[row for _, row in rates], strict=True))
@@ -269,8 +281,8 @@ class StretchLoad:
         return Load(0.0, ratios[joint] * margin, joint=joint + 1, at=(self.path, at))
 
     def _smooth_acceleration(self, moments: list[Moment], means: list[Rates]) -> Load:
-        """That at the samples, and where the jerk changes its sign between two of them. The first is given: the motion
-        that was interrupted may have been at its limit.
+        """Return the load by acceleration: at the samples, and where the jerk changes its sign between two of them. The
+        first is given: the interrupted motion may have been at its limit.
         """
         rates = [*((moment.sample.s, moment.acceleration) for moment in moments), *means]
         load = self._acceleration(rates, SMALL_MARGIN)
@@ -286,8 +298,8 @@ class StretchLoad:
     # --- jerk ---
 
     def _clear(self) -> list[Sample]:
-        """The samples, but those next to a singular pose in which the line begins or ends. One in which all of it is
-        counts for nothing.
+        """Return the samples without those next to a singular pose in which the line begins or ends. Singular measures
+        that are lost on the whole line do not count.
         """
         ends = [sample for sample in (self.samples[0], self.samples[-1]) if self.follower.singular(sample)]
         if not any(min(self.arm.singularity(sample.joints)) < SINGULAR for sample in ends):
@@ -298,7 +310,7 @@ class StretchLoad:
         return [sample for sample, measure in rows if min([measure[k] for k in left], default=1.0) > LOST]
 
     def _jerk(self, moments: list[Moment]) -> Load:
-        """The greatest joint jerk: at the moments, and between them as far as their accelerations explain it."""
+        """Return the load by jerk: at the moments, and between them as far as their accelerations explain it."""
         load = Load()
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(moments)]
         while pending:
@@ -319,7 +331,9 @@ class StretchLoad:
 
 
 def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> tuple[float, float] | None:
-    """Where a parabola through three places in order is highest, and how high; None if it is not bent downwards."""
+    """Return where a parabola through three places in order is highest, and how high it is there; None if it is not
+    bent downwards.
+    """
     (x, u), (y, v), (z, w) = a, b, c
     if not x < y < z:
         return None
@@ -332,11 +346,11 @@ def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, floa
 
 
 def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float) -> list[tuple[float, bool]]:
-    """The greatest rates between two samples, where they are a and b, and whether each may be another than there.
-    `before`, `after`: that of which they are the rates.
+    """Return a bound of each rate between two samples, at which the rates are a and b, and whether it may exceed both.
+    `before`, `after`: the quantities of which these are the rates.
 
-    Parabolas through the rates at both ends with the mean in between: they are farthest from their chord in the middle,
-    by one and a half of what the mean is.
+    The parabola has the rates at both ends and the right mean. It is farthest from its chord in the middle, by one and
+    a half times what the mean is.
     """
     found = []
     for x, y, v, w in zip(a, b, before, after, strict=True):
@@ -347,12 +361,12 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
 
 
 def _means(samples: Sequence[Sample]) -> list[Rates]:
-    """The mean joint accelerations between samples."""
+    """Return the mean joint accelerations between samples."""
     return _slopes([(sample.s, sample.velocity) for sample in samples])
 
 
 def _slopes(rows: list[Rates]) -> list[Rates]:
-    """The mean rates between neighbours."""
+    """Return the mean rates between neighbours."""
     slopes = []
     for (s, a), (t, b) in pairwise(rows):
         lasting = t - s
@@ -362,17 +376,18 @@ def _slopes(rows: list[Rates]) -> list[Rates]:
 
 
 def _largest(values: Sequence[float]) -> float:
-    """The greatest size."""
+    """Return the greatest absolute value."""
     return max(*values, -min(values))
 
 
 def _where_largest(values: Sequence[float]) -> int:
+    """Return the place of the greatest absolute value."""
     sizes = [abs(v) for v in values]
     return sizes.index(max(sizes))
 
 
 def _first_peak(velocity: float, rate: float, mean: float, lasting: float) -> float:
-    """The greatest velocity between the first two samples: a parabola with the acceleration at the start."""
+    """Return the greatest velocity between the first two samples, of a parabola with the acceleration at the start."""
     bend = rate - mean
     if rate * velocity > 0.0 and abs(rate) < 2.0 * abs(bend) and bend * velocity > 0.0:
         return velocity + rate * rate * lasting / (4.0 * bend)

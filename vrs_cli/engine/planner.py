@@ -240,7 +240,7 @@ class _Edit(Struct, frozen=True, dict=True):
 
     @property
     def changes_next(self) -> bool:
-        """Whether the next motion now begins in another place than before, or began in motion before."""
+        """Return whether the next motion now begins in another place than before, or began in motion before."""
         if self.tail.next is None:
             return False
         before = state_at(self.arm, self.tail.next, 0.0).joints

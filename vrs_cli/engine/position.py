@@ -35,7 +35,7 @@ BEYOND = 1.5  # times the limit of a joint, which no motion reaches
 
 
 class Watched(Protocol):
-    """A robot whose positions can be computed, while others move it. A timeline that was read does not change."""
+    """A robot whose position can be computed while others move it. A timeline that was read does not change."""
 
     @property
     def arm(self) -> RobotArm: ...
@@ -95,6 +95,7 @@ def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
 
 
 def _moves(timeline: Timeline, segment: Segment, t: float) -> bool:
+    """Return whether the robot moves at t [s] in a segment."""
     return segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
 
 
@@ -144,7 +145,7 @@ def rates_in(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple
 
 
 def accelerations_at_ends(arm: RobotArm, segment: Segment) -> tuple[Joints, Joints]:
-    """The joint accelerations [rad/s2] with which a segment begins and ends."""
+    """Return the joint accelerations [rad/s2] with which a segment begins and ends."""
     if isinstance(segment.path, JointPath):
         return segment.path.acceleration(0.0), segment.path.acceleration(segment.duration)
     ends = ((s, segment_joints(arm, segment, s)) for s in (0.0, segment.duration))
@@ -156,7 +157,7 @@ def accelerations_at_ends(arm: RobotArm, segment: Segment) -> tuple[Joints, Join
 
 
 def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
-    """The joints at times (N,) [s], in any order: (N, n) [rad]; sorted times are fastest."""
+    """Return the joints at times (N,) [s], in any order: (N, n) [rad]. Sorted times are fastest."""
     import numpy as np
 
     times, back = _in_order(times)
@@ -169,7 +170,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
 
 
 def _in_order(times: Floats) -> tuple[Floats, Rows | None]:
-    """The times in order, and for each time its place among them; None where they are in order."""
+    """Sort times; return them, and for each original time its place among them (None if they were sorted)."""
     import numpy as np
 
     times = np.asarray(times, dtype=float)
@@ -182,7 +183,7 @@ def _in_order(times: Floats) -> tuple[Floats, Rows | None]:
 
 
 def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]]:
-    """The blocks in which sorted times (N,) lie, each with the slice of times that lie in it."""
+    """Yield the blocks in which sorted times (N,) lie, each with the slice of times in it."""
     import numpy as np
 
     found = list(timeline.blocks(float(times[0]), float(times[-1]))) if len(times) else []
@@ -193,7 +194,9 @@ def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]
 
 
 def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, out: Floats) -> None:
-    """The joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), in order of time, to `out`."""
+    """Store in `out` the joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), which are in order of
+    time.
+    """
     table.joints(places, s, out)
     if table.straight.any():
         for place, rows in _runs(places):
@@ -202,7 +205,7 @@ def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, out: Floa
 
 
 def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
-    """Each run of equal places, with its slice."""
+    """Yield each run of equal places, with its slice."""
     import numpy as np
 
     cuts = [0, *(np.flatnonzero(np.diff(places)) + 1), len(places)]
@@ -211,7 +214,7 @@ def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
 
 
 def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
-    """`segment_joints` for many times."""
+    """Return `segment_joints` for many times (N,): (N, n)."""
     import numpy as np
 
     path = segment.path
@@ -230,12 +233,12 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
 
 
 def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:
-    """`positions_at` without the rates, which cost the most on straight lines."""
+    """Return `positions_at` without the rates, which cost the most on straight lines."""
     return _sample_at(arm, timeline, times, PlaceArrays)
 
 
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PositionArrays:
-    """g for an array of times (N,) [s], in any order; sorted times are fastest."""
+    """Return g for times (N,) [s], in any order. Sorted times are fastest."""
     return _sample_at(arm, timeline, times, PositionArrays)
 
 
@@ -256,6 +259,7 @@ def poses_along(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats
 def _sample_at(
     arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled], joints: Floats | None = None
 ) -> Sampled:
+    """Return places, or positions, at times (N,) [s]; `joints`: use these instead of those of the timeline."""
     import numpy as np
 
     from vrs_cli.kinematics.arrays import compose_batch, stack
@@ -301,9 +305,7 @@ def _fill_hand(timeline: Timeline, times: Floats, out: Floats) -> None:
 def _fill_rates(
     arm: RobotArm, table: BlockTable, places: Rows, s: Floats, moving: Flags, q: Floats, out: tuple[Floats, Floats]
 ) -> None:
-    """Compute velocity and acceleration where the robot is moving; `places`, `s`, `moving` (N,), `q` and `out` (N,
-    n).
-    """
+    """Compute velocity and acceleration where the robot moves; `places`, `s`, `moving` (N,), `q` and `out` (N, n)."""
     import numpy as np
 
     qd, qdd = out
@@ -321,7 +323,7 @@ def _fill_rates(
 
 
 def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tuple[Floats, Floats, Flags]:
-    """Return velocity and acceleration along a straight line (N, n), and which rows (N,) `rates_in` has to compute one
+    """Return velocity and acceleration along a straight line (N, n), and the rows (N,) that `rates_in` must compute one
     by one.
 
     These are all rows of a line with several turns, and rows whose joints are so fast that the pose is nearly singular.
@@ -360,7 +362,7 @@ def flange_poses(path: CartesianPath, s: Floats, T_flange_tool: Transform) -> Fl
 
 
 def twists(path: CartesianPath, s: Floats) -> tuple[Floats, Floats]:
-    """`CartesianPath.twist` and `twist_rate` at times (N,), (N, 6) each, of a path with one turn or none."""
+    """Return `CartesianPath.twist` and `twist_rate` at times (N,), (N, 6) each, of a path with at most one turn."""
     import numpy as np
 
     twist, change = np.zeros((len(s), 6)), np.zeros((len(s), 6))

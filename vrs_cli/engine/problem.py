@@ -1,14 +1,14 @@
-"""The state of the robot on a segment, and what is to be planned: a motion out of such a state.
+"""The state of the robot on a segment, and the problem of the planner: a motion out of such a state.
 
-On the path of a tool the joints follow with their velocities, accelerations and jerks. Where the turn of the flange
-about its own axis a does not count (`Task.POINTING`) it is not the path's: the arm makes it faster by psi'. With the
-angular velocity w of the path and a' = w x a:
+On the path of a tool the joints follow with their velocities, accelerations and jerks. If the turn of the flange about
+its own axis a does not count (`ArmTask.POINTING`), the path does not prescribe it: the arm turns faster by psi'. With
+the angular velocity w of the path and a' = w x a:
 
     w_arm   = w   + psi' a
     w_arm'  = w'  + psi' a'                + psi'' a
     w_arm'' = w'' + psi' a'' + 2 psi'' a'  + psi''' a
 
-What is along a does not count; the rest does, and is asked of the joints.
+The parts along a do not count. The joints must make the rest.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER 
 
 
 class _FreeTurn(NamedTuple):
-    """The axis a of a flange whose turn about it is free, the axis' rate a', the path's w, and psi' [rad/s]."""
+    """The axis a of a flange that may turn about it freely, the axis' rate a', the path's w, and psi' [rad/s]."""
 
     axis: Vector
     axis_rate: Vector
@@ -43,7 +43,7 @@ class _FreeTurn(NamedTuple):
 
 
 def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Transform, near: Joints) -> Joints | None:
-    """The joints [rad] next to `near`, at s seconds into a path, with the flange there; None out of reach."""
+    """Return the joints [rad] next to `near`, at s seconds into a path, with the flange there; None out of reach."""
     if path.guides:
         return arm.guided_joints(T_robot_flange, near, path.demands(s))
     return arm.branch_joints(T_robot_flange, path.configuration, near)
@@ -52,8 +52,8 @@ def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Tran
 def state_on(
     arm: RobotArm, path: CartesianPath, s: float, tool: tuple[Transform, Twist], T_robot_flange: Transform, near: Joints
 ) -> tuple[Joints, Joints] | None:
-    """`joints_on` and their rates [rad/s] by one system of equations, for the pose and twist of the tool there; None
-    where the arm has none, or not from `near` on.
+    """Return `joints_on` and their rates [rad/s] from one system of equations, for the pose and twist of the tool
+    there. None if the arm has no such system, or if it does not lead there from `near`.
     """
     pose, (vx, vy, vz, wx, wy, wz) = tool
     x, y, z = T_robot_flange.px - pose.px, T_robot_flange.py - pose.py, T_robot_flange.pz - pose.pz
@@ -66,7 +66,7 @@ def state_on(
 def joint_velocity(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, twist: Twist, T_flange_tool: Transform
 ) -> Joints:
-    """[rad/s] at s seconds into a path, where the joints are q, for the path's twist there. Raises
+    """Return the joint velocities [rad/s] at s seconds into a path with this twist, where the joints are q. Raises
     StraightLineSingular.
     """
     if arm.steady is not None:
@@ -77,7 +77,9 @@ def joint_velocity(
 def joint_acceleration(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
 ) -> Joints:
-    """[rad/s2] at s seconds into a path, where the joints are q and their rates qd. Raises StraightLineSingular."""
+    """Return the joint accelerations [rad/s2] at s seconds into a path, where the joints are q and their rates qd.
+    Raises StraightLineSingular.
+    """
     if arm.steady is not None:
         return arm.steady.rates_on(q, _flange_poses(path, s, T_flange_tool), path.twist(s), T_flange_tool, 2)[1]
     rate = path.twist_rate(s)
@@ -89,7 +91,7 @@ def joint_acceleration(
 def joint_acceleration_and_jerk(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
 ) -> tuple[Joints, Joints]:
-    """`joint_acceleration`, and the rate of it [rad/s3]."""
+    """Return the accelerations as `joint_acceleration` does, and their rates [rad/s3]."""
     if arm.steady is not None:
         poses = _flange_poses(path, s, T_flange_tool)
         _, qdd, jerk = arm.steady.rates_on(q, poses, path.twist(s), T_flange_tool, 3)
@@ -109,18 +111,20 @@ def joint_acceleration_and_jerk(
 
 
 def _flange_poses(path: CartesianPath, s: float, T_flange_tool: Transform) -> Callable[[float], Transform]:
-    """The poses of the flange that a path asks for, by the time from s on."""
+    """Return a function from a time later than s [s] to the pose of the flange that a path asks for."""
     T_tool_flange = inverse(T_flange_tool)
     return lambda later: compose(path.pose(s + later), T_tool_flange)
 
 
 def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:
+    """Return how far the arm turns its flange beyond what the path asks."""
     flange, spin = arm.forward(q), path.twist(s)[3:]
     a = flange.ax, flange.ay, flange.az
     return _FreeTurn(a, cross(spin, a), spin, dot(subtracted(arm.twist(q, qd)[3:], spin), a))
 
 
 def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
+    """Add to the rate of a path's twist what a free turn adds to it."""
     return (*rate[:3], *added(rate[3:], scaled(turn.axis_rate, turn.extra)))
 
 
@@ -173,10 +177,10 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
 
 
 def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
-    """Position, velocity and acceleration at t_s + s of a segment; at rest from its end on if it ends at rest.
+    """Return position, velocity and acceleration at t_s + s of a segment; at rest from its end on if it ends at rest.
 
-    The acceleration is that of a jerk-limited motion, for the next one to carry on with. That of a motion with
-    parabolic blends may jump, so it is not kept.
+    The acceleration is that of a jerk-limited motion, and the next motion continues it. That of a motion with parabolic
+    blends may jump, so it is not kept.
     """
     path = segment.path
     joints = segment_joints(arm, segment, s)
@@ -199,9 +203,9 @@ def rest_after(arm: RobotArm, segment: Segment) -> Here:
 
 
 class Problem(Struct, frozen=True):
-    """A motion to plan: of which arm, out of which state, and from when on [s].
+    """A motion to plan: its arm, the state in which it begins, and the time from which on it may begin [s].
 
-    A straight line may be slowed down `slowest` times; one that would end after `latest` [s] is of no use.
+    A straight line may be slowed down `slowest` times. A motion that would end after `latest` [s] is of no use.
     """
 
     arm: RobotArm
@@ -218,12 +222,12 @@ class Problem(Struct, frozen=True):
 
 
 class NoWay(Exception):
-    """A motion has no way that begins with the present velocities."""
+    """No way of a motion begins with the present velocities."""
 
 
 class NotInTime(Exception):
-    """A motion would end after the problem's `latest`."""
+    """A motion would end after the `latest` time of the problem."""
 
 
 class NoRoomToStop(Exception):
-    """No way of braking keeps every joint in its range: the interrupted motion has to go on."""
+    """No way of braking keeps every joint in its range, so the interrupted motion must go on."""

@@ -1,6 +1,6 @@
-"""Why a location is in reach or not: every configuration, what MOVE would choose, and the straight line from here.
+"""Explain why a location is in reach or not: every configuration, the choice of MOVE, and the straight line from here.
 
-Of the line: whether it is possible, where it stops, and what would do instead. The findings are data (WHY shows them).
+Of the line: whether it is possible, where it stops, and what would do instead. The findings are data, which WHY shows.
 Nothing is moved.
 """
 
@@ -52,6 +52,7 @@ class Standpoint(Struct, frozen=True):
 
     @property
     def configuration(self) -> Configuration:
+        """The configuration of the arm here."""
         return self.arm.configuration(self.here)
 
     def tool(self, joints: Joints) -> Transform:
@@ -59,11 +60,13 @@ class Standpoint(Struct, frozen=True):
         return compose(self.arm.forward(joints), self.before.frames.tool)
 
     def resolve_target(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
-        """Return where a motion to a target goes. Raises as `targets.resolve` does."""
+        """Return where a motion to a target goes. Raises what `targets.resolve` raises."""
         return resolve(self.arm, self.settings, Move(target, straight), self.before.frames, self.here, self.here)
 
     def line(self, pose: Transform, *, once: bool = True) -> Motion:
-        """Return the motion MOVES to T_robot_tool, with the settings for the next motion, or with those after it."""
+        """Return the motion of MOVES to T_robot_tool, with the settings for the next motion (`once`) or with those
+        after it.
+        """
         settings = self.settings
         duration = settings.duration.present if once else settings.duration.always
         speed = settings.speed.present if once else settings.speed.always
@@ -163,7 +166,9 @@ def _across(way: Vector) -> Sequence[Vector]:
 
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
-    """Why a target can be reached from a standpoint, or not. Raises IllegalValue for the joints of another robot."""
+    """Explain why a target can be reached from a standpoint, or not. Raises IllegalValue for the joints of another
+    robot.
+    """
     arm, holding = stand.arm, stand.arm.holding(stand.before.frames.tool)
     options, goal = tuple[Option, ...](), None
     if isinstance(target, JointTarget):
@@ -187,6 +192,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
 
 
 def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) -> Option:
+    """Return the option of one solution: its joints, and how far they are out of range."""
     c = solution.configuration
     if solution.joints is not None:
         return Option(c, solution.joints, _overruns(stand.arm, solution.joints))
@@ -200,6 +206,7 @@ def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) ->
 
 
 def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:
+    """Return by how much joints exceed their limits."""
     model = arm.model
     found = []
     for joint in joints_outside(joints, model.lower, model.upper):

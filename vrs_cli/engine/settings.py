@@ -1,6 +1,7 @@
-"""The settings of a robot: one value that holds for the motions to come, and is replaced when one of them changes.
+"""The settings of a robot, and the tables of switches, parameters and number ranges.
 
-Program settings hold for the next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
+The settings are one value that holds for the coming motions; a change makes a new value. Program settings hold for the
+next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ SLOWEST_PERCENT = 0.01  # of full speed, and of full acceleration: slower, a mot
 
 
 class Range(Struct, frozen=True):
-    """The numbers that make sense for what an instruction gives: `what` they are, and where they end."""
+    """The numbers that an instruction accepts: `what` they are, and their least and greatest."""
 
     word: str
     what: str
@@ -51,7 +52,9 @@ class Range(Struct, frozen=True):
     unit: str = "%"
 
     def check(self, value: float, given: float | None = None) -> float:
-        """The value. Raises IllegalValue for one outside, and NaN; `given`: the number that it follows from."""
+        """Return the value. Raises IllegalValue for a value outside the range, and for NaN. `given`: the number that
+        the user wrote, if the value follows from it.
+        """
         if not self.least <= value <= self.most:
             bounds = f"{self.what} from {self.least:g} to {self.most:g} {self.unit}"
             said = f"{self.word} {value if given is None else given:g}"
@@ -83,8 +86,8 @@ class Switch(Struct, frozen=True):
 
 
 class Idle(Struct, frozen=True):
-    """A switch or a parameter of V+ that means nothing to a virtual robot: it may be set and read, and changes
-    nothing. It may have an index, as of a robot: `SCALE.ACCEL[1]`.
+    """A switch or a parameter of V+ that means nothing to a virtual robot. It can be set and read, and changes nothing.
+    It may have an index, for example of a robot: `SCALE.ACCEL[1]`.
     """
 
     name: str
@@ -92,7 +95,9 @@ class Idle(Struct, frozen=True):
 
 
 class ParameterRow(Struct, frozen=True):
-    """A row of the table of parameters. `words`: the words that may stand for a value; with `numbers`, or a number."""
+    """A row of the table of parameters. `words`: the words that are allowed as a value; `numbers`: numbers are allowed
+    too.
+    """
 
     name: str
     default: float | str
@@ -104,7 +109,7 @@ class ParameterRow(Struct, frozen=True):
     numbers: bool = False
 
     def check(self, value: float | str) -> float | str:
-        """The value as it is kept. Raises IllegalValue for one that the parameter cannot have."""
+        """Return the value in the form that is kept. Raises IllegalValue for a value that the parameter cannot have."""
         if self.words and (isinstance(value, str) or not self.numbers):
             word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")  # the language has -1 and 0
             if word in self.words:
@@ -118,6 +123,7 @@ class ParameterRow(Struct, frozen=True):
 
 
 def _table(*rows: V) -> Mapping[str, V]:
+    """Make a table from rows, by name."""
     return {row.name: row for row in rows}  # type: ignore[attr-defined]
 
 
@@ -222,7 +228,7 @@ SETTINGS: Mapping[str, tuple[Mapping[str, Switch | ParameterRow], Mapping[str, I
 
 
 def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
-    """The row of a name, with an index or without; None where it is no such setting."""
+    """Return the row of a name, with an index or without; None if the table has no such setting."""
     return table.get(name.upper().partition("[")[0])
 
 
@@ -230,7 +236,9 @@ NEWER = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of names that were the
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
-    """The row of a name, or of a prefix that only one name has, or one that is not `NEWER`. Raises UsageError."""
+    """Return the row of a name, or of a prefix that fits one name only, or one name that is not `NEWER`. Raises
+    UsageError.
+    """
     upper = name.upper()
     if upper in table:
         return table[upper]
@@ -242,7 +250,7 @@ def row_of(table: Mapping[str, V], name: str, what: str) -> V:
 
 
 def name_in(table: Mapping[str, Switch | ParameterRow], idle: Mapping[str, Idle], name: str, what: str) -> str:
-    """The whole name of a setting, of one that means nothing here too. Raises UsageError as `row_of` does."""
+    """Return the whole name of a setting, also of one that means nothing here. Raises UsageError as `row_of` does."""
     return row_of(table, name, what).name if idle_of(idle, name) is None else name.upper()
 
 
@@ -250,16 +258,18 @@ MM = 1e-3  # [m]
 
 
 class Setting(Struct, Generic[V], frozen=True):
-    """A program setting: the value for always, and one for the next motion only."""
+    """A program setting: its lasting value, and a value for the next motion only."""
 
     always: V
     once: V | None = None
 
     @property
     def present(self) -> V:
+        """The value for the next motion."""
         return self.always if self.once is None else self.once
 
     def put(self, value: V, always: bool) -> Setting[V]:
+        """Return the setting with a new value, which lasts (`always`) or holds for the next motion only."""
         return Setting(value) if always else Setting(self.always, value)
 
     def after_motion(self) -> Setting[V]:
@@ -278,8 +288,8 @@ MODES_AT_START: Mapping[Mode, Setting[bool]] = {
 
 
 class Altered(Struct, frozen=True):
-    """The state of ALTER: the present `displacement`, and where the motion of that `number` would go without it
-    (`nominal`).
+    """The state of ALTER: the present `displacement`, and the pose (`nominal`) to which the motion with that `number`
+    would go without it.
     """
 
     mode: AlterMode
@@ -288,7 +298,7 @@ class Altered(Struct, frozen=True):
     nominal: Transform = IDENTITY
 
     def with_more(self, displacement: Transform) -> Altered:
-        """The same with another displacement."""
+        """Return the state after another displacement."""
         total = displacement
         if self.mode.adds:
             total = self._displace(self.displacement, displacement)
@@ -299,6 +309,7 @@ class Altered(Struct, frozen=True):
         return self._displace(T_world_tool, self.displacement)
 
     def _displace(self, T: Transform, by: Transform) -> Transform:
+        """Displace a pose, in the world or in the tool."""
         if not self.mode.world:
             return compose(T, by)
         return at_position(compose(at_position(by, 0.0, 0.0, 0.0), T), T.px + by.px, T.py + by.py, T.pz + by.pz)
@@ -307,7 +318,7 @@ class Altered(Struct, frozen=True):
 class Settings(Struct, frozen=True):
     """All settings of one robot. `acceleration` is a fraction of the nominal one.
 
-    `configuration`: the configuration words said since the last precision point. `hand`: the opening that OPEN or CLOSE
+    `configuration`: the configuration words since the last precision point. `hand`: the opening that OPEN or CLOSE
     asked for the next motion.
     """
 
@@ -328,6 +339,7 @@ class Settings(Struct, frozen=True):
     # --- reading ---
 
     def mode(self, mode: Mode) -> bool:
+        """Return whether a mode is on for the next motion."""
         return self.modes[mode].present
 
     def switch(self, name: str) -> bool:
@@ -335,6 +347,7 @@ class Settings(Struct, frozen=True):
         return self.switches.get(name_in(SWITCHES, IDLE_SWITCHES, name, "switch"), False)
 
     def parameter(self, name: str) -> float | str:
+        """Return the value of a parameter. Raises UsageError for an unknown name."""
         return self.parameters.get(name_in(PARAMETERS, IDLE_PARAMETERS, name, "parameter"), 0.0)
 
     @property
@@ -344,22 +357,25 @@ class Settings(Struct, frozen=True):
 
     @property
     def profile(self) -> Profile:
+        """The velocity profile of the coming motions."""
         return Profile[str(self.parameters["PROFILE"])]
 
     @property
     def rounding(self) -> float | None:
-        """How near a corner the tip comes before it is rounded [m]; None: as near as it is when the arm slows down."""
+        """The distance [m] from a corner at which the tip may leave its line; None: where the arm begins to
+        slow down.
+        """
         value = self.parameters["ROUNDING"]
         return None if isinstance(value, str) else value * MM
 
     @property
     def inserts(self) -> bool:
-        """Whether what is scheduled after a new motion stays."""
+        """Whether motions stay that are scheduled after a new one."""
         return self.parameters["INSERT"] == "ON"
 
     @property
     def slowest(self) -> float:
-        """How many times a straight line near a singularity is slowed down at most."""
+        """How many times a straight line near a singularity may be slowed down."""
         return float(self.parameters["STRETCH"])
 
     # --- changing: a new value ---
@@ -401,7 +417,7 @@ class Settings(Struct, frozen=True):
                 return replace(self, switches={**self.switches, name: change.on})
 
     def after_motion(self, target: Target) -> Settings:
-        """Return the settings without those of one motion, which it has used. A motion to joints also ends the
+        """Return the settings without the values that one motion has used up. A motion to joints also ends the
         configuration words.
         """
         said = NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration

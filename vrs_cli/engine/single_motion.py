@@ -1,4 +1,4 @@
-"""The part of f that plans one motion: on its own path, after braking, or around the corner before it."""
+"""Plan a single motion: on its own path, after braking, or around the corner before it."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ SAME_PLACE = 1e-9  # [m] two places that are one
 
 
 def plan_motion(problem: Problem) -> tuple[Segment, ...]:
-    """The segments of a motion to rest. Where its own way does not lead there out of a motion, the arm comes to rest
-    first, inside all limits: on the straight line that the tool moves on, if it moves on one and can.
+    """Plan a motion to rest. If its own way does not start from the present velocities, the arm first comes to rest
+    inside all limits: on the straight line that the tool moves on, if it moves on one and can.
 
     Raises MotionError, NoRoomToStop, NotInTime.
     """
@@ -47,10 +47,10 @@ def plan_motion(problem: Problem) -> tuple[Segment, ...]:
 
 
 def plan_directly(problem: Problem) -> tuple[Segment, ...]:
-    """The segments of a motion on its own way. Raises MotionError, NoWay, NotInTime.
+    """Plan a motion on its own way. Raises MotionError, NoWay, NotInTime.
 
-    A motion that has nothing to do rests for no time: it keeps its place on the timeline, for it may have, once an
-    earlier one changes.
+    A motion that has nothing to do rests for no time. So it keeps its place on the timeline: it may have something to
+    do once an earlier motion changes.
     """
     state, motion, lasting = problem.here.joints, problem.motion, 0.0
     match motion.kind:
@@ -75,7 +75,9 @@ def plan_directly(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _line_segments(problem: Problem) -> tuple[Segment, ...]:
-    """A line is planned once: from the same state it is the same line, whenever it begins, for times are exact."""
+    """Plan a line, once: from the same state it is the same line whenever it begins, since times are exact. Raises
+    MotionError, NoWay, NotInTime.
+    """
     begin, motion = problem.begin, problem.motion
     plain = motion._replace(number=0, start=Start.AT, hand=0.0, text="", relative=None, rounding=None)
     same = structs.replace(problem, motion=plain, begin=0.0, latest=problem.latest - begin)
@@ -97,7 +99,9 @@ def _remembered_line(
     problem: Problem,
     signs_of_zeros: tuple[float, ...],  # noqa: ARG001 (a part of the key)
 ) -> tuple[Segment, ...] | MotionError | NotInTime:
-    """What comes of it. A refusal is remembered as well, never raised itself: it would keep where it was raised."""
+    """Return the segments of a line, or its refusal. A remembered refusal is never raised itself, since it would keep
+    alive the frames in which it was raised.
+    """
     try:
         return straight_segments(problem)
     except MotionError as error:
@@ -107,7 +111,7 @@ def _remembered_line(
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
-    """Joint velocities and accelerations at the motion's fractions of them; jerks as the robot has them."""
+    """Return joint velocities and accelerations at the motion's fractions of them, and the jerks of the robot."""
     hardest = hardest_limits(arm)
     velocity = tuple(v * motion.speed for v in hardest.velocity)
     return hardest._replace(
@@ -116,14 +120,14 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
 
 
 def hardest_limits(arm: RobotArm) -> JointLimits:
-    """All that the joints can, whatever speed and acceleration a motion has."""
+    """Return the limits of the joints, whatever speed and acceleration a motion has."""
     model = arm.model
     most = model.max_velocity
     return JointLimits(most, model.max_acceleration, model.max_jerk, most, model.lower, model.upper)
 
 
 def plan_stop(problem: Problem) -> tuple[Segment, ...]:
-    """To rest, on a way that stays inside all limits; an arm that stands stays. Raises NoRoomToStop."""
+    """Plan a stop that stays inside all limits; an arm at rest stays. Raises NoRoomToStop."""
     limits, motion, state = hardest_limits(problem.arm), problem.motion, problem.here.joints
     if state.at_rest:
         return (rest(state.joints, 0.0, problem.begin, motion),)
@@ -134,7 +138,7 @@ def plan_stop(problem: Problem) -> tuple[Segment, ...]:
 
 
 def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
-    """The last segments of a timeline, or of a part of it, in which the last motion slows down."""
+    """Return the last segments of a timeline, or of a part of it, in which the last motion slows down."""
     last, found, index = segments[-1], list[Segment](), len(segments) - 1
     segment = last
     while segment.phase is Phase.DECELERATE and segment.motion.number == last.motion.number:
@@ -147,10 +151,10 @@ def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
 
 
 def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:
-    """When a motion begins that blends into one that slows down so [s]: then, or once the tip is within `rounding`
-    [m] of the place where that one would end.
+    """Return when a motion begins that blends into one that slows down [s]: at once, or when the tip is within
+    `rounding` [m] of the place where the other motion would end.
 
-    From there on the path is another, and at that instant the tip is that near.
+    The path changes at that instant, at which the tip is that near.
     """
     last = slowing[-1]
     if rounding is None:
@@ -171,12 +175,13 @@ def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float |
 
 
 def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
+    """Return T_robot_tool at s seconds into a segment."""
     return compose(arm.forward(segment_joints(arm, segment, s)), segment.motion.frames.tool)
 
 
 def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
-    """A motion that rounds the corner where the one before would end; where that would take longer, it begins once the
-    arm stands there. Raises MotionError where it is possible from neither.
+    """Plan a motion that rounds the corner in which the motion before would end. If that would take longer, plan it
+    from rest in the corner. Raises MotionError if neither is possible.
     """
     refusal: MotionError | None = None
     try:

@@ -91,9 +91,9 @@ def _segments_under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Seg
 
 class Chunk:
     """Samples at increasing `times` (N,) [s]: `joints` (N, n) [rad, m], put inside the ranges of a robot; `held`: how
-    many of the samples were outside. Between samples the joints go on cubics through them (Catmull-Rom).
+    many of the samples were outside. Between samples the joints follow cubics through them (Catmull-Rom).
 
-    Raises IllegalValue for what is no chunk for this robot.
+    Raises IllegalValue for samples that are no chunk for this robot.
     """
 
     def __init__(self, model: RobotModel, times: Sequence[float], joints: Sequence[Joints]) -> None:
@@ -123,7 +123,7 @@ class Chunk:
             self._slopes = np.gradient(self.joints, self.times, axis=0)
 
     def since(self, now: float) -> tuple[float, int]:
-        """Return when the chunk begins that is followed from `now` on, and how many samples are too late for that.
+        """Return when the chunk begins if it is followed from `now` on, and how many samples are too late for that.
         Raises TooLate if all are.
         """
         late = bisect_left(self.times.tolist(), now)
@@ -155,9 +155,9 @@ def tick_count(chunk: Chunk, begin: float) -> int:
 def plan_chunk(
     arm: RobotArm, timeline: Timeline, motion: Motion, issued: float, begin: float, chunk: Chunk, ticks: range
 ) -> TimelineDelta:
-    """f for a part of a chunk that is followed from `begin` [s] on: the joints chase its samples tick by tick, and come
-    to rest, after the last tick at the last sample; all that was scheduled after the part begins is dropped. Raises
-    NoRoomToStop where what is under way has to go on.
+    """f for a part of a chunk that is followed from `begin` [s] on. The joints chase its samples tick by tick, and
+    after the last tick come to rest at the last sample. All that was scheduled later than the begin of the part is
+    dropped. Raises NoRoomToStop if the motion under way has to go on.
     """
     ends = ticks.stop == tick_count(chunk, begin)
     times = [begin + k * TICK for k in range(ticks.start, ticks.stop + 1)]

@@ -1,8 +1,8 @@
-"""Straight lines: planned for the tool, then slowed down until every joint can follow.
+"""Plan straight lines for the tool, and slow them down until every joint can follow.
 
 A line that asks too much of the joints is slowed down as a whole. A line that would have to be slowed down beyond a
-bound, near a singularity, is refused before it starts, with the place. Where the arm has more joints than the line
-needs, guides tell what the redundant joints do.
+bound, near a singularity, is refused before it starts, with the place. If the arm has more joints than the line needs,
+guides tell what the redundant joints do.
 """
 
 from __future__ import annotations
@@ -58,10 +58,10 @@ FINER = (1, 5)  # how many times more steps, where the walks before have led to 
 
 
 def straight_segments(problem: Problem) -> tuple[Segment, ...]:
-    """The segments of a straight-line motion to the pose of its motion.
+    """Plan a straight-line motion to the pose of its motion.
 
-    Raises LocationOutOfRange or JointOutOfRange when the line leaves the reach, StraightLineSingular when the joints
-    could follow only at less than 1/`slowest` of the speed asked, or not as they move now; NotInTime.
+    Raises LocationOutOfRange or JointOutOfRange if the line leaves the reach; StraightLineSingular if the joints could
+    follow only at less than 1/`slowest` of the speed, or not from their present velocities; NotInTime.
     """
     try:
         return _segments_to(problem)
@@ -94,6 +94,9 @@ def _turned_as_it_can_be(problem: Problem) -> Transform | None:
 
 
 def _segments_to(problem: Problem) -> tuple[Segment, ...]:
+    """Plan a line in the first configuration, and with the first guides, with which it is possible. Raises the first
+    refusal.
+    """
     arm, joints, state = problem.arm, problem.here.joints.joints, problem.tool
     failure: MotionError | None = None
     for configuration in arm.line_ways(joints):
@@ -126,6 +129,7 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
+    """Return whether a pose is nearly singular."""
     return min(arm.singularity(joints)) < NEARLY_SINGULAR
 
 
@@ -143,7 +147,7 @@ def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
 
 
 class _Line:
-    """One straight-line motion in one configuration; or, `stops`, to rest on the line that the tool moves on."""
+    """One straight-line motion in one configuration; or a stop (`stops`) on the line that the tool moves on."""
 
     def __init__(
         self, problem: Problem, state: ToolState, configuration: Configuration, *, stops: bool = False
@@ -344,11 +348,13 @@ class _Line:
         return self.follower.refuse(path, s, wanted, load.joint)
 
     def _segments(self, stretches: list[ToolStretch], seeds: list[Seeds]) -> tuple[Segment, ...]:
+        """Make the segments of stretches with their seeds."""
         rows = zip(stretches, seeds, strict=True)
         paths = ((stretch.duration, stretch.phase, self._path(stretch, seeds)) for stretch, seeds in rows)
         return segments_of(self.problem.begin, self.motion, paths)
 
     def _path(self, stretch: ToolStretch, seeds: Seeds) -> CartesianPath:
+        """Make the path of a stretch."""
         turns = tuple(Turn(axis, angle) for axis, angle in stretch.turns)
         interval = stretch.duration / max(len(seeds) - 1, 1)
         path = CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
@@ -369,11 +375,12 @@ def line_stop(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _worst(loads: Iterable[Load]) -> Load:
+    """Return the worst of several loads."""
     return reduce(Load.worse, loads, Load())
 
 
 def _easing(load: float) -> float:
-    """Return by how much to slow down for a load. Out of motion the start stays as it is, so it is more than in
+    """Return by how much to slow down for a load. Out of motion the start stays as it is, so this is more than in
     proportion.
     """
     return load * EAGER if load > 1.0 + ROUNDING else 1.0
@@ -414,6 +421,7 @@ def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]
 
 
 def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
+    """Return the guides of a walk, with their present values and rates."""
     still = (0.0,) * len(state.joints)
     columns = state.joints, state.velocity, state.acceleration or still
     return tuple(

@@ -1,4 +1,4 @@
-"""From what was asked to what f plans: the joints or the tool pose of a target, and the motion with its speed."""
+"""Turn a request into what f plans: the joints or the tool pose of a target, and the motion with its speed."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ INCH = 0.0254  # [m]
 
 
 def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here: Joints, destination: Joints) -> Goal:
-    """Where a motion goes that begins in joints `here`, after one that ends at `destination`.
+    """Return where a motion goes that begins in joints `here`, after one that ends at `destination`.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineConfiguration, IllegalJoint, IllegalValue, UndefinedValue.
     """
@@ -110,14 +110,14 @@ def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -
 
 
 def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> LocationOutOfRange:
-    """Return the refusal of a place; where the place is NULL, which is no place for a tool, the hint says so."""
+    """Return the refusal of a place. If the place is NULL, where no tool can be, the hint says so."""
     if T_robot_tool != IDENTITY:
         return refusal
     return refusal.reworded(hint="NULL is the robot's origin, X = Y = Z = 0, where no tool can be")
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
-    """Raises `refusal` for a place, tool or base that is too far away; `what` is formatted with its distance."""
+    """Raises `refusal` for a place, tool or base that is too far away. `what` is formatted with the distance."""
     away = hypot(*T[3::4])
     if not away <= FARTHEST:
         right = f"at most {FARTHEST * 1000.0:g} mm"
@@ -125,6 +125,7 @@ def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) 
 
 
 def _joints(model: RobotModel, move: Move, destination: Joints) -> Joints:
+    """Return the joints of a target that is given by joints."""
     target = move.target
     if isinstance(target, NamedTarget):
         if target.name not in model.poses:
@@ -137,6 +138,7 @@ def _joints(model: RobotModel, move: Move, destination: Joints) -> Joints:
 
 
 def _drive(joints: Joints, target: JointOffsetTarget) -> Joints:
+    """Return joints after a change of one of them. Raises IllegalJoint."""
     if not 1 <= target.joint <= len(joints):
         right = f"this robot has joints 1 to {len(joints)}"
         raise IllegalJoint(f"joint {target.joint}", right, value=target.joint, lower=1, upper=len(joints))
@@ -263,7 +265,7 @@ FULL = Speed(1.0)
 
 
 class After(Struct, frozen=True):
-    """What a new motion follows: the motion `before` it on the timeline, its own number, and the settings."""
+    """What a new motion follows: the motion `before` it on the timeline. Also its own number and the settings."""
 
     before: Motion
     number: int
@@ -306,10 +308,12 @@ class After(Struct, frozen=True):
 
 
 def fraction_of_full(fraction: float, settings: Settings) -> Speed:
+    """Return a fraction of full speed under the present monitor speed."""
     return Speed(_limit_speed(settings.monitor_speed / FULL_SPEED * fraction))
 
 
 def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> Speed:
+    """Return the speed of a motion by the program's SPEED, under the present monitor speed."""
     monitor = settings.monitor_speed / FULL_SPEED
     rotation = None if program.rotation is None else _limit_speed(monitor * program.rotation / FULL_SPEED)
     if program.unit is SpeedUnit.PERCENT:

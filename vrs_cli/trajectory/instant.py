@@ -14,20 +14,20 @@ LATEST = 2.0**22  # [s], 48 days: beyond it the sums would no longer be exact
 
 
 def on_grid(t: float) -> float:
-    """The instant nearest to t [s]."""
+    """Return the instant nearest to t [s]."""
     return round(t * TICKS_PER_SECOND) * TICK
 
 
 def up_to_grid(t: float) -> float:
-    """The first instant that is not before t [s]."""
+    """Return the first instant that is not before t [s]."""
     return ceil(t * TICKS_PER_SECOND) * TICK
 
 
 def down_to_grid(t: float) -> float:
-    """The last instant that is not after t [s]."""
+    """Return the last instant that is not after t [s]."""
     return floor(t * TICKS_PER_SECOND) * TICK
 
 
 def round_to_ns(t: float) -> float:
-    """The time as people typed it: rounded to 1 ns, so that 3.1 is written 3.1."""
+    """Round a time to 1 ns, so that 3.1 is written as 3.1."""
     return round(t, 9) + 0.0

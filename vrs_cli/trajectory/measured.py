@@ -1,11 +1,11 @@
-"""The measured timeline: the joints that a body reported, in order of time, and what is known between two reports.
+"""The measured timeline: the joints that a body reported, in order of time, and interpolation between two reports.
 
 It is a record: reports are put in, and never changed or taken out. Between two reports joints are interpolated: by the
-cubic polynomial with their positions and velocities where both told a velocity (cubic Hermite interpolation), else by a
-straight line. The joints are unknown (None) before the first report, after the last one, and between two reports that
-are more than GAP seconds apart.
+cubic with their positions and velocities if both have a velocity (cubic Hermite interpolation), else by a straight
+line. The joints are unknown (None) before the first report, after the last one, and between two reports that are more
+than GAP seconds apart.
 
-Reports are kept in chunks of columns: for each joint 8 bytes of position and 4 of velocity (where there is one), and 9
+Reports are kept in chunks of columns: for each joint 8 bytes of position and 4 of velocity (if there is one), and 9
 bytes for the time and the mode. A `MeasuredTimeline` is a view that never changes: later reports disturb no reader.
 """
 
@@ -38,8 +38,8 @@ _begin, _end = attrgetter("begin"), attrgetter("end")
 
 
 class _Between(NamedTuple):
-    """A time lies `s` seconds after the report at `place` of `chunk`; the report after that one, `next`, is `h` seconds
-    later. `next` is None where there is none within GAP; then `s` is 0.
+    """Says that a time lies `s` seconds after the report at `place` of `chunk`; the next report, `next`, is `h` seconds
+    later. `next` is None if there is none within GAP; then `s` is 0.
     """
 
     chunk: ReportColumns
@@ -50,7 +50,7 @@ class _Between(NamedTuple):
 
 
 class MeasuredTimeline(Sequence[Report]):
-    """All reports up to some moment, in order of time. It never changes. See the module for what is known when."""
+    """All reports up to some moment, in order of time. It never changes. The module says when the joints are known."""
 
     __slots__ = ("_chunks", "_firsts", "_last", "joint_count")
 
@@ -66,6 +66,7 @@ class MeasuredTimeline(Sequence[Report]):
         return self._indices()[-1]
 
     def _indices(self) -> list[int]:
+        """Return the index of the first report of each chunk, and the number of all reports."""
         if self._firsts is None:
             counts = [*[chunk.count for chunk in self._chunks[:-1]], self._last][: len(self._chunks)]
             self._firsts = list(accumulate(counts, initial=0))
@@ -110,13 +111,14 @@ class MeasuredTimeline(Sequence[Report]):
 
     @property
     def end(self) -> float | None:
-        """The time of the last report [s]: from then on all is unknown. None if there is none."""
+        """The time of the last report [s], after which nothing is known; None if there is none."""
         return self._chunks[-1].times[self._last - 1] if self._chunks else None
 
     unknown_since = end
 
     @property
     def last(self) -> Report | None:
+        """The last report; None if there is none."""
         return self._chunks[-1].report(self._last - 1) if self._chunks else None
 
     def parts(self, begin: float | None = None, end: float | None = None) -> Iterator[tuple[ReportColumns, int, int]]:
@@ -136,7 +138,7 @@ class MeasuredTimeline(Sequence[Report]):
             yield from map(chunk.report, range(first, last))
 
     def arrays(self, begin: float | None = None, end: float | None = None) -> ReportArrays:
-        """The reports from time `begin` to time `end` [s] as arrays."""
+        """Return the reports from time `begin` to time `end` [s] as arrays."""
         import numpy as np
 
         parts = [chunk.arrays(first, last) for chunk, first, last in self.parts(begin, end)]
@@ -203,7 +205,7 @@ class MeasuredTimeline(Sequence[Report]):
         return _Between(chunk, place, None, 0.0, h) if t == begin else None
 
     def joints_over(self, times: Floats) -> Floats:
-        """`joints_at` for times (N,) [s] in any order: (N, n), with rows of NaN where the joints are unknown."""
+        """Return `joints_at` for times (N,) [s] in any order: (N, n), with rows of NaN if the joints are unknown."""
         import numpy as np
 
         times = np.asarray(times, dtype=float)
@@ -232,10 +234,10 @@ class MeasuredTimeline(Sequence[Report]):
     # --- as a timeline of segments ---
 
     def as_timeline(self, begin: float, end: float, like: Timeline | None = None) -> Timeline | None:
-        """Return a timeline that goes through the reports from time `begin` to time `end` [s] as this one does; so all
-        that reads timelines reads measured ones. Where the joints are unknown it stands still. BASE, TOOL and events up
-        to the end are those of the timeline `like`. Times are rounded to the grid of timelines (0.93 ns). None if there
-        is no report.
+        """Return a timeline that goes through the reports from time `begin` to time `end` [s] as this one does, so that
+        all that reads timelines also reads measured ones. It stands still while the joints are unknown. BASE, TOOL and
+        events are those of the timeline `like`. Times are rounded to the grid of timelines (0.93 ns). None if there is
+        no report.
         """
         reports = list(self.between(begin, end))
         if not reports:
@@ -254,8 +256,8 @@ class MeasuredTimeline(Sequence[Report]):
 
 
 class MeasuredRecord:
-    """The reports of one robot as they come. One thread puts them in; any may take `view`. `listeners` are given those
-    that were put in, in the order in which they came.
+    """Collects the reports of one robot. One thread puts them in; any may take `view`. `listeners` are given the
+    reports that were put in, in the order of arrival.
     """
 
     def __init__(self, joint_count: int) -> None:
@@ -270,7 +272,7 @@ class MeasuredRecord:
 
     @property
     def view(self) -> MeasuredTimeline:
-        """All reports so far, as a view that later ones do not change."""
+        """All reports so far, as a view that later reports do not change."""
         version, view = self._view
         if version != self._version:
             version = self._version  # read before the reports are: a view that misses some is made anew
@@ -279,9 +281,9 @@ class MeasuredRecord:
         return view
 
     def add(self, reports: Iterable[Report]) -> ReportCounts:
-        """Put reports in their places, and return what became of each. Of one time the first that came stays; one that
-        is more than LATE seconds older than the newest is dropped. Raises IllegalValue for a report that is none, and
-        then adds nothing.
+        """Put reports in their places, and return how many were late, duplicate or reordered. Of one time the first
+        report stays; one that is more than LATE seconds older than the newest is dropped. Raises IllegalValue for a
+        malformed report, and then adds nothing.
         """
         rows = [self._check_report(report) for report in reports]
         late = duplicate = reordered = 0
@@ -305,6 +307,7 @@ class MeasuredRecord:
         return ReportCounts(len(rows), 0, late, duplicate, reordered)
 
     def _check_report(self, report: Report) -> Report:
+        """Return a report. Raises IllegalValue if it is malformed."""
         if not abs(report.t) <= LATEST:
             raise IllegalValue(f"time {report.t:g} s of a report", f"at most {LATEST:g} s", value=report.t)
         for name, row in (("joints", report.joints), ("velocity", report.velocity), ("effort", report.effort)):
@@ -321,6 +324,7 @@ class MeasuredRecord:
         return report
 
     def _append(self, report: Report) -> None:
+        """Append a report that is later than all others."""
         if not self._chunks or self._chunks[-1].full:
             made = ReportColumns(self.joint_count)
             made.put(report)  # readers never see columns without a report
@@ -340,7 +344,7 @@ class MeasuredRecord:
 
     def add_columns(self, columns: ReportColumns) -> None:
         """Put reports in their places that were checked before, such as those of a file; none is too late here. Of one
-        time the first that came stays.
+        time the first report stays.
         """
         if self._chunks and columns.begin <= self._chunks[-1].end:
             for place in range(columns.count):
@@ -361,6 +365,7 @@ class MeasuredRecord:
             self.add_columns(part)
 
     def _append_columns(self, columns: ReportColumns) -> None:
+        """Append columns whose reports are later than all others."""
         first = 0
         while first < columns.count:
             fresh = not self._chunks or self._chunks[-1].full
@@ -380,7 +385,7 @@ class MeasuredRecord:
 
 
 def _stretch(a: Report, b: Report, motion: Motion) -> list[Segment]:
-    """The segment of a motion from one report to the next."""
+    """Return the segment from one report to the next, if any time passes between them."""
     start, finish = on_grid(a.t), on_grid(b.t)
     h = finish - start
     if h <= 0.0:

@@ -1,4 +1,6 @@
-"""Polynomials as tuples of coefficients in ascending powers: (a0, a1, a2) is a0 + a1 t + a2 t**2."""
+"""Compute with polynomials, which are tuples of coefficients in ascending powers: (a0, a1, a2) is a0 + a1 t +
+a2 t**2.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,7 @@ Polynomial = tuple[float, ...]
 
 
 def value(a: Polynomial, t: float) -> float:
-    """p(t), by Horner's rule."""
+    """Return p(t), by Horner's rule."""
     if len(a) == 3:  # by far the most frequent
         return a[0] + t * (a[1] + t * a[2])
     if len(a) == 4:
@@ -22,7 +24,7 @@ def value(a: Polynomial, t: float) -> float:
 
 
 def value_and_rate(a: Polynomial, t: float) -> tuple[float, float]:
-    """p(t) and dp/dt."""
+    """Return p(t) and dp/dt."""
     if len(a) == 3:
         c0, c1, c2 = a
         return c0 + t * (c1 + t * c2), c1 + 2.0 * c2 * t
@@ -39,7 +41,7 @@ def value_and_rate(a: Polynomial, t: float) -> tuple[float, float]:
 
 
 def second_derivative(a: Polynomial, t: float) -> float:
-    """d2p/dt2."""
+    """Return d2p/dt2."""
     if len(a) == 3:
         return 2.0 * a[2]
     if len(a) == 4:
@@ -48,26 +50,26 @@ def second_derivative(a: Polynomial, t: float) -> float:
 
 
 def third_derivative(a: Polynomial, t: float) -> float:
-    """d3p/dt3."""
+    """Return d3p/dt3."""
     if len(a) == 4:
         return 6.0 * a[3]
     return value(derivative(derivative(derivative(a))), t) if len(a) > 4 else 0.0
 
 
 def derivative_at(a: Polynomial, t: float, order: int) -> float:
-    """p(t), or a derivative of it."""
+    """Return p(t), or a derivative of it."""
     for _ in range(order):
         a = derivative(a)
     return value(a, t)
 
 
 def derivative(a: Polynomial) -> Polynomial:
-    """The polynomial dp/dt."""
+    """Return the polynomial dp/dt."""
     return tuple(power * coefficient for power, coefficient in enumerate(a) if power) or (0.0,)
 
 
 def taylor_shift(a: Polynomial, t: float) -> Polynomial:
-    """The polynomial p(t + s) in s, by Horner's scheme again and again."""
+    """Return the polynomial p(t + s) in s, by repeated Horner schemes."""
     row = list(a)
     for first in range(len(row) - 1):
         for power in range(len(row) - 2, first - 1, -1):
@@ -76,7 +78,7 @@ def taylor_shift(a: Polynomial, t: float) -> Polynomial:
 
 
 def parabola(p0: float, v0: float, v1: float, duration: float) -> Polynomial:
-    """From position p0 and velocity v0 to velocity v1 at constant acceleration."""
+    """Return the parabola from position p0 and velocity v0 to velocity v1, at constant acceleration."""
     return (p0, v0, 0.5 * (v1 - v0) / duration)
 
 
@@ -93,9 +95,9 @@ def zeros(a: Polynomial, lasting: float) -> list[float]:
 
 
 def _zero_between(a: Polynomial, low: float, high: float) -> float:
-    """The zero between two times of different sign, between which p(t) rises or falls all the way.
+    """Return the zero between two times with different signs, between which p(t) rises or falls all the way.
 
-    By Newton's steps; the interval is halved where one leaves it, or is not half as long as the step before.
+    It takes Newton's steps. The interval is halved if a step leaves it, or is not half as long as the step before.
     """
     rising = value(a, high) > 0.0
     t, step = 0.5 * (low + high), high - low
@@ -113,8 +115,8 @@ def _zero_between(a: Polynomial, low: float, high: float) -> float:
 
 
 def bisect_interval(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
-    """Halve the way between a value at which something holds and one at which it does not; return both ends of what is
-    left.
+    """Halve the interval between a value at which a condition holds and one at which it does not; return both ends of
+    the rest.
     """
     for _ in range(steps):
         middle = 0.5 * (low + high)
@@ -123,25 +125,25 @@ def bisect_interval(holds: Callable[[float], bool], low: float, high: float, ste
 
 
 def turning_points(a: Polynomial, lasting: float) -> list[float]:
-    """The times between 0 and `lasting` at which p(t) turns back, or stands for a moment."""
+    """Return the times between 0 and `lasting` at which p(t) turns back, or stands for a moment."""
     if len(a) == 4:
         return sorted([t for t in turns(a[1], 2.0 * a[2], 6.0 * a[3]) if 0.0 < t < lasting])
     return zeros(derivative(a), lasting)
 
 
 def extremes(a: Polynomial, lasting: float) -> tuple[float, float]:
-    """The least and the greatest p(t) from 0 to `lasting`."""
+    """Return the least and the greatest p(t) from 0 to `lasting`."""
     values = [value(a, t) for t in (0.0, lasting, *turning_points(a, lasting))]
     return min(values), max(values)
 
 
 def most(a: Polynomial, lasting: float) -> float:
-    """The greatest |p(t)| from 0 to `lasting`."""
+    """Return the greatest |p(t)| from 0 to `lasting`."""
     return max(map(abs, extremes(a, lasting)))
 
 
 def turns(v: float, a: float, jerk: float) -> tuple[float, ...]:
-    """When a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
+    """Return when a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
     if not jerk:
         return (-v / a,) if a else ()
     square = a * a - 2.0 * jerk * v

@@ -36,8 +36,8 @@ class ReportArrays(NamedTuple):
 
 
 class ReportColumns:
-    """Up to `room` reports of n joints, side by side in memory. A row that is there is never changed: so readers may
-    look at the first rows while others are put behind them.
+    """Up to `room` reports of n joints, side by side in memory. A row is never changed once it is there, so readers may
+    read the first rows while others are appended.
     """
 
     __slots__ = ("begin", "count", "efforts", "end", "flags", "joint_count", "positions", "times", "velocities")
@@ -52,6 +52,7 @@ class ReportColumns:
 
     @property
     def full(self) -> bool:
+        """Whether there is no room for another report."""
         return self.count == len(self.flags)
 
     def put(self, report: Report) -> None:
@@ -76,6 +77,7 @@ class ReportColumns:
         self.count = place + 1
 
     def _empty(self) -> array[float]:
+        """Return a column of zeros for all reports."""
         return array("f", bytes(4 * len(self.positions)))
 
     def with_report(self, report: Report) -> ReportColumns:
@@ -109,23 +111,27 @@ class ReportColumns:
         self.count = place + count
 
     def joints(self, place: int) -> Joints:
+        """Return the joints of the report at a place."""
         n = self.joint_count
         return tuple(self.positions[place * n : place * n + n])
 
     def velocity(self, place: int) -> Joints | None:
+        """Return the velocity of the report at a place; None if it has none."""
         return self._row(self.velocities, place) if self.flags[place] & VELOCITY else None
 
     def _row(self, column: array[float] | None, place: int) -> Joints | None:
+        """Return the numbers of the report at a place in a column; None if there is no such column."""
         n = self.joint_count
         return None if column is None else tuple(column[place * n : place * n + n])
 
     def report(self, place: int) -> Report:
+        """Return the report at a place."""
         effort = self._row(self.efforts, place) if self.flags[place] & EFFORT else None
         mode = MODES[self.flags[place] & MODE]
         return Report(self.times[place], self.joints(place), self.velocity(place), effort, mode)
 
     def arrays(self, first: int, last: int) -> ReportArrays:
-        """Return the reports from `first` to before `last` as arrays, of which nothing may be changed."""
+        """Return the reports from `first` to before `last` as arrays, which must not be changed."""
         import numpy as np
 
         n = self.joint_count

@@ -1,13 +1,14 @@
-"""A rope of segments: an immutable tree, edited and shifted in time anywhere at a cost that hardly grows with it.
+"""A rope of segments: an immutable tree that is edited and shifted in time anywhere, at a cost that hardly grows with
+it.
 
-Segments stand in rows. A leaf is a part of a row; what an edit leaves of a leaf is a smaller part of the same row,
-neither copied nor looked at (in a long timeline most of it is in no cache). A row grows at its end and nowhere else, so
-that what is put on behind costs no copy either: older leaves do not see it, for they know where they end. A branch
-holds leaves or branches with the times at which they begin, later or earlier than those that their segments were made
-with, so that shifting any number of segments changes some times a level. An edit makes new nodes only along its way
-down; all others are shared with the ropes they came from, which stay as they were. Times are multiples of the time grid
-(`instant`): however often they are shifted, the sums are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to
-strings, 1995; the nodes are those of a B+ tree, Comer 1979, with leaves of any length.)
+Segments stand in rows. A leaf is a part of a row. What an edit leaves of a leaf is a smaller part of the same row,
+neither copied nor read (in a long timeline most of it is in no cache). A row grows only at its end, so appending costs
+no copy either: older leaves do not see the new segments, since they know where they end. A branch holds leaves or
+branches with the times at which they begin, which may differ from the times that their segments were made with. So
+shifting any number of segments changes only a few times a level. An edit makes new nodes only along its way down; all
+others are shared with the ropes they came from, which stay unchanged. Times are multiples of the time grid (`instant`):
+however often they are shifted, the sums are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the
+nodes are those of a B+ tree, Comer 1979, with leaves of any length.)
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ MENDED = 2  # where both together hold at most this part of it
 
 
 class Columns(Protocol):
-    """What the leaves of a rope are parts of: segments (`Row`) or events (`EventRow`), as columns of plain numbers."""
+    """Rows of segments (`Row`) or events (`EventRow`) as columns of plain numbers; the leaves of a rope are parts of
+    them.
+    """
 
     closed: bool
 
@@ -55,15 +58,15 @@ Shiftable = TypeVar("Shiftable", Segment, Event)
 
 
 class ChannelChanges(NamedTuple):
-    """The children of a branch that change a channel, by place, and what it is after each."""
+    """The children of a branch that change a channel, by place, and the value of the channel after each."""
 
     places: array[int]
     values: array[float]
 
 
 class Leaf(Struct, Generic[R], gc=False):
-    """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. Never changed once made, but
-    for `values`: of events, what the channels are after them, once somebody has asked.
+    """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. A leaf never changes, except
+    `values`: of events, the values of the channels after them, once somebody has asked.
     """
 
     row: R
@@ -76,13 +79,14 @@ class Leaf(Struct, Generic[R], gc=False):
 
     @property
     def count(self) -> int:
+        """The number of segments."""
         return self.last - self.first
 
 
 class Branch(Struct, Generic[R], gc=False):
-    """Children in time order, each shifted so that it begins at its time in `begins` [s]; `counts`: segments before
-    each, and in all. The numbers stand side by side in memory. Never changed once made, but for `changes`: of events,
-    which children change a channel, once somebody has asked.
+    """Children in time order, each shifted so that it begins at its time in `begins` [s]. `counts`: the number of
+    segments before each child, and of all. The numbers stand side by side in memory. A branch never changes, except
+    `changes`: of events, which children change a channel, once somebody has asked.
     """
 
     height: int
@@ -105,6 +109,7 @@ class OffsetNode(NamedTuple, Generic[R]):
     node: Node[R]
 
     def shift_by(self, shift: float) -> OffsetNode[R]:
+        """Return the node so many seconds later."""
         return OffsetNode(self.offset + shift, self.node) if shift else self
 
 
@@ -118,6 +123,7 @@ class RowPart(NamedTuple):
 
     @property
     def begin(self) -> float:
+        """The time of the first segment [s]."""
         return self.offset + self.row.starts[self.first]
 
     def times(self) -> tuple[array[float], array[float]]:
@@ -163,7 +169,7 @@ def _copy(leaf: Leaf[R], count: int) -> R:
 
 
 def _with_growth(leaf: Leaf[R]) -> Leaf[R]:
-    """Make a leaf that also has what its row has got since."""
+    """Make a leaf that also has the segments that its row has got since."""
     row, last = leaf.row, len(leaf.row)
     return Leaf(row, leaf.first, last, leaf.begin, row.finishes[last - 1])
 
@@ -207,13 +213,14 @@ def rope_of(row: R) -> OffsetNode[R] | None:
 
 
 def parts(held: OffsetNode[R], index: int = 0) -> Iterator[tuple[int, float, Leaf[R]]]:
-    """The leaves from the one that has segment number `index` on, each with the number of its first segment, and with
+    """Yield the leaves from the one with segment number `index` on, each with the number of its first segment, and with
     the offset of its times [s].
     """
     yield from _parts(held, 0, index)
 
 
 def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, float, Leaf[R]]]:
+    """Yield the leaves of a node; `before`: the number of segments before it."""
     offset, node = held
     if isinstance(node, Leaf):
         yield before, offset, node
@@ -238,7 +245,7 @@ def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
 
 
 def columns(held: OffsetNode[Row], index: int) -> Iterator[tuple[float, float, Path]]:
-    """Start, finish and path of each segment, from number `index` on."""
+    """Yield start, finish and path of each segment, from number `index` on."""
     for number, offset, leaf in parts(held, index):
         row = leaf.row
         for place in range(leaf.first + max(0, index - number), leaf.last):
@@ -267,8 +274,8 @@ _EDITING = Lock()  # two threads that go on from one version must not both put s
 
 
 def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift: float) -> OffsetNode[R] | None:
-    """Put `new` in place of the segments from index `first` to before `last`, and shift all after them by `shift`
-    [s].
+    """Put `new` in place of the segments from index `first` to before `last`, and shift all later ones by
+    `shift` [s].
     """
     with _EDITING:
         return root(_splice(held, 0.0, first, last, new, shift))
@@ -277,8 +284,8 @@ def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift
 def _splice(
     held: OffsetNode[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
 ) -> list[OffsetNode[R]]:
-    """Splice a node; return nodes of the same height, none if nothing is left. `base`: what the offset of `held` counts
-    from.
+    """Splice a node; return nodes of the same height, none if nothing is left. `base`: the time from which the offset
+    of `held` counts.
     """
     offset, node = held
     if first == 0 and last >= node.count and not new:
@@ -324,6 +331,7 @@ def _patch(node: Branch[R], first: int, last: int, middle: list[OffsetNode[R]], 
 
 
 def _child(node: Branch[R], place: int) -> OffsetNode[R]:
+    """Return one child with its offset."""
     child = node.nodes[place]
     return OffsetNode(node.begins[place] - child.begin, child)
 
@@ -337,7 +345,7 @@ def _children(node: Branch[R], first: int, last: int, shift: float = 0.0) -> lis
 def _splice_leaf(
     offset: float, leaf: Leaf[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
 ) -> list[OffsetNode[R]]:
-    """Splice a leaf; what is before and after the new segments stays in its row."""
+    """Splice a leaf. The segments before and after the new ones stay in their row."""
     count = leaf.count
     new = list(_shift_rows(new, -(base + offset)))
     if isinstance(leaf.row, EventRow) and not shift and first < count:
@@ -351,7 +359,7 @@ def _splice_leaf(
 
 def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> list[Leaf[R]]:
     """Put `new` in place of the events of a leaf from `first` to before `last`, in a copy; a long copy makes two
-    leaves. Some events are left.
+    leaves. Not all events of the leaf may go.
     """
     row: Any = leaf.row
     whole: Leaf[R] = _leaf(row.with_edit(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
@@ -381,6 +389,7 @@ def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]
 
 
 def _shift_rows(rows: Iterable[Shiftable], shift: float) -> Iterator[Shiftable]:
+    """Yield segments or events so many seconds later."""
     return (one.shift_by(shift) for one in rows) if shift else iter(rows)
 
 
@@ -403,6 +412,7 @@ def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
 
 
 def _is_sparse(node: Node[R]) -> bool:
+    """Return whether a node holds so little that it should join a neighbour."""
     if isinstance(node, Leaf):
         return node.count * SPARSE < SMALL
     return len(node.nodes) * SPARSE < FAN
@@ -453,7 +463,7 @@ def locate(held: OffsetNode[Row], t: float) -> tuple[float, Row, int]:
 
 
 def index_at(held: OffsetNode[R], t: float) -> int:
-    """The index of the last segment that begins by time t; 0 before the first."""
+    """Return the index of the last segment that begins by time t [s]; 0 before the first."""
     offset, node = held
     before = 0
     while isinstance(node, Branch):
@@ -466,7 +476,7 @@ def index_at(held: OffsetNode[R], t: float) -> int:
 
 
 def item(held: OffsetNode[R], index: int) -> Any:
-    """The segment or the event of an index, 0 <= index < count, at its time."""
+    """Return the segment or the event with an index, 0 <= index < count, at its time."""
     offset, node = held
     while isinstance(node, Branch):
         place = bisect_right(node.counts, index) - 1
@@ -478,7 +488,9 @@ def item(held: OffsetNode[R], index: int) -> Any:
 
 
 def leaves(held: OffsetNode[R], first: float, last: float) -> Iterator[tuple[float, Leaf[R]]]:
-    """The leaves that are in force at some time from `first` to `last`, in order, each with the offset of its times."""
+    """Yield the leaves that are in force at some time from `first` to `last`, in order, each with the offset of its
+    times.
+    """
     offset, node = held
     if isinstance(node, Leaf):
         yield offset, node
@@ -501,7 +513,7 @@ def blocks(held: OffsetNode[Row], first: float, last: float) -> Iterator[RowPart
 
 
 def segments(held: OffsetNode[Row]) -> Iterator[Segment]:
-    """All segments at their times."""
+    """Yield all segments at their times."""
     for offset, leaf in leaves(held, -inf, inf):
         yield from _shift_rows(leaf.row.between(leaf.first, leaf.last), offset)
 
@@ -510,7 +522,7 @@ def segments(held: OffsetNode[Row]) -> Iterator[Segment]:
 
 
 def events(held: OffsetNode[EventRow], first: int, last: int) -> Iterator[Event]:
-    """The events from index `first` to before `last`, at their times."""
+    """Yield the events from index `first` to before `last`, at their times."""
     for before, offset, leaf in parts(held, first) if first < last else ():
         if before >= last:
             return
@@ -562,7 +574,7 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
 
 
 def _changes(branch: Branch[EventRow]) -> dict[int, ChannelChanges]:
-    """Find which children of a branch change each channel, and what it is after each of these."""
+    """Find which children of a branch change each channel, and the value of the channel after each."""
     found: dict[int, ChannelChanges] = {}
     for place, child in enumerate(branch.nodes):
         for channel, value in last_values(child).items():

@@ -1,13 +1,17 @@
-"""A row of segments as columns of plain numbers, side by side in memory: what the leaves of a rope are parts of.
+"""Rows of segments and rows of events, as columns of plain numbers side by side in memory. The leaves of a rope are
+parts of rows.
 
-A segment is made when somebody asks for one; g reads the columns as they are. A row grows at its end and nowhere else.
-The paths are shared with whoever else knows them (other rows, deltas, UNDO); those that are far from the end of a row
-are packed, for they are seldom read: an hour of steering has 180,000. A row that is written down elsewhere may leave
-memory: it is read back when somebody asks for it, in every timeline that has a part of it.
+A segment is made when somebody asks for one; g reads the columns as they are. A row grows only at its end. Paths are
+shared with whoever else holds them (other rows, deltas, UNDO). Those far from the end of a row are packed, since they
+are seldom read: an hour of steering has 180,000. A row that is written down elsewhere may leave memory. It is read back
+when somebody asks for it, in every timeline that has a part of it.
 
 To read many times at once, a block of a row becomes a table of arrays. The table is made when the block is first read
 this way, and kept with the row. Rows are shared by all versions of a timeline that have a part of them, so after an
-edit only what is new in it has to be made into a table.
+edit only the new part becomes a table.
+
+Events stand in a second rope of the timeline, of the same kind, so an edit shifts any number of events by changing a
+few nodes. A row of events knows where each channel changes.
 """
 
 from __future__ import annotations
@@ -32,16 +36,16 @@ COLUMNS = ("finishes", "motions", "paths", "phases", "starts", "tables")
 
 
 class RowStore(Protocol):
-    """Where a row is written down."""
+    """A place where a row is written down."""
 
     def read(self) -> Row:
-        """The same row, to the bit. Raises FileError."""
+        """Read the same row, to the bit. Raises FileError."""
 
 
 class Row(Sequence[Segment]):
-    """Segments with the times they were made with, in order. `phases`: their places in PHASES. `tables`: what others
-    have made of blocks of them, to keep as long as the row. `closed`: it does not grow any more. `kept`: where it is
-    written down; `away`: there alone.
+    """Segments in order, with the times they were made with. `phases`: their places in PHASES. `tables`: tables of
+    blocks, kept as long as the row. `closed`: the row does not grow any more. `kept`: where it is written down; `away`:
+    it is not in memory.
     """
 
     __slots__ = (*COLUMNS, "_count", "_packed", "away", "closed", "kept")
@@ -61,7 +65,7 @@ class Row(Sequence[Segment]):
 
     @classmethod
     def kept_at(cls, kept: RowStore, count: int) -> Row:
-        """Make a row of so many segments that is written down, and not in memory."""
+        """Make a row of `count` segments that is written down, and not in memory."""
         row = cls()
         row.closed, row.kept, row._count = True, kept, count
         row.put_away()
@@ -73,7 +77,7 @@ class Row(Sequence[Segment]):
         self.pack(len(self))
 
     def put_away(self) -> None:
-        """Let a row that is written down leave memory. Readers in other threads may be in the middle of it."""
+        """Remove a row that is written down from memory. Readers in other threads may be in the middle of it."""
         self._count = len(self) or self._count
         self.away = True
         for column in COLUMNS:
@@ -109,7 +113,7 @@ class Row(Sequence[Segment]):
         return self.between(0, len(self))
 
     def between(self, first: int, last: int) -> Iterator[Segment]:
-        """The segments from `first` to before `last`."""
+        """Yield the segments from `first` to before `last`."""
         phases = map(PHASES.__getitem__, self.phases[first:last])
         columns = self.starts[first:last], self.finishes[first:last], self.paths[first:last], phases
         return map(Segment, *columns, self.motions[first:last])
@@ -117,6 +121,7 @@ class Row(Sequence[Segment]):
     # --- growing ---
 
     def grow(self, segments: Iterable[Segment]) -> None:
+        """Append segments."""
         rows = list(segments)
         self._put(
             array("d", [segment.start for segment in rows]),
@@ -165,12 +170,13 @@ class Row(Sequence[Segment]):
 
 
 def later(times: array[float], shift: float) -> array[float]:
+    """Return times that are shifted by `shift` [s]."""
     return array("d", [t + shift for t in times]) if shift else times
 
 
 class BlockTable(NamedTuple):
-    """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations` (m,);
-    `coefficients` (k, m, n) by ascending power.
+    """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations` (m,); `coefficients`
+    (k, m, n) by ascending power.
 
     `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)
     counts into `frames`. Times are those that the segments were made with.
@@ -188,13 +194,14 @@ class BlockTable(NamedTuple):
     frame_number: Rows
 
     def segment(self, place: int) -> Segment:
+        """Return the segment at a place."""
         return self.row[self.first + place]
 
     def locate(self, times: Floats, offset: float, part: slice) -> tuple[Rows, Floats]:
-        """The segment of a part in force at each time (N,), and how long it has been so [s], at most its duration; the
-        segments are `offset` [s] later than they say.
+        """Return the segment of a part in force at each time (N,), and how long it has been in force [s], at most its
+        duration. The segments are `offset` [s] later than their times say.
 
-        Where its start is taken from the time, as here, the result does not depend on what the offset is.
+        The start is subtracted from the time, so the result does not depend on the offset.
         """
         import numpy as np
 
@@ -230,7 +237,7 @@ class BlockTable(NamedTuple):
 
 
 def table_of(row: Row, first: int, last: int) -> BlockTable:
-    """The table of the segments of a row from `first` to before `last`, or to its end."""
+    """Make the table of the segments of a row from `first` to before `last`, or to its end."""
     import numpy as np
 
     last = min(last, len(row))
@@ -253,7 +260,7 @@ def table_of(row: Row, first: int, last: int) -> BlockTable:
 
 
 def coefficients(paths: Sequence[Path]) -> Floats:
-    """(k, m, n) by ascending power: the paths in joint space; zero for straight ones."""
+    """Return the coefficients of paths in joint space, (k, m, n) by ascending power; zero for straight paths."""
     import numpy as np
 
     by_length: dict[int, tuple[list[int], list[bytes]]] = {}
@@ -281,10 +288,10 @@ _INDEXING = Lock()
 
 
 class EventRow(Sequence[Event]):
-    """Events with the times that they were made with, in order. It grows at its end and nowhere else.
+    """Events in order, with the times they were made with. The row grows only at its end.
 
-    `flags`: TIED, OBSERVED. `closed`: it does not grow any more. `kept`: where it is written down. Where each channel
-    changes is found when somebody asks (observations change nothing).
+    `flags`: TIED, OBSERVED. `closed`: the row does not grow any more. `kept`: where it is written down. Where each
+    channel changes is found when somebody asks; observations change nothing.
     """
 
     __slots__ = (
@@ -329,10 +336,11 @@ class EventRow(Sequence[Event]):
         )
 
     def between(self, first: int, last: int) -> Iterator[Event]:
-        """The events from `first` to before `last`."""
+        """Yield the events from `first` to before `last`."""
         return map(self.__getitem__, range(first, last))
 
     def grow(self, events: Iterable[Event]) -> None:
+        """Append events."""
         columns = tuple(zip(*events, strict=True))
         if columns:
             times, channels, values, numbers, tied, durations, observed = columns
@@ -347,8 +355,8 @@ class EventRow(Sequence[Event]):
             )
 
     def with_edit(self, begin: int, first: int, new: Sequence[Event], last: int, end: int) -> EventRow:
-        """Return a row of the events from `begin` to before `first`, of `new` ones, and of those from `last` to before
-        `end`: at a random place of a long timeline that costs less than to split and merge leaves.
+        """Return a row of the events from `begin` to before `first`, the `new` ones, and those from `last` to before
+        `end`. At a random place of a long timeline that costs less than splitting and merging leaves.
         """
         row = EventRow(new)
         for name in EVENT_COLUMNS:
@@ -391,18 +399,18 @@ class EventRow(Sequence[Event]):
     # --- where channels change ---
 
     def places(self, channel: int) -> array[int]:
-        """The places of the events that change a channel. Any thread may ask."""
+        """Return the places of the events that change a channel. Any thread may ask."""
         if self._indexed < len(self.flags):
             self._index()
         return self._places.get(channel, NOWHERE)
 
     def changed_channels(self) -> tuple[int, ...]:
-        """The channels that events of the row change."""
+        """Return the channels that events of the row change."""
         self.places(0)
         return tuple(self._places)
 
     def _index(self) -> None:
-        """Note the places of the events that have come since the last time."""
+        """Note the places of the events that have come since the last call."""
         with _INDEXING:
             count = len(self.flags)
             for place in range(self._indexed, count):

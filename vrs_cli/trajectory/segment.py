@@ -58,9 +58,9 @@ class Phase(Enum):
 
 
 class JointPath(Struct, eq=False, gc=False):
-    """One polynomial a joint [rad, m], all of one degree; `s` below is t - t_s [s].
+    """One polynomial for each joint [rad, m], all of one degree; `s` below is t - t_s [s].
 
-    A path is a value: `pack` only keeps it in a fifth of the memory, its doubles side by side, slower to read again.
+    A path is a value. `pack` only keeps it in a fifth of the memory, its doubles side by side, slower to read again.
     """
 
     _rows: tuple[Polynomial, ...] | bytes
@@ -68,6 +68,7 @@ class JointPath(Struct, eq=False, gc=False):
 
     @property
     def coefficients(self) -> tuple[Polynomial, ...]:
+        """The polynomials, one for each joint."""
         rows = self._rows
         return tuple(_rows_of(self._length)(rows)) if isinstance(rows, bytes) else rows
 
@@ -97,6 +98,7 @@ class JointPath(Struct, eq=False, gc=False):
         return f"JointPath({self.coefficients})"
 
     def joints(self, s: float) -> Joints:
+        """Return the joints [rad, m] at t_s + s."""
         rows = self._rows
         if isinstance(rows, bytes):
             if len(rows) == _SIX and self._length == 3:  # the usual arm, read more often than anything else
@@ -120,23 +122,26 @@ class JointPath(Struct, eq=False, gc=False):
 
     @property
     def degree(self) -> int:
+        """The degree of the polynomials."""
         return len(self.coefficients[0]) - 1
 
     def velocity(self, s: float) -> Joints:
+        """Return the joint velocities [rad/s, m/s] at t_s + s."""
         return tuple([value(derivative(a), s) for a in self.coefficients])
 
     def acceleration(self, s: float) -> Joints:
+        """Return the joint accelerations [rad/s2, m/s2] at t_s + s."""
         return tuple([second_derivative(a, s) for a in self.coefficients])
 
     def extremes(self, duration: float, order: int = 0) -> list[tuple[float, float]]:
-        """The least and the greatest of every joint, or of a derivative, over that time."""
+        """Return the least and the greatest value of every joint, or of a derivative, over that time."""
         rows = self.coefficients
         for _ in range(order):
             rows = tuple(derivative(a) for a in rows)
         return [extremes(a, duration) for a in rows]
 
     def stays_inside(self, lower: Joints, upper: Joints, duration: float) -> bool:
-        """Whether every joint ends inside its range, and turns back there if it does."""
+        """Return whether every joint ends inside its range, and turns back inside if it turns back."""
         for a, least, most in zip(self.coefficients, lower, upper, strict=True):
             low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
             if len(a) == 4:
@@ -175,7 +180,7 @@ class Turn(NamedTuple):
 class Guide(NamedTuple):
     """Determines how redundant joints follow a path: the weighted sum of all joints is `value` [rad].
 
-    A weight of 1 among zeros is a joint that moves so.
+    A weight of 1 among zeros means that one joint moves so.
     """
 
     weights: Joints
@@ -183,11 +188,11 @@ class Guide(NamedTuple):
 
 
 class CartesianPath(NamedTuple):
-    """Tool tip along polynomials; the joints follow by inverse kinematics in one constant configuration.
+    """The tool tip along polynomials; the joints follow by inverse kinematics in one constant configuration.
 
-    There are as many `guides` as joints more than it takes.
-    `seeds` are the joints at t_s, t_s + seed_interval, ...: they choose the turn of joints that can turn more than
-    once, and joint 4 at a wrist singularity, so that g is continuous and needs no history.
+    There is one guide for each redundant joint. `seeds` are the joints at t_s, t_s + seed_interval, ...: they choose
+    the turn of joints that can turn more than once, and joint 4 at a wrist singularity, so that g is continuous and
+    needs no history.
     """
 
     position: tuple[Polynomial, Polynomial, Polynomial]
@@ -203,21 +208,21 @@ class CartesianPath(NamedTuple):
         return tuple([(guide.weights, derivative_at(guide.value, s, order)) for guide in self.guides])
 
     def seed(self, s: float) -> Joints:
-        """The stored joints nearest in time."""
+        """Return the stored joints nearest in time."""
         if len(self.seeds) == 1:
             return self.seeds[0]
         return self.seeds[min(max(round(s / self.seed_interval), 0), len(self.seeds) - 1)]
 
     def pose(self, s: float) -> Transform:
-        """T_robot_tool at t_s + s."""
+        """Return T_robot_tool at t_s + s."""
         return self.states()(s)[0]
 
     def twist(self, s: float) -> Twist:
-        """Velocity of the tool tip and angular velocity, in the robot's frame [m/s, rad/s]."""
+        """Return the velocity of the tool tip and the angular velocity, in the robot's frame [m/s, rad/s]."""
         return self.states()(s)[1]
 
     def states(self) -> Callable[[float], tuple[Transform, Twist]]:
-        """Return a function from the time to `pose` and `twist`, for many times of one path."""
+        """Return a function from the time to `pose` and `twist`, to ask for many times of one path."""
         place, turned = _places(*self.position), _orientations(self.orientation, self.turns)
 
         def state(s: float) -> tuple[Transform, Twist]:
@@ -228,7 +233,7 @@ class CartesianPath(NamedTuple):
         return state
 
     def twist_rate(self, s: float) -> Twist:
-        """Acceleration of the tool tip and angular acceleration [m/s2, rad/s2]."""
+        """Return the acceleration of the tool tip and the angular acceleration [m/s2, rad/s2]."""
         alpha = STILL
         if len(self.turns) > 1:
             alpha = self._spin_rates(s)[0]
@@ -239,7 +244,7 @@ class CartesianPath(NamedTuple):
         return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha)
 
     def twist_rates(self, s: float) -> tuple[Twist, Twist]:
-        """`twist_rate`, and the rate of that: jerk of the tool tip and angular jerk [m/s3, rad/s3]."""
+        """Return `twist_rate` and its rate: jerk of the tool tip and angular jerk [m/s3, rad/s3]."""
         x, y, z = self.position
         alpha, beta = self._spin_rates(s) if self.turns else (STILL, STILL)
         return (
@@ -248,7 +253,9 @@ class CartesianPath(NamedTuple):
         )
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
-        """Angular acceleration and jerk: each turn adds to what the turns before it carry along."""
+        """Return angular acceleration and jerk. Each turn adds to those of the turns before it, which carry
+        it along.
+        """
         w = alpha = beta = STILL
         R = self.orientation
         before: Turn | None = None
@@ -323,19 +330,22 @@ class Segment(Struct, frozen=True, gc=False):
 
     @property
     def duration(self) -> float:
+        """The duration of the segment [s]."""
         return self.finish - self.start
 
     def shift_by(self, shift: float) -> Segment:
+        """Return the segment so many seconds later."""
         if not shift:
             return self
         return Segment(self.start + shift, self.finish + shift, self.path, self.phase, self.motion)
 
     def truncate(self, finish: float) -> Segment:
+        """Return the segment with an earlier finish [s]."""
         return Segment(self.start, finish, self.path, self.phase, self.motion)
 
 
 def stay_inside(segments: Iterable[Segment], lower: Joints, upper: Joints) -> bool:
-    """Whether every joint stays in its range in all segments in joint space."""
+    """Return whether every joint stays in its range in all segments in joint space."""
     return all(
         segment.path.stays_inside(lower, upper, segment.duration)
         for segment in segments
@@ -344,7 +354,7 @@ def stay_inside(segments: Iterable[Segment], lower: Joints, upper: Joints) -> bo
 
 
 def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segment:
-    """Stand still; also for no time at all, when only the hand or the tool changes."""
+    """Make a segment that stands still; also for no time at all, if only the hand or the tool changes."""
     return Segment(start, start + duration, JointPath(tuple((q,) for q in joints)), Phase.REST, motion)
 
 
@@ -370,7 +380,7 @@ class ToolStretch(NamedTuple):
 
 
 def segments_of(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:
-    """Make segments one after the other from `start`; those of no duration are left out."""
+    """Make segments one after the other from `start` [s]; stretches of no duration are left out."""
     segments = []
     for duration, phase, path in stretches:
         if duration > 0.0:

@@ -1,4 +1,4 @@
-"""States that motions begin in, of the joints and of the tool; targets that move; and the limits of a motion."""
+"""States in which motions begin, of the joints and of the tool; moving targets; and the limits of a motion."""
 
 from __future__ import annotations
 
@@ -27,16 +27,17 @@ class JointState(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
+        """Whether the joints stand, without an acceleration to continue."""
         return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
 
     @property
     def accelerating(self) -> bool:
-        """Whether there is an acceleration to carry on with."""
+        """Whether there is an acceleration to continue."""
         return any(abs(a) > STEADY for a in self.acceleration)
 
     @property
     def present_acceleration(self) -> Joints:
-        """The acceleration to carry on with; zeros where there is none."""
+        """The acceleration to continue; zeros if there is none."""
         return self.acceleration if self.accelerating else (0.0,) * len(self.joints)
 
 
@@ -53,8 +54,8 @@ class GuideState(NamedTuple):
 class ToolState(NamedTuple):
     """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
 
-    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero where they may jump (LSPB). `guides`: of joints that
-    are too many, which go with the tool.
+    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero if they may jump (LSPB). `guides`: of the redundant
+    joints, which move with the tool.
     """
 
     pose: Transform
@@ -66,17 +67,18 @@ class ToolState(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
+        """Whether the tool stands, without an acceleration to continue."""
         return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE and not self.accelerating
 
     @property
     def accelerating(self) -> bool:
-        """Whether there is an acceleration to carry on with."""
+        """Whether there is an acceleration to continue."""
         return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
 
 
 class Target(NamedTuple):
-    """Where the joints are to be now [rad], and how fast that place moves [rad/s]; `lower` and `upper`: the part of
-    their ranges in which they stay, all of it where these are empty.
+    """The place where the joints should be now [rad], and the velocity of that place [rad/s]. `lower` and `upper`: the
+    part of their ranges in which the joints stay; all of it if these are empty.
     """
 
     joints: Joints
@@ -86,8 +88,8 @@ class Target(NamedTuple):
 
 
 class JointLimits(NamedTuple):
-    """What each joint may do in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that it may
-    never exceed.
+    """The limits of each joint in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that it
+    may never exceed.
     """
 
     velocity: Joints
@@ -99,10 +101,10 @@ class JointLimits(NamedTuple):
 
 
 class ToolLimits(NamedTuple):
-    """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
+    """The limits of the tool tip in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
 
-    `blending`, `blending_jerk`: how many times these accelerations and jerks a blend out of a motion may have. `guide`,
-    `guide_acceleration`, `guide_jerk`: of what joints that are too many follow, from rest [rad/s, rad/s2, rad/s3].
+    `blending`, `blending_jerk`: the factors by which a blend out of a motion may exceed acceleration and jerk. `guide`,
+    `guide_acceleration`, `guide_jerk`: of the guides of redundant joints, from rest [rad/s, rad/s2, rad/s3].
     """
 
     speed: float
@@ -119,22 +121,26 @@ class ToolLimits(NamedTuple):
 
     @property
     def blend_acceleration(self) -> float:
+        """The greatest acceleration of a blend [m/s2]."""
         return self.blending * self.acceleration
 
     @property
     def blend_spin_acceleration(self) -> float:
+        """The greatest angular acceleration of a blend [rad/s2]."""
         return self.blending * self.spin_acceleration
 
     @property
     def blend_jerk(self) -> float:
+        """The greatest jerk of a blend [m/s3]."""
         return self.blending_jerk * self.jerk
 
     @property
     def blend_spin_jerk(self) -> float:
+        """The greatest angular jerk of a blend [rad/s3]."""
         return self.blending_jerk * self.spin_jerk
 
     def slow_down(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
-        """Velocities divided by the first factor, accelerations by the second, jerks by the third."""
+        """Divide velocities by the first factor, accelerations by the second, jerks by the third."""
         return self._replace(
             speed=self.speed / velocity,
             acceleration=self.acceleration / acceleration,
@@ -148,5 +154,5 @@ class ToolLimits(NamedTuple):
         )
 
     def ease_blend(self, acceleration: float, jerk: float) -> ToolLimits:
-        """The acceleration of a blend divided by the first factor, its jerk by the second."""
+        """Divide the acceleration of a blend by the first factor, its jerk by the second."""
         return self._replace(blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)

@@ -1,11 +1,11 @@
 """The trajectory timeline tau: an immutable, ordered sequence of segments.
 
-An edit makes a new version that shares all but a few nodes of its rope with the old one: the kept tail is neither
-copied nor computed again, whatever its length. Old versions stay valid for whoever reads them.
+An edit makes a new version that shares all but a few nodes of its rope with the old one. The tail that stays is neither
+copied nor computed again, whatever its length. Old versions stay valid for their readers.
 
-A change of the timeline exists in one form, the timeline delta: it is what the planner f returns, what a timeline
-applies, a line of the trajectory file, the message of a stream, and what undo takes back. A delta log has all deltas of
-a timeline, one for each version: old ones as columns of plain numbers, or written down elsewhere.
+A change of the timeline exists in one form, the timeline delta. The planner f returns it, a timeline applies it, a line
+of the trajectory file and a message of a stream hold it, and UNDO takes it back. A delta log has all deltas of a
+timeline, one for each version; old ones are columns of plain numbers, or written down elsewhere.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ YOUNG = 2  # parts that are as they came: the last one, which grows, and the one
 
 
 class Cause(Enum):
+    """Why a timeline changes."""
+
     COMMAND = "command"
     UNDO = "undo"
     REDO = "redo"
@@ -37,9 +39,9 @@ class Cause(Enum):
 class TimelineDelta(NamedTuple):
     """Turns timeline `version` into `version + 1`.
 
-    The first `keep` segments stay; if the last of them ends after `cut` [s] it is truncated there. The next `drop`
-    segments go. `segments` come in their place. All segments after them are shifted by `shift` [s], their paths
-    untouched to the bit. `motion` is the motion that caused it, `issued` and `executed` its issue and execution time.
+    The first `keep` segments stay; if the last of them ends after `cut` [s], it is truncated there. The next `drop`
+    segments go, and `segments` come in their place. All later segments are shifted by `shift` [s], with the same paths
+    to the bit. `motion` is the motion that caused the change, `issued` and `executed` its issue and execution time.
     `events` is the same for the events; None if they stay as they are.
     """
 
@@ -59,8 +61,8 @@ class TimelineDelta(NamedTuple):
 class Timeline:
     """tau[k]; `version` is k. The first segment is s_0: the initial pose, of no length, at its start time.
 
-    Beside the segments it has dated events, in order of time: channels take values (`value_at`). `world`: of the end of
-    a longer timeline, the state of the world when it begins, if there is one.
+    Beside the segments it has dated events in order of time, by which channels take values (`value_at`). `world`: the
+    state of the world at the begin, if this is the end of a longer timeline and there is a cell.
     """
 
     __slots__ = ("_events", "_rope", "version", "world")
@@ -118,20 +120,22 @@ class Timeline:
 
     @property
     def end(self) -> float:
-        """When the last segment finishes [s]."""
+        """Return when the last segment finishes [s]."""
         return self._rope.offset + self._rope.node.end
 
     @property
     def last(self) -> float:
-        """Return when the last segment finishes or, if that is later, the last event happens [s]."""
+        """The time at which the last segment finishes or, if that is later, the last event happens [s]."""
         return self.end if self._events is None else max(self.end, self._events.offset + self._events.node.end)
 
     def index_at(self, t: float) -> int:
-        """The index of the last segment with start <= t (0 before the first)."""
+        """Return the index of the last segment with start <= t (0 before the first)."""
         return rope.index_at(self._rope, t)
 
     def locate(self, t: float) -> tuple[Segment, float]:
-        """The segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in gaps)."""
+        """Return the segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in
+        gaps).
+        """
         offset, row, place = rope.locate(self._rope, t)
         return row[place], _since(row, place, offset, t)
 
@@ -141,18 +145,19 @@ class Timeline:
         return row.paths[place], _since(row, place, offset, t)
 
     def blocks(self, first: float, last: float) -> Iterator[RowPart]:
-        """What is in force from time `first` to `last` in order, as parts of the rows that versions share."""
+        """Yield the parts of rows that are in force from time `first` to `last` [s], in order. Versions share rows."""
         return rope.blocks(self._rope, first, last)
 
     # --- events ---
 
     @property
     def events(self) -> Iterator[Event]:
-        """All events in order of time; of one instant, in the order in which they were given."""
+        """All events in order of time; events of one instant in the order in which they were given."""
         return iter(()) if self._events is None else rope.events(self._events, 0, self.event_count)
 
     @property
     def event_count(self) -> int:
+        """The number of events."""
         return 0 if self._events is None else self._events.node.count
 
     @property
@@ -165,7 +170,7 @@ class Timeline:
         return self._events is other._events
 
     def event(self, index: int) -> Event:
-        """The event of an index, counted from 0. Raises IndexError."""
+        """Return the event of an index, counted from 0. Raises IndexError."""
         if self._events is None or not 0 <= index < self.event_count:
             raise IndexError(index)
         found: Event = rope.item(self._events, index)
@@ -176,15 +181,15 @@ class Timeline:
         return 0 if self._events is None else rope.count_by(self._events, t, before=before)
 
     def event_slice(self, first: int, last: int) -> Iterator[Event]:
-        """The events from index `first` to before `last`."""
+        """Yield the events from index `first` to before `last`."""
         return iter(()) if self._events is None else rope.events(self._events, first, last)
 
     def events_between(self, first: float, last: float) -> Iterator[Event]:
-        """The events from time `first` to time `last` [s], both included."""
+        """Yield the events from time `first` to time `last` [s], both included."""
         return self.event_slice(self.events_by(first, before=True), self.events_by(last))
 
     def event_after(self, t: float) -> Event | None:
-        """The first event that is later than t [s]."""
+        """Return the first event that is later than t [s]."""
         index = self.events_by(t)
         return self.event(index) if index < self.event_count else None
 
@@ -208,7 +213,7 @@ class Timeline:
             before = value
 
     def same_until(self, other: Timeline) -> float:
-        """Until when two timelines are the same [s]; infinity if they are so throughout."""
+        """Return the time until which two timelines are the same [s]; infinity if they are so throughout."""
         index = rope.common(self._rope, other._rope)
         rows = (rope.columns(one._rope, index) for one in (self, other))
         since = inf
@@ -245,28 +250,29 @@ class Timeline:
     def _of_ropes(
         cls, held: OffsetNode[Row], events: OffsetNode[EventRow] | None, version: int, world: WorldState | None = None
     ) -> Timeline:
+        """Make a timeline of ropes."""
         timeline = cls.__new__(cls)
         timeline._rope, timeline._events, timeline.version, timeline.world = held, events, version, world
         return timeline
 
     def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[Row]]]:
-        """Its leaves, from the one that has segment number `index` on, each with the number of its first segment, and
-        with the offset of its times [s].
+        """Yield the leaves of segments, from the one with segment number `index` on, each with the number of its first
+        segment, and with the offset of its times [s].
         """
         return rope.parts(self._rope, index)
 
     def event_parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[EventRow]]]:
-        """The same for its events."""
+        """Yield the leaves of events, as `parts` does."""
         return iter(()) if self._events is None else rope.parts(self._events, index)
 
     def in_rows(self, most: int) -> Timeline:
-        """The same timeline, with no more than so many segments in each row that is in memory."""
+        """Return the same timeline with at most so many segments in each row that is in memory."""
         return self._of_ropes(rope.in_rows(self._rope, most), self._events, self.version, self.world)
 
     # --- changing: a new version ---
 
     def apply(self, delta: TimelineDelta) -> Timeline:
-        """tau[k+1]. Raises ValueError when the delta was made for another version or leaves nothing."""
+        """Return tau[k+1]. Raises ValueError if the delta was made for another version, or leaves nothing."""
         if delta.version != self.version:
             raise ValueError(f"a delta of version {delta.version} does not fit timeline version {self.version}")
         if self._is_of_events(delta):
@@ -285,6 +291,7 @@ class Timeline:
         return delta.keep == len(self) and not delta.segments and not delta.shift and delta.cut >= self.end
 
     def _with_events(self, edit: EventEdit | None) -> OffsetNode[EventRow] | None:
+        """Return the rope of events after an edit."""
         if edit is None:
             return self._events
         if self._events is None:
@@ -292,8 +299,8 @@ class Timeline:
         return rope.splice(self._events, edit.keep, edit.keep + edit.drop, edit.events, edit.shift)
 
     def inverse(self, delta: TimelineDelta) -> TimelineDelta:
-        """Return the delta that takes `delta` back: self is the timeline before it, the result fits the timeline after
-        it.
+        """Return the delta that takes `delta` back. `self` is the timeline before it; the result fits the timeline
+        after it.
         """
         events = None if delta.events is None else self._inverse_of(delta.events)
         if self._is_of_events(delta):
@@ -316,6 +323,7 @@ class Timeline:
         )
 
     def _inverse_of(self, edit: EventEdit) -> EventEdit:
+        """Return the edit of events that takes one back."""
         gone = tuple(self.event(index) for index in range(edit.keep, edit.keep + edit.drop))
         return EventEdit(edit.keep, len(edit.events), 0.0 - edit.shift, gone)
 
@@ -333,14 +341,14 @@ def _since(row: Row, place: int, offset: float, t: float) -> float:
 
 
 class KeptDeltas(Protocol):
-    """Where deltas are written down."""
+    """A place where deltas are written down."""
 
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
-        """The deltas from number `first` to before `last`. Raises FileError."""
+        """Read the deltas from number `first` to before `last`. Raises FileError."""
 
 
 class DeltaLog(Sequence[TimelineDelta]):
-    """Deltas in order, in parts of PART, the last part with fewer.
+    """Deltas in order, in parts of PART; the last part may have fewer.
 
     A part is replaced in one step, so that Ctrl-C leaves the same deltas.
     """
@@ -352,14 +360,14 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     @classmethod
     def after(cls, kept: KeptDeltas, parts: int, deltas: Iterable[TimelineDelta]) -> DeltaLog:
-        """Make a log of so many parts that are written down, and the deltas after them."""
+        """Make a log of `parts` parts that are written down, and the deltas after them."""
         log = cls()
         log._parts, log._away = [*(AwayDeltas(kept, number) for number in range(parts)), []], parts
         log.extend(deltas)
         return log
 
     def copy(self) -> DeltaLog:
-        """The same deltas; what is compact is shared."""
+        """Return the same deltas in a new log; compact parts are shared."""
         again = DeltaLog()
         again._parts = [part.copy() if isinstance(part, list) else part for part in self._parts]
         again._away = self._away
@@ -395,6 +403,7 @@ class DeltaLog(Sequence[TimelineDelta]):
             yield from islice(part, max(first - begin, 0), last - begin)
 
     def _place(self, index: int) -> int:
+        """Return the place of an index, which may be negative. Raises IndexError."""
         at = index + len(self) if index < 0 else index
         if at < 0:
             raise IndexError(index)
@@ -406,6 +415,7 @@ class DeltaLog(Sequence[TimelineDelta]):
     # --- changing ---
 
     def extend(self, deltas: Iterable[TimelineDelta]) -> None:
+        """Append deltas."""
         for delta in deltas:
             last = self._parts[-1]
             assert isinstance(last, list)
@@ -478,7 +488,7 @@ class DeltaColumns:
 
 
 class AwayDeltas:
-    """A part that is written down, and not in memory."""
+    """A part of a log that is written down, and not in memory."""
 
     __slots__ = ("_kept", "_number")
 
@@ -486,6 +496,7 @@ class AwayDeltas:
         self._kept, self._number = kept, number
 
     def _read(self) -> Sequence[TimelineDelta]:
+        """Read the deltas of the part."""
         return self._kept.read_deltas(self._number * PART, (self._number + 1) * PART)
 
     def __len__(self) -> int:
@@ -499,5 +510,5 @@ class AwayDeltas:
 
 
 def _as(known: array[float], column: array[float]) -> array[float]:
-    """Return the known column if it is equal: in steering the columns often are."""
+    """Return the column `known` if it is equal, to save memory: in steering the columns often are."""
     return known if column == known else column

@@ -13,7 +13,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, TypeVar, cast
 from weakref import finalize
 
-from vrs_cli.engine.clock import SLICE
+from vrs_cli.engine.clock import SLICE_S
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import PositionArrays, fill
@@ -332,7 +332,7 @@ class Supervisor(Observer):
         Raises ClockPaused if the clock stands.
         """
         while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
-            time.sleep(min(left / rate, SLICE))
+            time.sleep(min(left / rate, SLICE_S))
         self.act(Rest())
 
     def previewed(self) -> Previewed:

@@ -1,4 +1,10 @@
-"""What the planner asks of a velocity profile, and `LAWS[profile]`. The file named after a profile has its `LAW`."""
+"""What the planner asks of a velocity profile, `LAWS[profile]`, and the common course of LSPB and SCURVE. The file
+named after a profile has its `LAW`.
+
+In a course the velocity changes, stays the same, and goes to zero. The laws differ in how a velocity changes (`Blend`,
+`Change`) and in how the times are found. What joints and tools do in these times is the same. The formulas of `Change`
+stand in `scurve`.
+"""
 
 from __future__ import annotations
 
@@ -43,19 +49,24 @@ class NoTimes(ValueError):
 class Law(NamedTuple):
     """How motions of a profile gain and lose velocity.
 
-    `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: in how many places each stretch of a
-    straight line is looked at, before the joints ask for more. All end at rest:
+    `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: into how many intervals each stretch
+    of a straight line is sampled at first. All motions end at rest:
 
     `joint_motion(state, goal, limits, start, motion, least)`: the segments of a joint-interpolated motion to `goal`;
     `least`: the least duration [s]. Raises NoTimes.
-    `joint_stops(state, limits, start, motion)`: ways of braking, the one to try first first.
-    `straight_motion(state, target, limits, least)`: the stretches of a straight line to T_robot_tool `target`; empty
-    when the tool is there already. Raises NoTimes.
-    `straight_stop(state, limits)`: the tool to rest on the line that it moves on. Raises NoTimes.
-    `steer(state, target, limits, hardest, tick, start, motion, coming)`: a tick [s] towards a target that moves, then
-    a stop; `hardest`: the limits of braking. Empty where neither a tick nor what is `coming` keeps the limits.
-    `replay_steering(state, rates, limits, tick, start, motion)`: the same again from what `steering_of(segments)` says
-    of each joint; None where that is not enough.
+
+    `joint_stops(state, limits, start, motion)`: ways of braking, in the order in which they are tried.
+
+    `straight_motion(state, target, limits, least)`: the stretches of a straight line to T_robot_tool `target`; none if
+    the tool is there already. Raises NoTimes.
+
+    `straight_stop(state, limits)`: the stretches that bring the tool to rest on its line. Raises NoTimes.
+
+    `steer(state, target, limits, hardest, tick, start, motion, coming)`: a tick [s] towards a moving target, then a
+    stop; `hardest`: the limits of braking. Empty if neither a tick nor the `coming` motion keeps the limits.
+
+    `replay_steering(state, rates, limits, tick, start, motion)`: the same segments again, from the rate of each joint
+    that `steering_of(segments)` returns; None if those are not enough.
     """
 
     smooth: bool
@@ -70,6 +81,8 @@ class Law(NamedTuple):
 
 
 class _Laws(dict[Profile, Law]):
+    """Reads the law of a profile when it is first used."""
+
     def __missing__(self, profile: Profile) -> Law:
         """Read the file that is named after the profile, which most programs do for one profile alone."""
         law: Law = import_module(f"{__package__}.{profile.value}").LAW
@@ -86,14 +99,16 @@ class Blend(NamedTuple):
 
     @property
     def durations(self) -> list[float]:
+        """The time of the change, if there is any."""
         return [self.lasts] if self.lasts else []
 
     @property
     def lag(self) -> float:
+        """The way that is lost by the change, by the cruise velocity [s]."""
         return 0.5 * self.lasts
 
     def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
-        """Return the part of a way that the velocity after the change has to make; the state at the start makes the
+        """Return the part of a way that the velocity after the change must cover; the state at the start covers the
         rest.
         """
         return way - 0.5 * v0 * self.lasts
@@ -120,16 +135,17 @@ class Change(NamedTuple):
 
     @property
     def lasts(self) -> float:
+        """The time of the whole change [s]."""
         return self.rise + self.hold + self.fall
 
     @property
     def reach(self) -> float:
-        """R: how much velocity each unit of the level gives."""
+        """R of the formula in `scurve`: the velocity by each unit of the level."""
         return 0.5 * self.rise + self.hold + 0.5 * self.fall
 
     @property
     def ways(self) -> tuple[float, float]:
-        """K0 and K1: the way that each unit of the acceleration at the start, and of the level, adds."""
+        """K0 and K1: the way by each unit of the acceleration at the start, and of the level."""
         rise, hold, fall = self
         by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
         by_level = (
@@ -139,6 +155,7 @@ class Change(NamedTuple):
 
     @property
     def lag(self) -> float:
+        """The way that is lost by the change, by the cruise velocity [s]."""
         return self.ways[1] / self.reach
 
     def level(self, v0: float, a0: float, v1: float) -> float:
@@ -146,12 +163,13 @@ class Change(NamedTuple):
         return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
 
     def ahead(self, way: float, v0: float, a0: float) -> float:
-        """Return E of the formula in `scurve_times`."""
+        """Return E of the formula in `scurve`."""
         by_start, _ = self.ways
         carried = v0 + 0.5 * self.rise * a0
         return way - v0 * self.lasts - a0 * by_start + self.lag * carried
 
     def to_rest(self, v0: float, a0: float) -> float:
+        """Return the way of a change to rest."""
         by_start, by_level = self.ways
         return v0 * self.lasts + a0 * by_start + self.level(v0, a0, 0.0) * by_level
 
@@ -174,11 +192,12 @@ class Change(NamedTuple):
         return polynomials
 
     def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
+        """Return the changes of several joints, out of no acceleration: their polynomials for each stretch."""
         return list(zip(*map(self.polynomials, p, v0, repeat(0.0), v1), strict=True))
 
     @property
     def durations(self) -> list[float]:
-        """The times that last."""
+        """The times that are not 0."""
         return [duration for duration in self if duration]
 
 
@@ -187,7 +206,7 @@ VelocityChange = Blend | Change
 
 
 def ramps(by_acceleration: float, by_jerk: float) -> Change:
-    """The shortest change, with equal ramps, by velocities of which the greatest |v| / a and |v| / j are given."""
+    """Return the shortest change with equal ramps, for velocities with the greatest |v| / a and |v| / j given."""
     if by_jerk <= 0.0:
         return NONE
     reach = max(by_acceleration, sqrt(by_jerk))
@@ -208,12 +227,13 @@ class Course(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """S in `lspb_times`, 1/u in `scurve_times`: the way ahead by the cruise velocity."""
+        """S of the formula in `lspb`, 1/u in `scurve`: the way ahead by the cruise velocity [s]."""
         lag = self.change.lag if self.change.lasts else 0.0
         return lag + self.cruise + 0.5 * self.slow.lasts
 
     @property
     def total(self) -> float:
+        """The time of the whole motion [s]."""
         return self.change.lasts + self.cruise + self.slow.lasts
 
     @property
@@ -229,7 +249,7 @@ class Course(NamedTuple):
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float, after: float | None = None) -> list[Polynomial]:
         """Return a way from position p at cruise velocity v1: a polynomial for each stretch. `after`: where the change
-        ends, if that is known.
+        ends, if the caller has it.
         """
         rows = self.change.polynomials(p, v0, a0, v1)
         p = value(rows[-1], self.change.durations[-1]) if after is None else after
@@ -257,7 +277,7 @@ def joint_stretches(
 
 
 class ToolMotion:
-    """A straight line from a state to a target, with its rotation: the present spin dies, then one turn.
+    """A straight line from a state to a target, with its rotation: the present spin dies while one turn makes the rest.
 
     `dying`: the turns by which the spin dies, each with its axis, and its speed and acceleration at the start.
     """
@@ -282,7 +302,7 @@ class ToolMotion:
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:
-        """Return the angle of a turn when the change to this spin ends; None: the value of its polynomials."""
+        """Return the angle of a turn when the change to this spin ends; None: take the value of its polynomials."""
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
         """Yield the stretches of the line; none if the course has no length."""

@@ -1,15 +1,22 @@
 """LSPB: linear motions with parabolic blends. A motion blends from the present state, cruises, and slows down to rest.
 
-From rest the blend is the acceleration. In joint space all joints, in Cartesian space position and rotation of the
-tool tip start and stop together (`lspb_times`).
+From rest the blend is the acceleration. One motion has several components, which start and stop together: all joints
+or, in Cartesian space, position and rotation of the tool tip. They blend from the present velocity v0 to the cruise
+velocity v1 in `blend` seconds, cruise, and slow down to rest in `slow` seconds, all at constant acceleration. With D
+the displacement still to go,
 
-Steering, a tick at a time: the joints chase a target that moves, each as well as its limits allow. Every joint wants
-the velocity `w + g(e)`: that of its target, and one that takes away the error e within a short time, but no more than
-it can brake from on the way: g(e) = e / (2 D), at most sqrt(a |e|). It changes its velocity towards that within D / 2.
-Where limits do not matter this is the critically damped law  q'' = e / D^2 + 2 (w - q') / D  for a target that keeps
-its velocity w, so it follows such a target without a lag. It is held for one tick, as a parabola. When no other target
-comes, the joints coast for a while and then brake. A joint always leaves itself room for both before the end of its
-range; so it stays inside whatever comes, if it did at the beginning.
+    D = blend (v0 + v1) / 2 + v1 cruise + v1 slow / 2,   v1 = (D - v0 blend / 2) / S,   S = blend/2 + cruise + slow/2.
+
+The time is minimal over u = 1/S for a given blend time; the blend time is searched. (Craig, Introduction to Robotics,
+7.3 "Linear function with parabolic blends", extended to a moving start.)
+
+Steering, a tick at a time: the joints chase a moving target, each as well as its limits allow. Every joint wants the
+velocity `w + g(e)`: that of its target, plus one that removes the error e within a short time, but no more than it can
+brake from on the way: g(e) = e / (2 D), at most sqrt(a |e|). It changes its velocity towards that within D / 2. If
+limits do not matter, this is the critically damped law  q'' = e / D^2 + 2 (w - q') / D  for a target that keeps its
+velocity w, so it follows such a target without a lag. The acceleration is held for one tick, as a parabola. If no other
+target comes, the joints coast for a while and then brake. A joint always leaves itself room for both before the end of
+its range. So it stays inside whatever comes, if it was inside at the beginning.
 """
 
 from __future__ import annotations
@@ -36,11 +43,14 @@ MAX_BLEND_S = 1e6  # [s]
 
 
 def _course(blend: float, cruise: float, slow: float) -> Course:
+    """Make a course of blends."""
     return Course(Blend(blend), cruise, Blend(slow))
 
 
 class Component(NamedTuple):
-    """A scalar part of a motion: displacement to go, velocity now, the limits of velocity, acceleration and jerk."""
+    """A scalar part of a motion: the displacement to go, the present velocity, the limits of velocity, acceleration and
+    jerk.
+    """
 
     displacement: float
     velocity: float
@@ -121,7 +131,9 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
 
 
 def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits, blend: float) -> Demand:
-    """The bounds on u so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend / 2: of the tip."""
+    """Return the bounds on u of the tip, so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend
+    / 2.
+    """
     vx, vy, vz = velocity
     half = 0.5 * blend
     cx, cy, cz = (d - half * v for d, v in zip(displacement, velocity, strict=True))
@@ -146,10 +158,10 @@ def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits, b
 def search(
     demands: Demands, shortest: float, guess: float, least: float = 0.0, first_steps: int = FIRST_STEPS
 ) -> Course:
-    """The times of the shortest motion that the demands allow, by search over the blend time.
+    """Return the times of the shortest motion that the demands allow, by a search over the blend time.
 
-    `shortest`: a blend time [s] below which none is possible; `guess`: about how long it may be; `least`: the least
-    total time; `first_steps`: how closely the shortest possible blend is looked for. Raises ValueError when there is
+    `shortest`: a blend time [s] below which none is possible; `guess`: about how long the blend may be; `least`: the
+    least total time; `first_steps`: how closely the shortest possible blend is searched. Raises ValueError if there is
     none.
     """
 
@@ -178,7 +190,7 @@ class Try(NamedTuple):
 
 
 def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
-    """A blend time of (nearly) the least total time: the first possible one, then downhill from there."""
+    """Return a blend time of (nearly) the least total time: find the first possible one, and go downhill from there."""
     for _ in range(first_steps):  # where the room would begin if it grew evenly; the middle where that cannot be told
         known = -inf < low.room < 0.0 and best.room < inf
         part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
@@ -198,7 +210,7 @@ def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_step
 
 
 def _most(demand: Demand, blend: float) -> float:
-    """The largest u within the demand that leaves a cruise of no negative length; inf where nothing is left to go."""
+    """Return the greatest u within the demand whose cruise time is not negative; inf if no way is left to go."""
     _, high, slowing = demand
     if slowing <= 0.0:
         return high
@@ -207,7 +219,7 @@ def _most(demand: Demand, blend: float) -> float:
 
 
 def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
-    """The times on the grid for the chosen blend time; slower when the motion is to last at least `least`."""
+    """Return the times on the grid for the chosen blend time; slower if the motion must last at least `least` [s]."""
     blend = up_to_grid(blend * MARGIN) + ROOM
     while True:
         times = _on_grid(demands(blend), blend, least)
@@ -220,7 +232,9 @@ def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
 
 
 def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
-    """The times for a blend time; None where none on the grid is inside the demand. Times are rounded up, so u down."""
+    """Return the times for a blend time; None if none on the grid is inside the demand. Times are rounded up, so u is
+    rounded down.
+    """
     u = _most(demand, blend)
     if u < demand.low or u <= 0.0:
         return None
@@ -246,7 +260,7 @@ SPARE = 1.0 - 1e-9  # of limits, for rounding
 def joint_motion(
     state: JointState, goal: Joints, limits: JointLimits, start: float, motion: Motion, least: float = 0.0
 ) -> tuple[Segment, ...]:
-    """The shortest joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
+    """Plan the shortest joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
     rows = zip(state.joints, state.velocity, goal, limits.velocity, limits.acceleration, strict=True)
     components = [Component(to - at, v, v_max, a_max) for at, v, to, v_max, a_max in rows]
     resting = state.at_rest
@@ -260,7 +274,7 @@ def joint_motion(
 
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
-    """The shortest straight-line motion to rest at T_robot_tool `target`; empty when the tool is there already."""
+    """Plan the shortest straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already."""
     line = _ToolMotion(state, target, limits)
     return list(line.stretches(line.course(least)))
 
@@ -274,6 +288,8 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
 
 
 class _ToolMotion(ToolMotion):
+    """A line whose present spin dies as one turn about its axis."""
+
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
         self.spin = length(state.spin)
         dying = self.spin > NEGLIGIBLE
@@ -281,6 +297,7 @@ class _ToolMotion(ToolMotion):
         super().__init__(state, target, limits, [(axis, self.spin, 0.0) for axis in axes])
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float:
+        """Return half the product of spin and time, the angle of a blend from rest."""
         return 0.5 * spin * change.lasts
 
     def course(self, least: float) -> Course:
@@ -330,6 +347,7 @@ def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Mot
 
 
 def _stopping_times(state: JointState, limits: JointLimits) -> list[float]:
+    """Return the time [s] in which each joint can stop."""
     return [up_to_grid(abs(v) / a) for v, a in zip(state.velocity, limits.acceleration, strict=True)]
 
 
@@ -446,10 +464,11 @@ def _next_velocity(
 
 
 def _fastest(room: float, v: float, a_max: float, tick: float) -> float:
-    """The greatest velocity at the end of the tick from which the way to the end of the range is enough:
+    """Return the greatest velocity at the end of the tick from which the joint can still stop within `room`:
 
-    (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0; 0 where there is no such velocity. Braking may
-    take an instant of the time grid longer, which is added to the coasting.
+    (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0.
+
+    It is 0 if there is none. Braking may take an instant of the time grid longer, which is added to the coasting.
     """
     left = room - 0.5 * v * tick
     if left <= 0.0:

@@ -100,6 +100,7 @@ def _on_grid(lasting: float) -> float:
 
 
 def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
+    """Return whether a part keeps its bounds in a motion of that time [s]."""
     rates = derivative(quintic(0.0, part, lasting))
     bends = derivative(rates)
     rows = (derivative(bends), bounds.jerk), (bends, bounds.acceleration), (rates, bounds.velocity)  # the quick first
@@ -112,7 +113,7 @@ def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
 def joint_motion(
     state: JointState, goal: Joints, limits: JointLimits, start: float, motion: Motion, least: float = 0.0
 ) -> tuple[Segment, ...]:
-    """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]. Raises NoTimes."""
+    """Plan the joint-interpolated motion to rest at `goal`; `least`: the least duration [s]. Raises NoTimes."""
     rows = zip(state.joints, state.velocity, state.present_acceleration, goal, strict=True)
     parts = [(to - at, v, a) for at, v, a, to in rows]
     bounds = map(_joint_bounds, parts, limits.velocity, limits.acceleration, limits.jerk, limits.peak)
@@ -146,9 +147,9 @@ def _joint_bounds(part: Part, velocity: float, acceleration: float, jerk: float,
 
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
-    """The straight-line motion to rest at T_robot_tool `target`; empty when the tool is there already.
+    """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already.
 
-    Raises NoTimes where the state at the start allows none.
+    Raises NoTimes if the state at the start allows none.
     """
     way = subtracted(position(target), position(state.pose))
     if state.at_rest:
@@ -195,9 +196,9 @@ def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
 
 
 def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: Sequence[Part], time: float) -> bool:
-    """Whether a motion of that time keeps the limits: those of the blend in its first half, the others after it.
+    """Return whether a motion of that time keeps the limits: those of the blend in its first half, the others after it.
 
-    The sizes of vectors are taken as those of the extremes of their parts, which they do not exceed.
+    Vectors are bounded by the extremes of their parts.
     """
     spins = [angle for _, angle in _turns(state, target, time)]
     return _group_keeps(
@@ -220,6 +221,7 @@ def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: S
 def _group_keeps(
     rows: Sequence[Polynomial], time: float, speed: float, blending: float, slowing: float, jerk: float
 ) -> bool:
+    """Return whether the parts of a vector together keep the limits."""
     half = 0.5 * time
     bends = [derivative(derivative(a)) for a in rows]
     return (

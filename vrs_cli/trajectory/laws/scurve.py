@@ -1,6 +1,20 @@
-"""Segments of one jerk-limited motion: the same as `lspb`, with the times of `scurve_times`.
+"""SCURVE: jerk-limited motions. Position, velocity and acceleration are continuous from the begin of a motion to its
+end at rest.
 
-Position, velocity and acceleration are continuous from the state that the motion begins in to its end at rest.
+One motion of several components, all together, has up to seven stretches of constant jerk. A *change* takes the
+velocity from v0 to v1 in three of them: the acceleration goes from a0 to a level A in `rise` seconds, stays there for
+`hold`, and goes to zero in `fall`. So a motion may begin in the middle of an acceleration. With
+
+    R = rise/2 + hold + fall/2          v1 = v0 + a0 rise/2 + A R
+    way of the change = v0 b + a0 K0 + A K1,   b = rise + hold + fall
+
+everything is linear in v1 for given times, and the displacement D still to go asks for
+
+    v1 = E u,   E = D - v0 b - a0 K0 + lag (v0 + a0 rise/2),   1/u = lag + cruise + slow/2,   lag = K1 / R.
+
+Slowing down is a change to zero with equal ramps. The greatest u within all limits is the quickest for given times of
+the change; those times are searched. (Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots,
+3.4 "Double S trajectory", for several components with one clock and any start.)
 """
 
 from __future__ import annotations
@@ -57,7 +71,7 @@ IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
 
 
 def from_rest(parts: Sequence[Component], least: float = 0.0) -> Course:
-    """The times of a motion from rest; `least`: the least total time [s]."""
+    """Return the times of a motion from rest; `least`: the least total time [s]."""
     by_velocity = by_acceleration = by_jerk = 0.0
     for part in parts:
         way = abs(part.displacement)
@@ -76,11 +90,12 @@ def from_rest(parts: Sequence[Component], least: float = 0.0) -> Course:
 
 
 def _rest_total(bounds: Bounds, u: float) -> float:
+    """Return the time of a motion from rest [s]."""
     return 1.0 / u + _slow_time(bounds, u)
 
 
 def _slow_time(bounds: Bounds, u: float) -> float:
-    """How long it takes at least to change by the velocities E u at constant jerks, from acceleration zero to zero."""
+    """Return the least time [s] of a change by the velocities E u at constant jerks, from acceleration zero to zero."""
     if bounds.by_jerk <= 0.0:
         return 0.0
     s = max(bounds.by_acceleration * u, sqrt(bounds.by_jerk * u))
@@ -95,8 +110,8 @@ def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
 
 
 def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
-    """The greatest u up to `high` that leaves a cruise of no negative length; `lag` None: the change is from rest, and
-    as long as slowing down.
+    """Return the greatest u up to `high` whose cruise time is not negative. `lag` None: the change is from rest, and as
+    long as slowing down.
     """
     fixed, halves = (0.0, 1.0) if lag is None else (lag, 0.5)
     high, m, n = bounds.high, bounds.by_acceleration, bounds.by_jerk
@@ -111,7 +126,9 @@ def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
 
 
 def _root(c2: float, c3: float) -> float:
-    """The x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule from above: neither part alone is more than 1."""
+    """Return the x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule from above, where neither part alone is
+    more than 1.
+    """
     x = min(1.0 / cbrt(c3), 1.0 / sqrt(c2)) if c2 else 1.0 / cbrt(c3)
     for _ in range(8):
         excess = (c2 + c3 * x) * x * x - 1.0
@@ -122,7 +139,9 @@ def _root(c2: float, c3: float) -> float:
 
 
 def _slower(total: Callable[[float], float], low: float, high: float, least: float) -> float:
-    """A u in (low, high] at which the total time is (just) at least `least`; the slowest possible if none is."""
+    """Return a u in (low, high] at which the total time is (just) at least `least`; the slowest possible u if there is
+    none.
+    """
     slow, quick = max(low, high * 1e-9), high
     for _ in range(HALVINGS):
         middle = sqrt(slow * quick)
@@ -139,8 +158,8 @@ def _slower(total: Callable[[float], float], low: float, high: float, least: flo
 def vector_bounds(
     displacement: Vector, velocity: Vector, acceleration: Vector, limits: ToolLimits, change: Change
 ) -> Bounds:
-    """The bounds on u so that |E u| <= v_max, the level A has |A| within its limits and |A - a0| <= jerk rise: of the
-    tip. The limits of the change are those of blending, those of slowing down the others.
+    """Return the bounds on u of the tip, so that |E u| <= v_max, the level A keeps its limits, and |A - a0| <= jerk
+    rise. The limits of the change are those of blending; the others are those of slowing down.
     """
     reach = change.reach
     k0, k1 = change.ways
@@ -171,7 +190,7 @@ def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jer
 
 
 def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
-    """The u at which u times `ray` is inside a sphere; an empty interval where it never is."""
+    """Return the interval of u in which u times `ray` is inside a sphere; an empty interval if it never is."""
     size = length(ray)
     if size <= NEGLIGIBLE:
         return (0.0, inf) if length(centre) <= radius else (1.0, 0.0)
@@ -183,7 +202,7 @@ def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
 
 
 def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: ToolLimits) -> Bounds:
-    """The bounds on u for a turn by `angle` while a present spin (with its rate) dies: both share the limits."""
+    """Return the bounds on u for a turn by `angle` while a present spin (with its rate) dies. Both share the limits."""
     blend_jerk = limits.blend_spin_jerk
     level = scaled(added(spin, scaled(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
     room = min(
@@ -214,9 +233,9 @@ def both(a: Bounds, b: Bounds) -> Bounds:
 
 
 def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0) -> Course:
-    """The times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
+    """Return the times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
 
-    `guess`: about what the change may be; `shortest`: its rise takes at least so long; `least`: the least total time.
+    `guess`: about what the change may be; `shortest`: the least time of its rise; `least`: the least total time.
     """
 
     def total(change: Change) -> float:
@@ -228,13 +247,16 @@ def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0)
 
 
 def _total(bounds: Bounds, change: Change, u: float) -> float:
+    """Return the time of a motion [s]."""
     if u == 0.0:
         return change.lasts
     return change.lasts + 1.0 / u - bounds.lag + 0.5 * _slow_time(bounds, u)
 
 
 def _quickest(bounds: Bounds) -> float | None:
-    """The greatest u that leaves a cruise of no negative length; 0: the change itself ends at rest on the target."""
+    """Return the greatest u whose cruise time is not negative; 0 if the change itself ends at rest on the target; None
+    if none is possible.
+    """
     if bounds.low > bounds.high:
         return None
     if bounds.by_jerk <= 0.0:
@@ -244,7 +266,7 @@ def _quickest(bounds: Bounds) -> float | None:
 
 
 def _possible(total: Callable[[Change], float], guess: Change, shortest: float) -> Change:
-    """Return a change that is possible: the guess, then ever longer ones, with long ramps or with the shortest rise."""
+    """Return a possible change: the guess, or ever longer ones, with long ramps or with the shortest rise."""
     change = guess
     for _ in range(DOUBLINGS):
         for rise in (change.rise, max(1.02 * shortest, 1e-3), 2.0 * guess.fall):
@@ -285,7 +307,7 @@ def _downhill(total: Callable[[Change], float], start: Change, shortest: float) 
 
 
 def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
-    """The times on the grid for the chosen change; slower when the motion is to last at least `least`."""
+    """Return the times on the grid for the chosen change; slower if the motion must last at least `least` [s]."""
     for _ in range(DOUBLINGS):
         change = Change(*(up_to_grid(x * MARGIN) + ROOM if x > SLIVER else 0.0 for x in change))
         course = _on_grid(demands(change), change, least)
@@ -298,7 +320,9 @@ def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
 
 
 def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
-    """The times for a change; None where none on the grid is inside the bounds. Times are rounded up, so u down."""
+    """Return the times for a change; None if none on the grid is inside the bounds. Times are rounded up, so u is
+    rounded down.
+    """
     u = _quickest(bounds)
     if u is None:
         return None
@@ -320,7 +344,7 @@ RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
 def joint_motion(
     state: JointState, goal: Joints, limits: JointLimits, start: float, motion: Motion, least: float = 0.0
 ) -> tuple[Segment, ...]:
-    """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
+    """Plan the joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
     if not state.at_rest:
         return segments_of(start, motion, stretches(state, goal, limits, least))
     rows = zip(state.joints, goal, limits.velocity, limits.acceleration, limits.jerk, strict=True)
@@ -334,16 +358,16 @@ def joint_motion(
 
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
-    """The straight-line motion to rest at T_robot_tool `target`; empty when the tool is there already.
+    """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already.
 
-    Raises NoTimes where the state at the start allows none.
+    Raises NoTimes if the state at the start allows none.
     """
     line = _ToolMotion(state, target, limits)
     return list(line.stretches(line.course(least)))
 
 
 def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
-    """Return the stretches that bring the tool to rest about as soon as possible, on the line that it moves on. Raises
+    """Plan the stretches that bring the tool to rest about as soon as possible, on the line that it moves on. Raises
     NoTimes.
     """
     line = _ToolMotion(state, state.pose, limits)
@@ -352,7 +376,9 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
 
 
 class _ToolMotion(ToolMotion):
-    """The spin dies as a turn about its axis and, where its rate points elsewhere, as another about an axis across."""
+    """A line whose present spin dies as one turn about its axis and, if its rate points elsewhere, another turn about
+    an axis across.
+    """
 
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
         self.spin, self.spin_rate = rotated_back(state.pose, state.spin), STILL
@@ -361,6 +387,7 @@ class _ToolMotion(ToolMotion):
         super().__init__(state, target, limits, list(spin_turns(self.spin, self.spin_rate)))
 
     def course(self, least: float) -> Course:
+        """Return the shortest times within the limits that last at least `least` [s]."""
         limits = self.limits
         if self.state.at_rest:
             _, angle = self.turn(NONE)

@@ -52,7 +52,7 @@ class Joint(NamedTuple):
 class Phases(NamedTuple):
     """The acceleration goes to `level` in `rise` seconds, stays there for `hold`, and is gone after `fall`. Then the
     joint has the velocity `cruising`, until its deceleration grows for `ramp`, stays for `keep`, and is gone after
-    another `ramp`. `lasts`, `way`: of all but the cruise.
+    another `ramp`. `lasts`, `way`: of all phases without the cruise.
     """
 
     rise: float
@@ -148,6 +148,7 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
 
 
 def _arrives(joint: Joint, found: Phases, whole: float) -> bool:
+    """Return whether a joint with these phases arrives in a given time [s]."""
     cruise = whole - found.lasts
     return cruise >= -IN_TIME and abs(found.way + found.cruising * cruise - joint.way) <= CLOSE
 
@@ -270,10 +271,11 @@ def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
 
 
 def _change(joint: Joint, level: float) -> Phases:
-    """The phases of one change to rest on the target that holds a deceleration; it lasts for ever if there is none.
+    """Return the phases of one change to rest on the target that holds a deceleration. It lasts for ever if there is
+    none.
 
-    With w the velocity and D the way that are left after the rise, W = w / level:  hold = W - s,  fall = 2 s,
-    s^2 = 6 D / level - 3 W^2.
+    With w the velocity and D the way that are left after the rise, W = w / level:
+    hold = W - s,  fall = 2 s,  s^2 = 6 D / level - 3 W^2.
     """
     way, v, a, _, _, jerk = joint
     rise = abs(level - a) / jerk

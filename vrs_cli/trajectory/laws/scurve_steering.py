@@ -1,14 +1,16 @@
 """Joints at constant jerk: changes of velocity piece by piece, stops, and one tick of jerk-limited steering.
 
-Steering is that of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
-joint wants the velocity `w + g(e)`: that of its target, and one that takes away the error e in RESPONSE ticks, but no
-more than it can brake from on the way. It wants the acceleration that brings it there and is gone again just then, as
-soon as its jerk allows: with n ticks to lose it in, D = w + g - q' - q'' tick / 2,
+Steering follows the rule of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
+joint wants the velocity `w + g(e)`: that of its target, plus one that removes the error e in RESPONSE ticks, but no
+more than it can brake from on the way. It wants the acceleration that leads there and is gone again just then, as soon
+as its jerk allows. With n ticks to lose it in, D = w + g - q' - q'' tick / 2,
 
-    q''(next) = 2 D / (tick (1 + n)),    n >= 1,  n (n + 1) >= 2 |D| / (jerk tick^2).
+    q''(next) = 2 D / (tick (1 + n)),    n >= 1,  n (n + 1) >= 2
+D
+ / (jerk tick^2).
 
-Behind the tick stands a stop, and a joint only does what leaves it room for one. Where no constant jerk does, the joint
-goes on as it was planned before, to its stop at the latest; so it stays inside its limits whatever comes.
+Behind the tick stands a stop, and a joint only does what leaves it room for one. If no constant jerk does, the joint
+goes on as it was planned before, at the latest to its stop. So it stays inside its limits whatever comes.
 """
 
 from __future__ import annotations
@@ -53,9 +55,7 @@ def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
 
 
 def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """Return the pieces that bring the velocity to zero soonest, whatever the acceleration is then: the shortest
-    way.
-    """
+    """Return the pieces of the shortest way to velocity zero, whatever the acceleration is then."""
     sign = copysign(1.0, v)
     v, a = v * sign, a * sign
     ramp = max((a + acceleration) / jerk, 0.0)
@@ -116,6 +116,7 @@ def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Mot
 def _pieces_to_rest(
     q: float, v: float, a: float, acceleration: float, jerk: float, lower: float, upper: float
 ) -> Pieces:
+    """Return the pieces in which one joint comes to rest inside its range."""
     direct = stop(v, a, acceleration, jerk)
     low, high = farthest(q, v, a, direct)
     if lower - LIMIT_TOLERANCE <= low and high <= upper + LIMIT_TOLERANCE:
@@ -249,6 +250,7 @@ def _jerk_of(row: Polynomial, then: Polynomial, tick: float) -> float | None:
 
 
 def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Joint]:
+    """Return the state, target and limits of each joint."""
     rows = zip(
         state.joints,
         state.velocity,
@@ -298,8 +300,9 @@ def _wanted_acceleration(one: Joint, tick: float) -> float:
 
 
 def _brakable(way: float, acceleration: float, jerk: float) -> float:
-    """The velocity from which a joint comes to rest on a way: v / 2 (v / A + A / J), or sqrt(v^3 / J) if that is less
-    than full acceleration."""
+    """Return the velocity from which a joint comes to rest on a way: v / 2 (v / A + A / J) is the way, or sqrt(v^3 / J)
+    if that is less than full acceleration needs.
+    """
     ramp = acceleration / jerk
     if way < acceleration * ramp * ramp:
         return float((way * way * jerk) ** (1.0 / 3.0))
@@ -307,8 +310,9 @@ def _brakable(way: float, acceleration: float, jerk: float) -> float:
 
 
 def _beyond(one: Joint, jerk: float, tick: float) -> int:
-    """Whether a tick with this jerk makes a joint too fast, or leaves it too little room to stop: 1 upwards, -1
-    downwards, 0 not at all."""
+    """Return whether a tick with this jerk makes a joint too fast, or leaves it too little room to stop: 1 upwards, -1
+    downwards, 0 not at all.
+    """
     q, v, a = one.q, one.v, one.a
     _, v1, a1 = state_after(q, v, a, tick, jerk)
     turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # where the acceleration changes its sign
