@@ -65,7 +65,7 @@ def test_without_flags_what_is_wrong_would_be_found() -> None:
     course.run()
     right, course.flags = course.flags, Flags()
     for window in right.windows[1:]:
-        course.flags.arrived(window.begin, window.begin, window.end)
+        course.flags.add_change(window.begin, window.begin, window.end)
     found = course.outcome()
     assert not found.agreed
     assert found.outside.most_degrees > 0.0
@@ -143,7 +143,7 @@ def test_logs_and_flags_say_the_same_of_any_events() -> None:
             cut = applied + random.choice((0.0, 0.5, 1.0, 3.0))
             changes.append(Change(applied, cut))
             arrivals.append(arrived)
-            flags.arrived(cut, applied, arrived)
+            flags.add_change(cut, applied, arrived)
         assert windows_of_logs(changes, arrivals) == flags.windows
 
 

@@ -16,7 +16,7 @@ from vrs_cli.engine.position import joints_at, world_pose
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
-from vrs_cli.net.course_teller import CourseTeller, Cut, Heard, clipped
+from vrs_cli.net.course_teller import CourseTeller, Cut, Heard, clip_contacts
 from vrs_cli.net.messages import Contacts, Course, FromServer, ServerMessage
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Frames
@@ -51,7 +51,7 @@ class DrawnWorld:
             self.until = inf if message.until is None else message.until
         elif isinstance(message, Contacts):
             since, until = message.since, inf if message.until is None else message.until
-            kept = [*clipped(self.touches, -inf, since), *clipped(self.touches, until, inf)]
+            kept = [*clip_contacts(self.touches, -inf, since), *clip_contacts(self.touches, until, inf)]
             self.touches = sorted([*kept, *message.touches], key=lambda one: one.begin)
             self.looked = min(self.looked[0], since), max(self.looked[1], until)
 

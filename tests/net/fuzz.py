@@ -116,7 +116,7 @@ class Source:
 
     def frame(self) -> Frame:
         made = self.random.choices(
-            (self.right, self.again, self.damaged, self.joined, self.odd, self.nest, self.giant, self.noise),
+            (self.right, self.again, self.damaged, self.join_parts, self.odd, self.nest, self.giant, self.noise),
             (30, 10, 25, 5, 25, 1, 0.1, 5),
         )[0]()
         self.last = [*self.last[-20:], made]
@@ -142,7 +142,7 @@ class Source:
             data[at : at + source.choice((0, 0, 1, 2, len(data)))] = source.randbytes(source.randint(0, 2))
         return data.decode(errors="surrogateescape") if isinstance(frame, str) else bytes(data)
 
-    def joined(self) -> Frame:
+    def join_parts(self) -> Frame:
         """The beginning of one, and the end of another."""
         one, other = self.random.choice(self.frames), self.random.choice(self.frames)
         at = self.random.randrange(len(one))
@@ -208,7 +208,7 @@ class Server:
         if connection.closing or source.random() < 0.002:
             self.counts["server: closed"] += 1
             connection.cut(self.now)
-            if source.random() < 0.1 or self.delivery_log.expired(self.now):
+            if source.random() < 0.1 or self.delivery_log.is_expired(self.now):
                 self.delivery_log = DeliveryLog("key", BOUNDS)
             self.connection = ServerConnection(self.now, MOST, BACKLOG)
 

@@ -26,7 +26,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position
 from vrs_cli.net import broadcast
 from vrs_cli.net import stream as streams
-from vrs_cli.net.broadcast import AGAIN, HOLD, MOST_WAITING, SLICE, Broadcast, Listener
+from vrs_cli.net.broadcast import AGAIN, HOLD, MAX_WAITING_BYTES, SLICE, Broadcast, Listener
 from vrs_cli.net.messages import (
     Activity,
     Clock,
@@ -521,8 +521,8 @@ def test_what_happens_at_once_is_one_write(services: RoomServices) -> None:
 def test_a_line_that_takes_nothing_holds_little_and_delays_nobody(
     services: RoomServices, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    little, moves = MOST_WAITING // 8, 400
-    monkeypatch.setattr(broadcast, "MOST_WAITING", little)
+    little, moves = MAX_WAITING_BYTES // 8, 400
+    monkeypatch.setattr(broadcast, "MAX_WAITING_BYTES", little)
     slow, listener = services.listen(CHANGES, JSON, stalled=True)
     fast, _ = services.listen(CHANGES, JSON)
     most = 0
@@ -558,7 +558,7 @@ def test_a_crowd_that_has_stalled_is_served_slice_by_slice(services: RoomService
 
 
 def test_who_stalls_for_a_moment_misses_nothing(services: RoomServices, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(broadcast, "MOST_WAITING", 3000)
+    monkeypatch.setattr(broadcast, "MAX_WAITING_BYTES", 3000)
     line, _ = services.listen(CHANGES)
     line.stalled = True
     for _ in range(10):
@@ -579,13 +579,13 @@ def test_what_is_sent_at_once_is_bounded_unless_one_packet_is_more(
     services.move()
     size = len(line.packets[-1].data)
     line.stalled = True
-    monkeypatch.setattr(broadcast, "MOST_WAITING", 0)  # no more is taken
+    monkeypatch.setattr(broadcast, "MAX_WAITING_BYTES", 0)  # no more is taken
     for _ in range(9):
         services.move()
     line.take()
     line.stalled, before, writes = False, len(line.packets), list[int]()
     monkeypatch.setattr(line, "send", lambda *packets: (writes.append(len(packets)), type(line).send(line, *packets)))
-    monkeypatch.setattr(broadcast, "MOST_WAITING", int(2.5 * size))
+    monkeypatch.setattr(broadcast, "MAX_WAITING_BYTES", int(2.5 * size))
     services.until(services.wall + AGAIN)
     assert sum(writes) == 11 - before
     assert max(writes[:-1]) == 2
@@ -596,7 +596,7 @@ def test_a_line_that_takes_nothing_is_looked_at_again_after_a_while_and_not_at_o
 ) -> None:
     line, _ = services.listen(CHANGES, stalled=True)
     assert services.broadcast.peek() == float("inf"), "it takes a first packet"
-    monkeypatch.setattr(broadcast, "MOST_WAITING", 0)
+    monkeypatch.setattr(broadcast, "MAX_WAITING_BYTES", 0)
     services.wall = 5.0
     services.broadcast.tell(Other(services.timeline, services.engine.settings), 0.0)
     for look in range(3):
@@ -623,7 +623,7 @@ def test_a_snapshot_in_another_form_is_counted_in_place_of_the_one_before(servic
 def test_mirrors_are_equal_to_the_bit_however_slow_their_lines_are(
     services: RoomServices, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(broadcast, "MOST_WAITING", 5000)
+    monkeypatch.setattr(broadcast, "MAX_WAITING_BYTES", 5000)
     monkeypatch.setattr(streams, "REMEMBERED", 5)
     edits = Edits(seed, services.engine)
     services.tell()
@@ -874,7 +874,7 @@ def test_news_are_heard_by_all_and_by_who_comes_later(services: RoomServices) ->
 
 
 def test_who_is_stalled_hears_the_last_news_of_a_type(services: RoomServices, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(broadcast, "MOST_WAITING", 10)
+    monkeypatch.setattr(broadcast, "MAX_WAITING_BYTES", 10)
     line, _ = services.listen(Subscribe(1), stalled=True)
     for number in range(10):
         services.broadcast.announce(Clock(float(number)))

@@ -14,7 +14,7 @@ import pytest
 
 from vrs_cli.errors import UsageError
 from vrs_cli.net import messages
-from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, dialled, hello_of, waits
+from vrs_cli.net.client import FIRST_WAIT_S, MAX_WAIT_S, Client, SampleBuffer, address_of, hello_of, open_socket, waits
 from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.net.messages import PORT
 
@@ -44,7 +44,7 @@ def test_what_is_no_address_is_said_to_be_none(typed: str) -> None:
 def test_attempts_come_later_and_later_and_never_together() -> None:
     random = Random(1)
     for attempt in range(1, 50):
-        most = min(LATEST, SOONEST * 2.0**attempt)
+        most = min(MAX_WAIT_S, FIRST_WAIT_S * 2.0**attempt)
         found = [waits(attempt, random) for _ in range(200)]
         assert 0.0 <= min(found) < 0.2 * most
         assert 0.8 * most < max(found) <= most
@@ -76,7 +76,7 @@ def test_samples_with_jitter_are_shown_evenly(rate: float) -> None:
     """After a moment nearly every look shows the next sample; as they come it is every other look at most."""
     tick, wall = 0.04, [0.0]
     far: Any = SimpleNamespace(rate=rate)
-    even, line = Even(far, 95.0, lambda: wall[0]), DelayLine(Gamma(0.2, 0.08), "1")
+    even, line = SampleBuffer(far, 95.0, lambda: wall[0]), DelayLine(Gamma(0.2, 0.08), "1")
     coming = deque((line.arrival(k * tick), k) for k in range(1500))
     shown, plain = list[int](), list[int]()
     last = -1
@@ -157,7 +157,7 @@ def test_a_client_connects_with_the_times_that_a_line_over_half_the_world_needs(
 ) -> None:
     asked: dict[str, Any] = {}
     monkeypatch.setattr("vrs_cli.net.client.connect", lambda url, **times: asked.update(times, url=url))
-    dialled(client_of(Far()).url, None)
+    open_socket(client_of(Far()).url, None)
     assert asked["url"] == f"ws://localhost:{PORT}"
     assert (asked["open_timeout"], asked["ping_interval"], asked["ping_timeout"]) == (10.0, 2.0, 10.0)
     assert asked["close_timeout"] == 2.0
@@ -179,7 +179,7 @@ def test_the_first_attempt_after_a_connection_was_open_comes_as_soon_as_the_firs
             far.open = next(opens)
             raise OSError("no")
 
-        monkeypatch.setattr("vrs_cli.net.client.dialled", dial)
+        monkeypatch.setattr("vrs_cli.net.client.open_socket", dial)
         client._goes_on = lambda _why, _hint: len(tried) < 4
         await client._run()
 

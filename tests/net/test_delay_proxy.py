@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
-from vrs_cli.net.delay_proxy import MOST, DelayProxy, Endpoint, Time, _reset
+from vrs_cli.net.delay_proxy import MAX_BYTES_ON_WAY, DelayProxy, Endpoint, Time, _reset
 
 LOOPBACK = "127.0.0.1"
 SOON = 20.0  # [s] in which anything at all happens that does not hang
@@ -170,7 +170,7 @@ def test_who_does_not_read_slows_down_who_sends() -> None:
     async def test() -> None:
         async with scene(Constant(0.0), Constant(0.0)) as it:
             (_, near), (far_reader, _) = await it.connect()
-            way, sent, much = it.proxy.connections[1].forward, 0, 16 * MOST
+            way, sent, much = it.proxy.connections[1].forward, 0, 16 * MAX_BYTES_ON_WAY
             near.transport.set_write_buffer_limits(1 << 16)
 
             async def send() -> None:
@@ -181,7 +181,7 @@ def test_who_does_not_read_slows_down_who_sends() -> None:
                     await near.drain()
 
             sending, before = asyncio.ensure_future(send()), -1
-            while before != (before := sent) or way.held < MOST:  # until nothing goes on
+            while before != (before := sent) or way.held < MAX_BYTES_ON_WAY:  # until nothing goes on
                 for _ in range(200):
                     await asyncio.sleep(0)
             assert sent < much, "the sender waits"

@@ -119,7 +119,7 @@ def test_the_way_there_and_back_is_measured(robot: Serving) -> None:
             caller.flush()
             pong = caller.until(lambda message: isinstance(message, Pong))
             assert isinstance(pong, Pong)
-            sync.heard(begin, pong.came, pong.left, time.monotonic())
+            sync.hear(begin, pong.came, pong.left, time.monotonic())
         found = sync.estimate
         assert found is not None
         assert found.round_trip >= 0.08

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from tests.net.serving import serving
-from vrs_cli.net.delivery_log import MOST_ROWS, is_long, joined, may_hold, parts_of, prefixes_of, without
+from vrs_cli.net.delivery_log import MAX_PART_ROWS, is_long, join_parts, may_hold, parts_of, prefixes_of, without
 from vrs_cli.net.messages import Clock, Done, Get, Hello, Names, Put, Refused, Screen, Told, Welcome
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.render.colours import Ink
@@ -17,7 +17,7 @@ from vrs_cli.render.text import styled_lines
 from vrs_cli.values.replies import FileText, Message, RealTable, Reply, SegmentRow, TimelineTable
 from vrs_cli.wire.codec import Encoding, encode
 
-COUNTS = st.sampled_from([0, 1, MOST_ROWS - 1, MOST_ROWS, MOST_ROWS + 1, 3 * MOST_ROWS + 7])
+COUNTS = st.sampled_from([0, 1, MAX_PART_ROWS - 1, MAX_PART_ROWS, MAX_PART_ROWS + 1, 3 * MAX_PART_ROWS + 7])
 
 
 def _timeline(segments: int, stops: int) -> TimelineTable:
@@ -40,7 +40,7 @@ def test_the_parts_of_a_reply_are_the_reply(reply: Reply, id: int | None) -> Non
     parts = list(parts_of(told))
     assert [part.goes_on for part in parts] == [True] * (len(parts) - 1) + [False]
     assert not any(is_long(part.reply) for part in parts)
-    assert joined(parts) == told
+    assert join_parts(parts) == told
 
 
 @given(REPLIES, COUNTS)
@@ -48,9 +48,9 @@ def test_the_parts_of_a_reply_have_all_its_lines(reply: Reply, count: int) -> No
     lines = tuple(((f"{k}", "number"),) for k in range(count))
     parts = list(parts_of(Told(reply, 3), iter(lines)))
     assert [part.goes_on for part in parts] == [True] * (len(parts) - 1) + [False] * bool(parts)
-    assert all(len(part.lines) <= MOST_ROWS for part in parts)
+    assert all(len(part.lines) <= MAX_PART_ROWS for part in parts)
     if parts:
-        assert joined(parts) == Told(reply, 3, lines=lines)
+        assert join_parts(parts) == Told(reply, 3, lines=lines)
 
 
 def test_a_client_that_draws_no_replies_hears_their_lines(tmp_path: Path) -> None:
@@ -85,7 +85,7 @@ def test_lines_of_a_reply_hold_no_escape_sequences() -> None:
 
 
 def test_a_client_hears_the_whole_reply_once() -> None:
-    told = Told(FileText(tuple(map(str, range(5 * MOST_ROWS)))), 3)
+    told = Told(FileText(tuple(map(str, range(5 * MAX_PART_ROWS)))), 3)
     client = ClientConnection(Hello((1,)))
     client.begin()
     welcome = Welcome(1, "key", "cell1", "life", "supervisor", "ada", Clock(0.0), {})

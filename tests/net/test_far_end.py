@@ -16,7 +16,7 @@ from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.net import messages
 from vrs_cli.net.delivery_log import DeliveryLog
-from vrs_cli.net.far_end import CATCHING_UP, HELD_UP, PATIENCE, QUIET, FarEnd
+from vrs_cli.net.far_end import CATCHING_UP, COMMAND_TIMEOUT_S, HELD_UP, QUIET, FarEnd
 from vrs_cli.net.messages import At, Clock, Done, Line, Subscribe, Told
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.values.acts import Rest
@@ -230,7 +230,7 @@ def test_a_robot_that_does_not_come_back_leaves_nobody_waiting() -> None:
     wires.ask(lambda id: Line(id, "MOVE a"))
     wires.carry()
     wires.cut()
-    wires.now += PATIENCE - 1.0
+    wires.now += COMMAND_TIMEOUT_S - 1.0
     wires.far.look()
     assert not wires.ends
     wires.now = wires.far.due
@@ -402,7 +402,7 @@ def test_while_somebody_drags_what_moves_is_unconfirmed_from_what_is_heard_on() 
     wires.tell_changes()
     assert far.previewed().unconfirmed == inf
     wires.say(messages.Pulled(DragState("bob")))
-    assert far.previewed().unconfirmed == pytest.approx(far.heard)
+    assert far.previewed().unconfirmed == pytest.approx(far.heard_time)
     wires.say(messages.Pulled(DragState(why="bob has gone")))
     assert far.previewed().unconfirmed == inf
 

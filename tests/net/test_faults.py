@@ -21,8 +21,8 @@ from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.interfaces.station.lease import RobotLease
-from vrs_cli.net.limits import MUCH, Allowance
-from vrs_cli.net.limits import PATIENCE as PACE
+from vrs_cli.net.limits import HIGH_WATER_BYTES, Allowance
+from vrs_cli.net.limits import SEND_TIMEOUT_S as PACE
 from vrs_cli.net.messages import (
     Abort,
     Done,
@@ -37,7 +37,7 @@ from vrs_cli.net.messages import (
     Welcome,
     Who,
 )
-from vrs_cli.net.server import BACKLOG, HELD, HIGH_WATER
+from vrs_cli.net.server import BACKLOG, HIGH_WATER, SYSTEM_BUFFER_BYTES
 
 MOST = 1_000_000  # bytes that somebody may cost who does not read
 
@@ -67,7 +67,9 @@ def test_who_does_not_read_delays_nobody_and_costs_little(tmp_path: Path) -> Non
         for number in range(80):
             assert ada.line(f"DRIVE 1, {5 if number % 2 else -5}, 50").ok
         assert held(server) <= MOST
-        assert all(held_by_system(link) <= 2 * HELD for link in server.server._links), "Linux counts twice"
+        assert all(held_by_system(link) <= 2 * SYSTEM_BUFFER_BYTES for link in server.server._links), (
+            "Linux counts twice"
+        )
         assert ada.line("EXECUTE much").ok
         assert held(server) <= BACKLOG + 2 * HIGH_WATER
         assert ada.line("WHERE").ok
@@ -86,7 +88,7 @@ def test_all_that_is_typed_comes_to_who_reads_more_slowly(tmp_path: Path, monkey
         ada.lines(*CHAT)
         before = len(ada.said)
         id = ada.send(lambda id: Line(id, "EXECUTE chat"))
-        until(lambda: room.clients["guest"].pace.waiting > MUCH)
+        until(lambda: room.clients["guest"].pace.waiting > HIGH_WATER_BYTES)
         wall.seconds += 3.0  # a packet that is lost twice is sent again after 1 s and 2 s (RFC 6298)
         ada.until(lambda one: sleep_a_little(one) or (isinstance(one, Done) and one.id == id))
         typed = [text.strip() for text in ada.said[before:]]
@@ -103,7 +105,7 @@ def test_who_stops_reading_holds_nobody(tmp_path: Path, monkeypatch: pytest.Monk
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         client = room.clients["guest-2"]
         ada.send(lambda id: Line(id, "EXECUTE much"))
-        until(lambda: client.pace.waiting > MUCH)
+        until(lambda: client.pace.waiting > HIGH_WATER_BYTES)
         for _ in range(5):
             assert bob.line("WHERE").ok, "though the program waits for her"
         assert client.link is not None
@@ -128,14 +130,14 @@ def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(
         monkeypatch.setattr(room, "wall", ManualWall(time.monotonic()))  # it waits for ever
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         ada.send(lambda id: Line(id, "EXECUTE much"))
-        until(lambda: room.clients["guest-2"].pace.waiting > MUCH)
+        until(lambda: room.clients["guest-2"].pace.waiting > HIGH_WATER_BYTES)
         assert bob.ask(Abort)
         assert not room.session.running
         ada.cut()
 
 
 def test_who_looks_too_much_waits_and_who_drives_does_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.net.server.LONGEST_WAIT", 0.1)
+    monkeypatch.setattr("vrs_cli.net.server.MAX_SHARE_WAIT_S", 0.1)
     few = Allowance(looking=0.001, looking_window=1.0)
     with serving(tmp_path, journal=False, allowance=few) as server, server.call() as ada, server.call() as eve:
 
@@ -157,9 +159,9 @@ def test_who_looks_too_much_waits_and_who_drives_does_not(tmp_path: Path, monkey
 
 
 def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.net.server.PINGS", 0.1)
+    monkeypatch.setattr("vrs_cli.net.server.PING_INTERVAL_S", 0.1)
     monkeypatch.setattr("vrs_cli.net.room.ALIVE", 0.1)
-    monkeypatch.setattr("vrs_cli.net.server.SHORT", 0.1)
+    monkeypatch.setattr("vrs_cli.net.server.CLOSE_TIMEOUT_S", 0.1)
     with serving(tmp_path, journal=False) as server, cable(server.address) as wire, server.call() as bob:
         room = server.hub.rooms["cell1"]
         wall = ManualWall()

@@ -41,12 +41,12 @@ def test_names(hub: Hub) -> None:
 
 
 def test_the_robot_that_is_meant(hub: Hub) -> None:
-    assert hub.chosen(ADA, "") == "ada"
-    assert hub.chosen(ADA, "cell1") == "cell1"
-    assert hub.chosen(TOM, "ada") == "ada"
+    assert hub.choose(ADA, "") == "ada"
+    assert hub.choose(ADA, "cell1") == "cell1"
+    assert hub.choose(TOM, "ada") == "ada"
     for grant, wanted in ((BOB, "cell1"), (BOB, "ada"), (ADA, "ada-3"), (ADA, "../ada"), (OPEN, "")):
         with pytest.raises(RequestRefused):
-            hub.chosen(grant, wanted)
+            hub.choose(grant, wanted)
 
 
 def test_a_robot_is_made_when_it_is_first_used_and_once(hub: Hub, tmp_path: Path) -> None:

@@ -6,10 +6,10 @@ import pytest
 
 from vrs_cli.errors import LimitReached, RequestRefused
 from vrs_cli.net.limits import (
-    LITTLE,
-    LUMP,
-    MUCH,
-    PATIENCE,
+    HIGH_WATER_BYTES,
+    LOW_WATER_BYTES,
+    MIN_PROGRESS_BYTES,
+    SEND_TIMEOUT_S,
     WRONG_TOKENS,
     Allowance,
     Bucket,
@@ -111,7 +111,7 @@ def test_looking_may_cost_its_share_of_the_window_at_once() -> None:
 
 def test_who_is_little_behind_is_not_waited_for() -> None:
     pace = SendPace()
-    pace.waiting = MUCH
+    pace.waiting = HIGH_WATER_BYTES
     assert not pace.lags(0.0)
     pace.waiting += 1
     assert pace.lags(0.0)
@@ -119,34 +119,34 @@ def test_who_is_little_behind_is_not_waited_for() -> None:
 
 def test_who_takes_what_is_typed_is_waited_for_until_little_is_left() -> None:
     pace, waited = SendPace(), 0
-    pace.waiting = MUCH + LUMP
-    while pace.lags(0.9 * PATIENCE * waited):
-        pace.waiting -= LUMP
+    pace.waiting = HIGH_WATER_BYTES + MIN_PROGRESS_BYTES
+    while pace.lags(0.9 * SEND_TIMEOUT_S * waited):
+        pace.waiting -= MIN_PROGRESS_BYTES
         waited += 1
-    assert pace.waiting == LITTLE
-    assert waited == (MUCH + LUMP - LITTLE) / LUMP
+    assert pace.waiting == LOW_WATER_BYTES
+    assert waited == (HIGH_WATER_BYTES + MIN_PROGRESS_BYTES - LOW_WATER_BYTES) / MIN_PROGRESS_BYTES
 
 
 def test_who_takes_nothing_is_waited_for_once() -> None:
     pace = SendPace()
-    pace.waiting = MUCH + 1
+    pace.waiting = HIGH_WATER_BYTES + 1
     assert pace.lags(0.0)
-    assert pace.lags(PATIENCE)
-    assert not pace.lags(PATIENCE + 0.01)
-    pace.waiting = 10 * MUCH
+    assert pace.lags(SEND_TIMEOUT_S)
+    assert not pace.lags(SEND_TIMEOUT_S + 0.01)
+    pace.waiting = 10 * HIGH_WATER_BYTES
     assert not pace.lags(100.0)
-    pace.waiting = MUCH
+    pace.waiting = HIGH_WATER_BYTES
     assert not pace.lags(101.0), "it has not caught up"
-    pace.waiting = LITTLE
+    pace.waiting = LOW_WATER_BYTES
     assert not pace.lags(102.0)
-    pace.waiting = MUCH + 1
+    pace.waiting = HIGH_WATER_BYTES + 1
     assert pace.lags(103.0), "it has: it is waited for again"
 
 
 def test_who_takes_a_byte_now_and_then_takes_nothing() -> None:
     pace, waited = SendPace(), 0
-    pace.waiting = 2 * MUCH
+    pace.waiting = 2 * HIGH_WATER_BYTES
     while pace.lags(0.1 * waited):
         pace.waiting -= 100
         waited += 1
-    assert 0.1 * waited <= PATIENCE + 0.2
+    assert 0.1 * waited <= SEND_TIMEOUT_S + 0.2

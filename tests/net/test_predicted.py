@@ -16,7 +16,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.net import messages
-from vrs_cli.net.far_end import PATIENCE, Ahead, Predicted
+from vrs_cli.net.far_end import COMMAND_TIMEOUT_S, Ahead, Predicted
 from vrs_cli.net.messages import Abort, At, Clock, Done, Line, Pong, Told
 from vrs_cli.net.mirror import Mirror, parting
 from vrs_cli.net.preview import CHANGING, Flags, changing
@@ -82,21 +82,21 @@ def test_what_is_shown_is_counted_from_the_clock_as_it_is_heard(rate: float) -> 
     wires = Behind(rate)
     far = wires.far
     assert far.round_trip == pytest.approx(rate * 0.5)
-    assert far.heard == pytest.approx(wires.there - rate * BACKWARD)
+    assert far.heard_time == pytest.approx(wires.there - rate * BACKWARD)
     far.ahead = Ahead.AUTO
-    assert far.shown == pytest.approx(wires.there + rate * FORWARD)
+    assert far.shown_time == pytest.approx(wires.there + rate * FORWARD)
     far.ahead = 0.0
-    assert far.shown == far.heard
+    assert far.shown_time == far.heard_time
     far.ahead = rate * BACKWARD
-    assert far.shown == pytest.approx(wires.there)
+    assert far.shown_time == pytest.approx(wires.there)
     far.ahead = Ahead.PRESENT
-    assert far.shown == pytest.approx(wires.there, abs=rate * (FORWARD - BACKWARD) / 2.0 + 1e-6)
+    assert far.shown_time == pytest.approx(wires.there, abs=rate * (FORWARD - BACKWARD) / 2.0 + 1e-6)
 
 
 def test_in_virtual_time_there_is_nothing_to_be_ahead_of() -> None:
     wires = Wires()
     for wires.far.ahead in (Ahead.PRESENT, Ahead.AUTO, 3.0):
-        assert wires.far.shown == wires.far.heard == wires.engine.now
+        assert wires.far.shown_time == wires.far.heard_time == wires.engine.now
         assert list(wires.far.previewed().lines(0.0)) == []
 
 
@@ -109,7 +109,7 @@ def test_who_looks_ahead_sees_the_plan_and_is_told_of_what_was_wrong() -> None:
     assert far.flags.windows == (), "it came before anybody was shown what it changes"
     wires.pass_by(1.0)
     assert joints_at(predicted.arm, predicted.timeline, predicted.now) == joints_at(
-        wires.engine.arm, wires.engine.timeline, far.shown
+        wires.engine.arm, wires.engine.timeline, far.shown_time
     )
     wires.moves(-30.0, wires.there + 0.125)
     cut = wires.engine.book.deltas[-1].cut
@@ -239,12 +239,12 @@ def test_what_is_no_place_is_sent_and_not_previewed() -> None:
 def test_what_is_not_heard_is_not_confirmed() -> None:
     wires = Behind()
     wires.cut()
-    heard = wires.far.heard
+    heard = wires.far.heard_time
     wires.pass_by(5.0)
-    assert wires.far.heard == wires.far.previewed().unconfirmed == heard
-    wires.now += PATIENCE
+    assert wires.far.heard_time == wires.far.previewed().unconfirmed == heard
+    wires.now += COMMAND_TIMEOUT_S
     wires.far.look()
-    assert wires.far.heard == heard, "also when nobody waits for it any more"
+    assert wires.far.heard_time == heard, "also when nobody waits for it any more"
     assert wires.lines(heard + 1.0) == [f"unconfirmed from {heard:.3f} s on: the robot is not heard"]
     wires.connect(wires.clock())
     assert wires.far.previewed().unconfirmed == inf

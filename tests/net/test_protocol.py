@@ -44,7 +44,7 @@ from vrs_cli.net.messages import (
     Welcome,
     Withdrawn,
 )
-from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, MOST_WAITING, ClientConnection, ServerConnection
+from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, MAX_PENDING, ClientConnection, ServerConnection
 from vrs_cli.values.questions import LineWanted
 from vrs_cli.values.questions import PromptStatus as Around
 from vrs_cli.values.replies import Message
@@ -212,7 +212,7 @@ def test_ends_are_remembered_within_bounds() -> None:
 
 def test_abort_never_waits_for_room() -> None:
     pair = Pair(bounds=Bounds(waiting=2))
-    for _ in range(MOST_WAITING):
+    for _ in range(MAX_PENDING):
         pair.line("MOVE a")
     with pytest.raises(RequestRefused, match="1000 requests wait already"):
         pair.line("MOVE a")
@@ -404,10 +404,10 @@ def test_a_connection_that_is_resumed_elsewhere_is_over() -> None:
     assert pair.to_client() == [Told(Message("here"), seq=1)]
     assert len(old.frames()) == 1  # that it is closed
     old.cut(0.0)
-    assert not pair.delivery_log.expired(1e9)
+    assert not pair.delivery_log.is_expired(1e9)
     pair.cut()
-    assert not pair.delivery_log.expired(60.0)
-    assert pair.delivery_log.expired(60.1)
+    assert not pair.delivery_log.is_expired(60.0)
+    assert pair.delivery_log.is_expired(60.1)
 
 
 def test_random_cuts_lose_and_double_nothing() -> None:
@@ -566,11 +566,11 @@ def test_a_client_passes_over_what_a_later_server_adds() -> None:
 
 def test_commands_without_an_answer_are_bounded() -> None:
     pair = Pair()
-    for _ in range(MOST_WAITING):
+    for _ in range(MAX_PENDING):
         pair.line("MOVE a")
     with pytest.raises(RequestRefused, match="wait already"):
         pair.line("MOVE b")
     pair.cut()
-    assert len(pair.connect()) == 1 + MOST_WAITING
+    assert len(pair.connect()) == 1 + MAX_PENDING
     pair.line("MOVE b")
     assert len(pair.to_server()) == 1

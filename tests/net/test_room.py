@@ -16,7 +16,7 @@ from vrs_cli.errors import DeviceNotReady
 from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
-from vrs_cli.net.client_session import MOST_LOOKS, ClientSession
+from vrs_cli.net.client_session import MAX_PENDING_QUESTIONS, ClientSession
 from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (
@@ -655,14 +655,14 @@ def test_positions_are_computed_beside_the_connections(tmp_path: Path) -> None:
 def test_so_many_questions_wait_and_no_more(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada = it.call("ada")
-        for id in range(1, MOST_LOOKS + 2):
+        for id in range(1, MAX_PENDING_QUESTIONS + 2):
             ada.client.receive(Complete(id, "MO", True))
         ada.flush()
         (refused,) = (one for one in ada.heard if isinstance(one, Refused))
-        assert refused.id == MOST_LOOKS + 1
-        ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS)
+        assert refused.id == MAX_PENDING_QUESTIONS + 1
+        ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MAX_PENDING_QUESTIONS)
         ada.client.receive(Complete(999, "MO", True))
-        ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS + 1)
+        ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MAX_PENDING_QUESTIONS + 1)
 
 
 def test_what_was_held_up_on_the_way_is_not_done_unless_it_stops_the_robot(tmp_path: Path) -> None:

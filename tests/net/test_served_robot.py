@@ -53,9 +53,9 @@ def test_who_was_not_heard_of_for_long_drives_until_another_takes_it(by_asking: 
     robot.driving.change(lambda lease, now: lease.acquire("ada", now))
     robot.now = LONG
     robot.driving.may("ada")  # and that is a heartbeat
-    assert (robot.driving.lapsed(), robot.driver) == ("", "ada")
+    assert (robot.driving.take_lapsed(), robot.driver) == ("", "ada")
     robot.now = 2.0 * LONG
     robot.driving.may("bob")
     assert (robot.driver, robot.drivers[-1]) == ("bob", "bob")
     robot.now = 3.0 * LONG
-    assert (robot.driving.lapsed(), robot.driver) == ("bob", "")
+    assert (robot.driving.take_lapsed(), robot.driver) == ("bob", "")

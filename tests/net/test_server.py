@@ -331,7 +331,7 @@ def test_who_guesses_tokens_is_not_listened_to(tmp_path: Path) -> None:
 def test_too_many_messages_are_refused_and_the_robot_can_be_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("vrs_cli.net.server.SHORT", 0.1)
+    monkeypatch.setattr("vrs_cli.net.server.CLOSE_TIMEOUT_S", 0.1)
     with serving(tmp_path, allowance=Allowance(rate=1.0, burst=20)) as server, server.call() as ada:
         done = [ada.line("WHERE") for _ in range(25)]
         assert [one.ok for one in done[:19]] == [True] * 19

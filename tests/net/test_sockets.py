@@ -27,7 +27,7 @@ def heard(texts: Sequence[bytes], offer: ClientPerMessageDeflateFactory | None) 
         assert await connection.recv() == "hello " * 100
         for number, text in enumerate(texts):
             packet = Packet(text, text=number % 2 == 0)
-            sink.send(context.deflated(packet) if sink.deflates else packet)
+            sink.send(context.deflate(packet) if sink.deflates else packet)
             await connection.send(f"private {number} " * 50)
             assert sink.waiting == 0
 

@@ -24,7 +24,7 @@ def test_messages_of_one_context_are_inflated_one_after_the_other() -> None:
     context, inflate = DeflateContext(), zlib.decompressobj(-15)
     texts = [b"joint 1 at %d degrees; " % number * 20 for number in range(5)]
     for text in texts:
-        packet = context.deflated(Packet(text, True))
+        packet = context.deflate(Packet(text, True))
         assert packet.text
         assert len(packet.data) < len(text) / 4
         assert inflate.decompress(packet.data + TAIL) == text
@@ -34,7 +34,7 @@ def test_another_context_refers_to_nothing_before_it() -> None:
     inflate = zlib.decompressobj(-15)
     for context in (DeflateContext(), DeflateContext()):
         for text in (b"what was said before", b"what was said before, again"):
-            assert inflate.decompress(context.deflated(Packet(text, True)).data + TAIL) == text
+            assert inflate.decompress(context.deflate(Packet(text, True)).data + TAIL) == text
 
 
 @pytest.mark.parametrize(

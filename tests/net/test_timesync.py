@@ -44,7 +44,7 @@ def test_the_offset_is_wrong_by_half_of_the_asymmetry_at_most(
     clocks, sync, t = Clocks(0, ahead), TimeSync(), 0.0
     for gap, forward, backward in exchanges:
         t += gap + forward + backward
-        sync.heard(*clocks.exchange(t, forward, backward))
+        sync.hear(*clocks.exchange(t, forward, backward))
     found = measured(sync)
     _, forward, backward = min(exchanges, key=lambda it: it[1] + it[2])
     assert abs(found.offset - ahead) <= found.round_trip / 2.0 + 1e-5
@@ -59,7 +59,7 @@ def test_jitter_of_both_ways_is_filtered_out(seed: int) -> None:
     clocks, sync = Clocks(seed), TimeSync()
     for k in range(300):
         late = (0.04 + clocks.random.gammavariate(1, 0.08), 0.06 + clocks.random.gammavariate(1, 0.08))
-        sync.heard(*clocks.exchange(float(k), *late))
+        sync.hear(*clocks.exchange(float(k), *late))
     found = measured(sync)
     assert found.offset == pytest.approx(100.0 - 0.01, abs=0.01)
     assert found.round_trip == pytest.approx(0.1, abs=0.02)
@@ -70,7 +70,7 @@ def test_drift_is_measured(drift: float) -> None:
     clocks, sync = Clocks(1, drift=drift), TimeSync()
     for k in range(0, 600, 2):
         late = (0.02 + clocks.random.gammavariate(1, 0.005), 0.02 + clocks.random.gammavariate(1, 0.005))
-        sync.heard(*clocks.exchange(float(k), *late))
+        sync.hear(*clocks.exchange(float(k), *late))
     found, soon = measured(sync), 610.0
     assert found.drift == pytest.approx(drift, abs=6e-6)
     assert found.here(clocks.there(soon)) == pytest.approx(soon, abs=0.004)
@@ -79,25 +79,25 @@ def test_drift_is_measured(drift: float) -> None:
 def test_few_exchanges_tell_no_drift() -> None:
     clocks, sync = Clocks(1), TimeSync()
     for k in range(40):
-        sync.heard(*clocks.exchange(0.1 * k, clocks.random.random(), clocks.random.random()))
+        sync.hear(*clocks.exchange(0.1 * k, clocks.random.random(), clocks.random.random()))
     assert measured(sync).drift == 0.0
 
 
 def test_a_clock_that_was_set_is_measured_anew() -> None:
     clocks, sync = Clocks(1), TimeSync()
     for k in range(10):
-        sync.heard(*clocks.exchange(float(k), 0.01, 0.01))
+        sync.hear(*clocks.exchange(float(k), 0.01, 0.01))
     clocks.ahead = 40.0
-    sync.heard(*clocks.exchange(10.0, 0.5, 0.5))
+    sync.hear(*clocks.exchange(10.0, 0.5, 0.5))
     assert measured(sync).offset == pytest.approx(40.0)
-    sync.heard(12.0, 60.0, 60.001, 11.0)  # the clock here was set during the exchange
+    sync.hear(12.0, 60.0, 60.001, 11.0)  # the clock here was set during the exchange
     assert measured(sync).offset == pytest.approx(40.0)
 
 
 def test_old_exchanges_count_no_longer() -> None:
     clocks, sync = Clocks(1), TimeSync(window=10.0)
-    sync.heard(*clocks.exchange(0.0, 0.01, 0.01))
-    sync.heard(*clocks.exchange(20.0, 0.1, 0.2))
+    sync.hear(*clocks.exchange(0.0, 0.01, 0.01))
+    sync.hear(*clocks.exchange(20.0, 0.1, 0.2))
     assert measured(sync).round_trip == pytest.approx(0.3)
 
 
@@ -105,7 +105,7 @@ def test_shares_of_the_round_trip_tell_what_lead_is_enough() -> None:
     sync, there, back = TimeSync(1e9), DelayLine(Gamma(0.2, 0.08), "a"), DelayLine(Gamma(0.2, 0.08), "b")
     for k in range(500):
         t1 = there.arrival(10.0 * k)
-        sync.heard(10.0 * k, t1, t1, back.arrival(t1))
+        sync.hear(10.0 * k, t1, t1, back.arrival(t1))
     assert sync.round_trip(0.5) == pytest.approx(0.4, abs=0.03)
     assert sync.round_trip(0.0) < sync.round_trip(0.5) < sync.round_trip(0.95) < sync.round_trip(1.0)
 
@@ -121,7 +121,7 @@ def test_a_clock_is_known_from_one_way_within_half_a_round_trip(drift: float, se
     for number in range(6000):
         came = 100.0 + 0.01 * number
         delay = 0.1 + random.gammavariate(4.0, 0.02)
-        one_way.heard((came - delay) * (1.0 + drift) + ahead, came, 0.25)
+        one_way.hear((came - delay) * (1.0 + drift) + ahead, came, 0.25)
     estimate = one_way.estimate
     assert estimate is not None
     there = came * (1.0 + drift) + ahead
@@ -132,10 +132,10 @@ def test_a_clock_is_known_from_one_way_within_half_a_round_trip(drift: float, se
 def test_a_clock_from_one_way_takes_no_more_memory_with_time() -> None:
     one_way = OneWay()
     for number in range(20_000):
-        one_way.heard(number * 1.0, number * 1.0)
+        one_way.hear(number * 1.0, number * 1.0)
     assert len(one_way._best) <= PARTS
-    one_way.heard(-1e15, 1e9)
-    one_way.heard(1e15, 1e9)
+    one_way.hear(-1e15, 1e9)
+    one_way.hear(1e15, 1e9)
     assert one_way.estimate is not None
 
 

@@ -17,11 +17,11 @@ from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import rotation_about, translation
 from vrs_cli.twin.dynamics import (
     InertialModel,
-    balanced,
     inertial_model,
     mass_matrix,
     masses_of,
     point_masses,
+    realizable_inertia,
     regressor,
     solid_of_link,
     torques,
@@ -34,7 +34,7 @@ SAMPLES = 50
 def random_inertial(model: RobotModel, seed: int) -> InertialModel:
     random, n = np.random.default_rng(seed), model.joint_count
     A = random.normal(size=(n, 3, 3))
-    inertia = np.array([balanced(one @ one.T) for one in A])
+    inertia = np.array([realizable_inertia(one @ one.T) for one in A])
     rows = (random.uniform(0.1, 2.0, n) for _ in range(4))
     return InertialModel(random.uniform(0.5, 5.0, n), random.normal(size=(n, 3)), inertia, *rows)
 
@@ -46,11 +46,11 @@ def motions(n: int, seed: int = 0) -> Floats:
 @pytest.mark.parametrize("robot", SAMPLE_ROBOTS)
 def test_torques_are_those_of_mujoco(robot: str) -> None:
     mujoco = pytest.importorskip("mujoco")
-    from vrs_cli.bodies.mujoco_arm import compiled
+    from vrs_cli.bodies.mujoco_arm import compile_arm
 
     model = load_robot(robot)
     inertial = random_inertial(model, 1)
-    m, d = compiled(model, inertial)
+    m, d = compile_arm(model, inertial)
     m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     q, qd, qdd = motions(model.joint_count)
     found = torques(model, inertial._replace(coulomb=0.0 * inertial.coulomb), q, qd, qdd)
@@ -248,11 +248,11 @@ def test_every_inertia_is_that_of_a_body() -> None:
     random = np.random.default_rng(1)
     for _ in range(200):
         axes, _ = np.linalg.qr(random.normal(size=(3, 3)))
-        a, b, c = np.linalg.eigvalsh(balanced(axes * random.uniform(0.0, 1.0, 3) @ axes.T))
+        a, b, c = np.linalg.eigvalsh(realizable_inertia(axes * random.uniform(0.0, 1.0, 3) @ axes.T))
         assert a > 0.0
         assert a + b >= c
     good = np.diag([0.2, 0.3, 0.4])
-    assert np.array_equal(balanced(good), good)
+    assert np.array_equal(realizable_inertia(good), good)
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (ROBOTS / "masses").glob("*.toml")))

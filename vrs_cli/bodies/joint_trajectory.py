@@ -182,8 +182,8 @@ def trajectory_message(
         "points": [
             {
                 "positions": [one.sign * q + one.offset for one, q in zip(joints, point.joints, strict=True)],
-                "velocities": _signed(joints, point.velocity),
-                "accelerations": _signed(joints, point.acceleration),
+                "velocities": _with_signs(joints, point.velocity),
+                "accelerations": _with_signs(joints, point.acceleration),
                 "effort": [],
                 "time_from_start": ros_time(point.t - first),
             }
@@ -192,7 +192,7 @@ def trajectory_message(
     }
 
 
-def _signed(joints: Sequence[RosJoint], values: Joints) -> list[float]:
+def _with_signs(joints: Sequence[RosJoint], values: Joints) -> list[float]:
     return [one.sign * value for one, value in zip(joints, values, strict=True)] if values else []
 
 

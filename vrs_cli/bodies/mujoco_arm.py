@@ -151,8 +151,8 @@ class MujocoArm:
         self.settings = replace(settings, controller=Controller(controller))
         self.mode = BodyMode.FOLLOWS
         self._random = np.random.default_rng(seed)
-        self._m, self._d = compiled(model, self.inertial)
-        self._own, self._guess = compiled(model, self.inertial)  # what the controller knows
+        self._m, self._d = compile_arm(model, self.inertial)
+        self._own, self._guess = compile_arm(model, self.inertial)  # what the controller knows
         self._own.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         self._own.dof_frictionloss[:] = 0.0
         self._flange = int(self._m.body(f"link{model.joint_count}").id)
@@ -433,7 +433,7 @@ def _standing(joints: Floats) -> State:
     return np.array([joints, np.zeros_like(joints), np.zeros_like(joints)])
 
 
-def compiled(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
+def compile_arm(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
     """Return a model of MuJoCo and its data: links, drives, and for each joint a lock, which is open."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False

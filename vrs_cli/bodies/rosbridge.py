@@ -120,7 +120,7 @@ class RosArm:
         self._number, self._life = 0, self.body.life
 
     @property
-    def _outdated(self) -> bool:
+    def _is_outdated(self) -> bool:
         """Return whether the server began anew since. If so, the known clock offsets and arm states are out of date."""
         return self.body.life != self._life
 
@@ -142,7 +142,7 @@ class RosArm:
 
     def due(self, now: float) -> list[Mapping[str, Any]]:
         """Return what is to be sent now, at this time of the robot's clock [s]."""
-        if self._outdated:
+        if self._is_outdated:
             if not self.body.embodied:
                 return []
             told = self._told.copy()
@@ -154,11 +154,11 @@ class RosArm:
         if self._measured is None or (self._answers < FIRST_ANSWERS and now - self._begun < SETTLING):
             return found
         if self.body.far.rate == 1.0:
-            return found + [self._sent(one) for one in self._trajectories(now)]
+            return found + [self._message(one) for one in self._trajectories(now)]
         self.tell("rate", "the robot's clock does not run as fast as real time: the arm of ROS holds")
         trajectories = self._hold(now) if self.mode is BodyMode.FOLLOWS else []
         self.mode, self._starts = BodyMode.HOLDS, True
-        return found + [self._sent(one) for one in trajectories]
+        return found + [self._message(one) for one in trajectories]
 
     def _trajectories(self, now: float) -> list[Trajectory]:
         """Return the trajectories that are due now."""
@@ -189,7 +189,7 @@ class RosArm:
     def _hold(self, now: float) -> list[Trajectory]:
         follows, self.mode = self.mode is BodyMode.FOLLOWS, BodyMode.HOLDS
         if follows and self._apart() is None:
-            return self._along(braked(self.body.model, self.body.timeline, now), now, now)
+            return self._along(brake_timeline(self.body.model, self.body.timeline, now), now, now)
         assert self._measured is not None, "it is asked only then"
         t, joints, speed = self._measured
         slowest = zip(speed, self.body.model.max_acceleration, strict=True)
@@ -223,7 +223,7 @@ class RosArm:
         """Hear that the timeline has changed from `cut` [s] on."""
         self._cut, self._retried = min(self._cut, cut), False
 
-    def _sent(self, one: Trajectory) -> Mapping[str, Any]:
+    def _message(self, one: Trajectory) -> Mapping[str, Any]:
         settings = self.settings
         offset = None if one.at_once else self._offset(one.begin)
         trajectory = trajectory_message(one.points, settings.joints, offset, one.begin)
@@ -314,11 +314,11 @@ class RosArm:
                 "time", f"{GET_TIME} does not answer: the clock of ROS is known by the stamps of joint_states alone"
             )
         else:
-            self._sync.heard(asked, time, time, now)
+            self._sync.hear(asked, time, time, now)
 
     def _take_states(self, states: JointStates, now: float) -> None:
         """Report the joints, unless they are not all there or their time is none."""
-        if self._outdated:
+        if self._is_outdated:
             return
         stamp = states.header.stamp.seconds
         if stamp <= self._last_stamp:
@@ -333,7 +333,7 @@ class RosArm:
             self._asked.clear()
             self._starts = self._starts or self.mode is BodyMode.FOLLOWS
         self._last_stamp, self._came = stamp, now
-        self._stamps.heard(stamp, now)
+        self._stamps.hear(stamp, now)
         t = stamp - self._offset(now)
         if not now - EARLIER <= t <= now + LATER:
             self._ask_at = min(self._ask_at, now + FIRST_ASKED)
@@ -370,7 +370,7 @@ class RosArm:
         self.tell("refused", f"the controller refuses the trajectory: {why} (RESYNC makes the arm follow again)")
 
 
-def braked(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
+def brake_timeline(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
     """Return a timeline that brakes at t [s] inside all limits, and rests from then on."""
     engine = Engine(model)
     engine.take_up(Bookmark(Book(timeline, timeline, number=timeline.version), Settings(), t))

@@ -112,7 +112,7 @@ def _collect(folder: ClassFolder, options: Namespace) -> None:
     """Copy the newest program of each student, and tell who has handed in nothing."""
     if options.students:
         raise CommandLineError("collect takes the programs of all", f"vrs class collect {folder.root}")
-    target = Path(options.to) if options.to else folder.collected
+    target = Path(options.to) if options.to else folder.collected_folder
     found = folder.collect(target)
     for student, path in found.items():
         print(f"{student} {path.name}")

@@ -33,7 +33,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net import messages, preview
 from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.preview import Flags, FlagWindow, merged
+from vrs_cli.net.preview import Flags, FlagWindow, merge_windows
 from vrs_cli.net.timesync import Playout, TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import JointTarget, Move, SetParameter, Stamp
@@ -199,7 +199,7 @@ class DelayCourse:
 
     def _issue(self, number: int, request: Move, t: float) -> None:
         self._look()
-        self.preview.sent(number, request, t)
+        self.preview.send(number, request, t)
         self._at(self._forward.arrival(t), lambda: self._arrive(number, request, t))
 
     def _arrive(self, number: int, request: Move, t_iss: float) -> None:
@@ -223,17 +223,17 @@ class DelayCourse:
 
     def _refused(self, number: int) -> None:
         self._look()
-        self.preview.refused(number)
+        self.preview.refuse(number)
 
     def _hear(self, number: int, version: int, frames: Sequence[Frame]) -> None:
         """Take the answer to a command and the changes that it made."""
         self._look()
-        self.preview.done(number, version)
+        self.preview.finish(number, version)
         for frame in frames:
             change = READER.read(frame)
             delta = delta_of(change.delta, Motions(), self._form)
             self.mirror.change(delta, change.number)
-            self.flags.arrived(delta.cut, change.applied, self._now)
+            self.flags.add_change(delta.cut, change.applied, self._now)
             self.arrivals.append(self._now)
 
     # --- what is seen ---
@@ -248,7 +248,7 @@ class DelayCourse:
         self.seen[Strategy.DELTAS][rows] = self._joints(known, now)
         self.seen[Strategy.AHEAD][rows] = ahead = self._joints(known, now + self.ahead)
         self.seen[Strategy.PREVIEW][rows] = ahead if planned is known else self._joints(planned, now + self.ahead)
-        self._unconfirmed[rows] = now + self.ahead >= self.preview.unconfirmed
+        self._unconfirmed[rows] = now + self.ahead >= self.preview.unconfirmed_from
 
     def _predict(self) -> None:
         """Record all predicted frames before now that were not recorded yet."""
@@ -327,7 +327,7 @@ def measure_delays(ways: DelayWays) -> TimeSync:
     sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
     for t0 in map(float, range(PINGS)):
         t1 = forward.arrival(t0)
-        sync.heard(t0, t1, t1, backward.arrival(t1))
+        sync.hear(t0, t1, t1, backward.arrival(t1))
     return sync
 
 
@@ -354,4 +354,4 @@ def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tupl
         unknown = changes[bisect_right(arrived, middle) : bisect_right(applied, middle)]
         if any(change.cut <= begin for change in unknown):
             wrong.append(FlagWindow(begin, end))
-    return merged(wrong)
+    return merge_windows(wrong)

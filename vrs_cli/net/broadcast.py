@@ -42,7 +42,7 @@ from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
 
 HIGHEST_RATE = 200.0  # samples a second
-MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes
+MAX_WAITING_BYTES = 256 * 1024  # bytes that one connection holds of changes
 SLICE = 50  # packets of one step: half a millisecond
 HOLD = 0.02  # [s] that sending waits at most for an answer
 AGAIN = 0.05  # [s] after which a connection that took nothing is looked at again
@@ -98,7 +98,7 @@ class Listener:
     def takes(self, parcel: Parcel) -> bool:
         """Send a parcel, unless too much waits already; return whether it was sent."""
         waiting = self.sink.waiting
-        if waiting and (parcel.alone or waiting + sum([len(it.data) for it in parcel.packets]) > MOST_WAITING):
+        if waiting and (parcel.alone or waiting + sum([len(it.data) for it in parcel.packets]) > MAX_WAITING_BYTES):
             return False
         if parcel.packets:
             self.sink.send(*parcel.packets)
@@ -210,7 +210,7 @@ class Broadcast:
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order in which they were looked at last
         self._again = inf  # [s] on the wall: when slow listeners are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
-        self._parcel = cache(self._packed)  # by the state of a listener, until something happens
+        self._parcel = cache(self._pack)  # by the state of a listener, until something happens
         self._last_news = 0
         self._held = self._free = -inf  # [s] on the wall: until when nothing is sent, and is not held again
         self._audience = Audience(watched, wall)
@@ -220,7 +220,7 @@ class Broadcast:
     # --- who listens ---
 
     @property
-    def watched(self) -> bool:
+    def is_watched(self) -> bool:
         """Return whether anybody holds the robot, watches it, or publishes it."""
         return bool(len(self._everybody))
 
@@ -441,7 +441,7 @@ class Broadcast:
         self._behind[listener] = None
         self._again = min(self._again, self._wall() + AGAIN)
 
-    def _packed(
+    def _pack(
         self,
         number: int,
         news: int,
@@ -458,10 +458,10 @@ class Broadcast:
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)
             if packet is None:
-                missed = 0 if number == NOTHING else stream.missed(number)  # changes that are forgotten
+                missed = 0 if number == NOTHING else stream.count_missed(number)  # changes that are forgotten
                 packets = [packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
-            elif packets and size + len(packet.data) > MOST_WAITING:
+            elif packets and size + len(packet.data) > MAX_WAITING_BYTES:
                 return Parcel(tuple(packets), number, news, place, heard, measured, alone, whole=False)
             else:
                 number += 1
@@ -472,11 +472,11 @@ class Broadcast:
                 news = last
                 packets.append(packet_in(form))
         for batch in () if measured is None else self.measured.after(measured):
-            if size > MOST_WAITING // 2:
+            if size > MAX_WAITING_BYTES // 2:
                 break
             packets.append(packet_of(batch.message, form))
             measured, size = batch.end, size + len(packets[-1].data)
-        whole = size <= MOST_WAITING // 2
+        whole = size <= MAX_WAITING_BYTES // 2
         if whole and heard is not None and self.course is not None:
             told, heard = self.course.after(heard)
             packets += [packet_of(one, form) for one in told]

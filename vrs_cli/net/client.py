@@ -40,9 +40,9 @@ from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.net.timesync import USUAL_PERCENTILE, Playout
 from vrs_cli.wire.codec import Encoding
 
-OPENING = 10.0  # [s] that each of two handshakes takes at most: of the socket, and hello
-KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
-CLOSING = 2.0  # [s] that closing takes at most
+OPENING = 10.0  # [s] for each of two handshakes: of the socket, and hello
+KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until the socket of an unanswered one is cut
+CLOSING = 2.0  # [s] in which a socket is closed
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 RUNNING, A_ROBOT = "is the server running? vrs serve", "is it a robot? vrs serve"
 TRUST = "name its file with --ca, in Python with ca="
@@ -53,13 +53,13 @@ MISTRUST = {  # hints by OpenSSL's number of a certificate error (openssl/x509_v
     64: "say the name that the certificate is for",
 }
 UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors of a connection that fails
-SAID = 100  # characters of a server's reason not to open a connection, at most
-SOONEST, LATEST = 0.1, 10.0  # [s] to wait before the second attempt, and at most
+MAX_REASON_CHARS = 100  # of a server's reason not to open a connection
+FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # before the second attempt, and before any later one
 
 
 def waits(attempt: int, random: Random) -> float:
     """Return how long to wait before an attempt [s], counted from 1: up to twice as long each time."""
-    return random.uniform(0.0, min(LATEST, SOONEST * 2.0 ** min(attempt, 30)))
+    return random.uniform(0.0, min(MAX_WAIT_S, FIRST_WAIT_S * 2.0 ** min(attempt, 30)))
 
 
 def address_of(url: str) -> str:
@@ -76,8 +76,8 @@ def address_of(url: str) -> str:
 
 
 def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False) -> messages.Hello:
-    """The first message of a client whose commands use a clock that is so far `behind` the robot's [s]. `attended`: a
-    person is there, who can be asked.
+    """Return the first message of a client whose commands use a clock that is `behind` the robot's by so much [s].
+    `attended`: a person can answer questions.
     """
     return messages.Hello(
         (messages.VERSION,),
@@ -91,7 +91,7 @@ def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: 
 
 
 def tls_for(url: str, ca: Path | None) -> ssl.SSLContext | None:
-    """The trusted certificates, for the address of a server with TLS; else None. Raises FileError."""
+    """Return the trusted certificates for a server with TLS, None for one without. Raises FileError."""
     if urlsplit(url).scheme != "wss":
         return None
     try:
@@ -102,10 +102,8 @@ def tls_for(url: str, ca: Path | None) -> ssl.SSLContext | None:
         raise FileError(f"{ca} cannot be read: {reason(error)}") from None
 
 
-def dialled(url: str, tls: ssl.SSLContext | None) -> connect:
-    """Return the connection to a robot as a context, which is opened when it is entered. Raises one of UNREACHED then
-    if nobody answers.
-    """
+def open_socket(url: str, tls: ssl.SSLContext | None) -> connect:
+    """Return the socket to a robot as a context, which opens it. Entering raises one of UNREACHED if nobody answers."""
     return connect(
         url,
         ssl=tls,
@@ -118,8 +116,8 @@ def dialled(url: str, tls: ssl.SSLContext | None) -> connect:
     )
 
 
-class Even:
-    """A buffer of samples: in real time they are taken as evenly as they were sent, in virtual time as they come."""
+class SampleBuffer:
+    """A buffer of samples. In real time they leave it as evenly as they were sent; in virtual time, as they come."""
 
     def __init__(self, far: FarEnd, percentile: float, wall: Callable[[], float]) -> None:
         self._far, self._percentile, self._wall = far, percentile, wall
@@ -127,7 +125,7 @@ class Even:
 
     def hear(self, message: ServerMessage) -> None:
         match message:
-            case messages.Clock():  # its rate may have changed: the measured delays are worth nothing any more
+            case messages.Clock():  # the rate may have changed: measure the delays again
                 self.playout = Playout(self._percentile)
             case messages.Sample(clock=clock):
                 arrived, rate = self._wall(), self._far.rate
@@ -135,9 +133,9 @@ class Even:
 
 
 class Client:
-    """A connection to a robot; all methods are for the thread of the loop. `told` takes messages about the connection.
-    `measures`: it follows what the robot's body measures. `ca`: a file with the certificate of the server, or of its
-    authority.
+    """A connection to a robot. All methods are for the thread of the event loop. `told` takes messages about the
+    connection. `measures`: the client also follows the reports of the robot's body. `ca`: a file with the certificate
+    of the server, or of its authority.
     """
 
     def __init__(
@@ -164,7 +162,7 @@ class Client:
     # --- asking ---
 
     async def open(self) -> messages.Welcome:
-        """Connect. To be called once. Raises RequestRefused if no robot answers, and what the server refuses."""
+        """Connect; call it once. Raises RequestRefused if no robot answers, and what the server refuses."""
         self._opened = asyncio.get_running_loop().create_future()
         self._task = asyncio.create_task(self._run())
         done, _ = await asyncio.wait([self._opened], timeout=2.0 * OPENING)
@@ -176,18 +174,20 @@ class Client:
         return self.far.welcome
 
     def begin(self, make: Callable[[int], Request], outlet: Callable[[ServerMessage], None]) -> int:
-        """Send a request; its messages go to the outlet, its end last. Raises RequestRefused without a connection."""
+        """Send a request; return its id. The outlet gets its messages, its end last. Raises RequestRefused without a
+        connection.
+        """
         id = self.far.ask(make, outlet)
         self._stirred.set()
         return id
 
     def send(self, message: messages.ClientMessage) -> None:
-        """Send a message that has no answer. Raises RequestRefused if there is no connection."""
+        """Send a message that has no answer. Raises RequestRefused without a connection."""
         self.far.send(message)
         self._stirred.set()
 
     async def ask(self, make: Callable[[int], Request]) -> ServerMessage:
-        """Send a request, and wait for its end: `Done`, or the result. Raises what is refused."""
+        """Send a request; return its end, which is `Done` or a result. Raises what the robot refuses."""
         end: Future[ServerMessage] = asyncio.get_running_loop().create_future()
 
         def hear(message: ServerMessage) -> None:
@@ -198,8 +198,8 @@ class Client:
         return checked(await end)
 
     async def follow(self, window: float = WINDOW) -> Mirror:
-        """Follow the timeline; return the mirror once it shows the last `window` seconds, which it keeps (infinity: all
-        of the past). Raises RequestRefused if these do not come.
+        """Follow the timeline; return the mirror once it has the last `window` seconds, which it keeps (infinity: all
+        of the past). Raises RequestRefused if they do not come.
         """
         self.far.window = window
         self.far.news.append(self._see)
@@ -216,45 +216,45 @@ class Client:
     async def samples(
         self, rate: float, *, ahead: float = 0.0, percentile: float = USUAL_PERCENTILE
     ) -> AsyncIterator[messages.Sample]:
-        """Yield where the robot is, `rate` times a second: for a client that cannot hold the timeline. In real time
-        samples come as evenly as they were sent, so much later that `percentile` of a hundred are there in time.
-        `ahead`: positions so much later [s]. Raises RequestRefused, IllegalValue.
+        """Yield the robot's joints `rate` times a second, for a client that does not hold the timeline. In real time
+        samples are yielded as evenly as they were sent, so late that `percentile` of a hundred have come in time.
+        `ahead`: show the robot so much later [s]. Raises RequestRefused, IllegalValue.
         """
-        even = Even(self.far, percentile, time.monotonic)
-        self.far.news.append(even.hear)
+        buffer = SampleBuffer(self.far, percentile, time.monotonic)
+        self.far.news.append(buffer.hear)
         try:
             await self.ask(lambda id: messages.Subscribe(id, rate=rate, ahead=ahead))
             due, last = time.monotonic(), None
             while True:
                 due = max(due + 1.0 / rate, time.monotonic())
                 await asyncio.sleep(due - time.monotonic())
-                sample = even.playout.take(time.monotonic())
+                sample = buffer.playout.take(time.monotonic())
                 if sample is not None and sample is not last:
                     last = sample
                     yield sample
         finally:
-            self.far.news.remove(even.hear)
+            self.far.news.remove(buffer.hear)
             with suppress(RequestRefused):
                 self.begin(messages.Subscribe, lambda _end: None)
 
     async def measure(self) -> None:
-        """Follow also what the robot's body measures, once the timeline is followed: from the window of the past on.
-        Raises RequestRefused.
+        """Follow the reports of the robot's body, from the window of the past on, if the timeline is followed. Raises
+        RequestRefused.
         """
-        followed, mirror = self.far.connection.followed, self.far.mirror
+        followed, mirror = self.far.connection.subscription, self.far.mirror
         if self.measures or followed is None or mirror is None:
             return
         self.measures, begin = True, max(mirror.now - mirror.window, -1.0)
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
-            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now: this call waits for these reports itself
+            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now, as this call fetches these reports itself
             await self._recall_measured()
         except RequestRefused:
             self.measures = False
             raise
 
     async def _recall_measured(self) -> None:
-        """Ask for the reports that are missing."""
+        """Fetch the missing reports of the body."""
         begin, self.far.unmeasured = self.far.unmeasured, inf
         while begin < inf:
             part = await self.ask(partial(messages.MeasuredWindow, begin=begin))
@@ -262,31 +262,25 @@ class Client:
             self.far.recall_reports(part)
             begin = part.parts[-1].times[-1] if part.goes_on else inf
 
-    def _see_reports(self, message: ServerMessage) -> None:
-        """Ask for the reports that were left out, or that came during a cut."""
-        mirror = self.far.mirror
-        if not self.measures or mirror is None:
-            return
-        if isinstance(message, messages.Welcome):
-            end = mirror.record.view.end
-            self.far.unmeasured = -1.0 if end is None else end
-        asks = self._remeasuring is not None and not self._remeasuring.done()
-        if self.far.unmeasured < inf and not asks:
-            self._remeasuring = asyncio.create_task(self._recall_again())
-
     async def _recall_again(self) -> None:
-        with suppress(RequestRefused):  # it was cut: the next welcome asks again
+        """Fetch missing reports until there are none, or the connection is cut: the next welcome begins this again."""
+        with suppress(RequestRefused):
             while self.far.unmeasured < inf:
                 await self._recall_measured()
 
     def _see(self, message: ServerMessage) -> None:
-        """Ask for older parts when they are missing: a snapshot has only the last part of a long timeline, and UNDO may
-        set the clock back to before it.
+        """Fetch missing reports, and missing older parts of the timeline: a snapshot may have only the last part, and
+        UNDO may set the clock back to before it.
         """
-        self._see_reports(message)
         mirror, recalling = self.far.mirror, self._recalling
         if mirror is None:
             return
+        if self.measures:
+            if isinstance(message, messages.Welcome):
+                end = mirror.record.view.end
+                self.far.unmeasured = -1.0 if end is None else end
+            if self.far.unmeasured < inf and (self._remeasuring is None or self._remeasuring.done()):
+                self._remeasuring = asyncio.create_task(self._recall_again())
         anew = isinstance(message, messages.Replaced | messages.Welcome)
         if anew or (mirror.now < mirror.begins and (recalling is None or recalling.done())):
             if recalling is not None:
@@ -294,19 +288,21 @@ class Client:
             self._recalling = asyncio.create_task(self._recall(mirror))
 
     async def _recall(self, mirror: Mirror) -> None:
-        """Ask for the wanted parts of the past that are not known, one after the other."""
-        with suppress(RequestRefused):  # it was cut: the next welcome asks again
+        """Fetch the unknown parts of the wanted past, the newest first, until the connection is cut: the next welcome
+        begins this again.
+        """
+        with suppress(RequestRefused):
             while (begins := mirror.begins) > (wanted := max(mirror.now - mirror.window, -1.0)) and not mirror.lost:
                 part = await self.ask(lambda id: messages.Window(id, wanted, begins))
                 assert isinstance(part, messages.Shown), "it answers Window"
                 if not self.far.extend(part):
-                    await asyncio.sleep(SOONEST)  # a change has come between: the next part fits
+                    await asyncio.sleep(FIRST_WAIT_S)  # a change has come first: the next part will fit
         self._shown.set()
 
     async def close(self) -> None:
-        """Let the robot go."""
+        """Leave the robot and close the connection."""
         self._leaves = True
-        with suppress(VrsError):  # it is gone already
+        with suppress(VrsError):  # the connection is gone already
             self.send(messages.Bye())
         self._stirred.set()
         if self._task is not None:
@@ -320,11 +316,11 @@ class Client:
     # --- sockets ---
 
     async def _run(self) -> None:
-        """Connect again and again, until the robot is let go or cannot be held."""
+        """Connect, and connect again after each cut, until the user leaves or the robot refuses."""
         attempt, again = 0, True
         while again:
             try:
-                async with dialled(self.url, self._tls) as socket:
+                async with open_socket(self.url, self._tls) as socket:
                     await self._dialogue(socket)
                 why = self.far.connection.why or "the connection was cut"
                 hint = A_ROBOT
@@ -334,7 +330,11 @@ class Client:
             self.far.cut()
             again = self._goes_on(why, hint)
             if again:
-                await self._pause(waits(attempt, self._random))
+                end = time.monotonic() + waits(attempt, self._random)
+                while not self._leaves and time.monotonic() < end:
+                    self._stirred.clear()
+                    self.far.look()
+                    await self._stir(min(end, self.far.due))
 
     async def _dialogue(self, socket: Socket) -> None:
         """Receive and send until the socket or the connection is closed."""
@@ -352,7 +352,7 @@ class Client:
             await asyncio.wait([writing])
 
     async def _write(self, socket: Socket) -> None:
-        """Send what waits, and do what is due."""
+        """Send waiting frames and do what is due, until the connection closes."""
         with suppress(ConnectionClosed):
             while not self._leaves and not self.far.connection.closing:
                 self._stirred.clear()
@@ -364,26 +364,18 @@ class Client:
                 await socket.send(frame)
             await socket.close()
 
-    async def _pause(self, seconds: float) -> None:
-        """Wait before another attempt."""
-        end = time.monotonic() + seconds
-        while not self._leaves and time.monotonic() < end:
-            self._stirred.clear()
-            self.far.look()
-            await self._stir(min(end, self.far.due))
-
     async def _stir(self, until: float) -> None:
-        """Wait until there is something to send, at most until that time of the monotonic clock [s]."""
+        """Wait until there is something to send, at most until a time of the monotonic clock [s]."""
         with suppress(TimeoutError):
             async with asyncio.timeout(until - time.monotonic()):
                 await self._stirred.wait()
 
     def _goes_on(self, why: str, hint: str) -> bool:
-        """Return whether to connect again. The caller of `open` is told why it fails."""
+        """Return whether to connect again. Before the first welcome, `open` gets the reason as its error instead."""
         refusal = self.far.refusal
         if not self._opened.done():
             self._opened.set_exception(refusal or RequestRefused(why, hint))
-            self._opened.exception()  # the caller may have given up: asyncio is not to complain about that
+            self._opened.exception()  # or asyncio complains if the caller of `open` was cancelled
             return False
         if self._leaves:
             return False
@@ -398,8 +390,8 @@ def no_answer(url: str, error: Exception) -> tuple[str, str]:
     tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
     match error:
         case InvalidStatus(response=response):
-            said = response.body.decode(errors="replace").strip()  # one line of our server, or a page of another
-            ours = 0 < len(said) <= SAID and said.isprintable() and "<" not in said
+            said = response.body.decode(errors="replace").strip()  # our server sends one line, another one a page
+            ours = 0 < len(said) <= MAX_REASON_CHARS and said.isprintable() and "<" not in said
             return f"{url} answers {response.status_code} {response.reason_phrase}", said if ours else A_ROBOT
         case ssl.SSLCertVerificationError():
             wrong = error.verify_message.rstrip(".")
@@ -428,7 +420,7 @@ def reason_of(error: Exception) -> str:
             return f"no TLS ({why.replace('_', ' ').lower()})"
         case InvalidMessage():
             return "no HTTP comes from there"
-        case OSError(errno=None):  # asyncio puts the errors of several addresses into one text
+        case OSError(errno=None):  # asyncio joins the errors of several addresses into one text
             numbers = re.findall(r"\[Errno (\d+)\]", str(error))
             return os.strerror(int(numbers[-1])).lower() if numbers else str(error) or "the connection was cut"
         case OSError(errno=int(number)):

@@ -41,19 +41,19 @@ from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # asked while a line is typed
-AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that wait for no share
-# acts of a user that move or change something: how they are called, and the role that they need
+AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # never wait for a share of CPU time
+# acts of a user that move or change something: their name in messages, and the role that they need
 CHANGING: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
     Press: ("JOG", Role.DESIGNER),
     StopJog: ("JOG", Role.DESIGNER),
     StopProgram: ("ABORT", Role.DESIGNER),
 }
-MOST_LOOKS = 200  # questions of one user that wait for an answer
+MAX_PENDING_QUESTIONS = 200  # questions of one user that wait for an answer
 
 
 class ClientSocket(Protocol):
-    """A socket, as its client session uses it. It never waits and never raises."""
+    """A socket for a client session. Its methods never wait and never raise."""
 
     connection: ServerConnection
     address: str
@@ -61,13 +61,13 @@ class ClientSocket(Protocol):
 
     @property
     def sink(self) -> Sink:
-        """The way of messages to many."""
+        """The receiver of broadcast messages."""
 
     def flush(self) -> None:
-        """Send what the connection has to send, and close the socket if that is due."""
+        """Send the waiting frames of the connection; close the socket if the connection is closing."""
 
     def ping(self) -> None:
-        """Ask whether the client is there; its answer calls `ClientSession.beat`."""
+        """Ping the client; its answer calls `ClientSession.beat`."""
 
 
 class ClientSession(UserSession):
@@ -96,7 +96,7 @@ class ClientSession(UserSession):
         self.link: ClientSocket | None = None
         self.pace = SendPace()
         self._share = Share(robot.allowance, robot.lookers, robot.wall())
-        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # messages that wait for a share; their bytes
+        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # waiting for a share of CPU; their bytes
         self.parked_bytes = 0
         self.address = ""
         self.console = False
@@ -104,9 +104,9 @@ class ClientSession(UserSession):
         self._robot, self._users, self._wall = robot, users, robot.wall
         self._listener: Listener | None = None
         self._wishes: deque[messages.Drag] = deque(maxlen=1)  # the target of a dragged tool, until the robot takes it
-        self._pulling: Pending | None = None  # the request that gives it to the robot
-        self._drag_refused = False  # a refusal is told once
-        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and what comes after it
+        self._pulling: Pending | None = None  # the request that gives this target to the robot
+        self._drag_refused = False  # the user knows that the target is refused
+        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and the messages after it
         self._status: PromptStatus | None = None  # as `Status` told it last
         self._columns: int | None = None  # of the client's screen, for which replies are sent as lines, too
 
@@ -118,7 +118,7 @@ class ClientSession(UserSession):
     # --- connections ---
 
     def attach(self, link: ClientSocket, hello: messages.Hello) -> None:
-        """Give the client a socket, in place of the one before."""
+        """Give the client a new socket, and drop the old one."""
         self.detach()
         self.link, self.address = link, link.address
         form = MessageForm(text=hello.format is Encoding.JSON, full=hello.full)
@@ -127,7 +127,7 @@ class ClientSession(UserSession):
         self.beat()
 
     def detach(self) -> None:
-        """Drop the socket, which is gone; the client may come again with another one."""
+        """Drop the closed socket; the client may come back with another one."""
         listener, self._listener, self.link = self._listener, None, None
         self.pace.waiting = 0
         if listener is not None:
@@ -144,7 +144,7 @@ class ClientSession(UserSession):
             self.link.flush()
 
     def tell(self, message: messages.Numbered) -> None:
-        """Send a message that must arrive once: now, when the client is connected again, or after a long reply."""
+        """Send a message that must arrive exactly once: now, after a long reply, or when the client is back."""
         self._robot.touched[self.flush] = None
         prefixes, long = self._robot.prefixes, isinstance(message, messages.Told) and is_long(message.reply)
         if long or may_hold(prefixes, message):
@@ -169,7 +169,7 @@ class ClientSession(UserSession):
         return bool(self._to_tell)
 
     def tell_more(self) -> None:
-        """Send the next part of a long reply; after the last part, all that waits behind it."""
+        """Send the next part of a long reply; after its last part, send all messages that wait behind it."""
         while self._to_tell:
             message = next(self._to_tell[0], None)
             if message is not None:
@@ -187,7 +187,7 @@ class ClientSession(UserSession):
             self.link.connection.send(message, self._wall())
 
     def send(self, message: messages.ServerMessage) -> None:
-        """Send a message; a numbered one arrives also after a cut."""
+        """Send a message; a numbered one arrives even after a cut."""
         self.tell(message) if isinstance(message, messages.Numbered) else self.say(message)
 
     def leave(self) -> None:
@@ -197,8 +197,8 @@ class ClientSession(UserSession):
     # --- what comes ---
 
     def receive(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
-        """Carry out a message, or tell why not. `waited`: it arrived in time, and has waited here. A command that was
-        held up on the way is refused, for its user expects it no more; a stop never is.
+        """Carry out a message, or tell the client why not. A command that arrives after its `until` is refused, as its
+        user expects it no longer, unless it stops the robot. `waited`: the message was parked here, and came in time.
         """
         self.beat()
         try:
@@ -208,15 +208,18 @@ class ClientSession(UserSession):
                 raise RequestRefused(what, "give it again")
             self.carry_out(message, self.send)
         except Exception as error:
-            if what := _deed(message):
+            if what := _audit_text(message):
                 self.note(what, f"refused: {error}")
             self.refuse(message, error, self.send)
 
     def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
         match message:
-            case messages.Line(text=text) | messages.At(act=Say(line=text)):
-                check_short(text)
-            case messages.Complete(text=text) | messages.Check(text=text):
+            case (
+                messages.Line(text=text)
+                | messages.At(act=Say(line=text))
+                | messages.Complete(text=text)
+                | messages.Check(text=text)
+            ):
                 check_short(text)
         match message:
             case messages.Subscribe() | messages.Play() | messages.Resync():
@@ -224,7 +227,7 @@ class ClientSession(UserSession):
             case messages.Window(id, begin, end):
                 stream = self._robot.broadcast.stream
                 joints = None if self._listener is None else self._listener.form.joints
-                part = stream.part(begin, end, joints)  # at once: later it would be out of date
+                part = stream.part(begin, end, joints)  # now, as a later change would make it out of date
                 self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
             case messages.Who(id):
                 driver = self._robot.driving.lease.holder
@@ -243,7 +246,7 @@ class ClientSession(UserSession):
             case messages.Embody() | messages.Measured() | messages.MeasuredWindow():
                 self._use_body(message)
             case messages.Bye():
-                pass  # the connection has done it
+                pass  # the connection closes itself
             case _ if isinstance(message, messages.OF_CLASS):
                 raise RequestRefused("this server has no class", "vrs serve --class serves one")
             case _:
@@ -259,8 +262,8 @@ class ClientSession(UserSession):
         return False
 
     def wait(self, message: messages.ClientMessage) -> float:
-        """Return how long a request has to wait [s], so that one user does not delay the others. The driver never
-        waits, nor does a user who asks alone.
+        """Return how long a request has to wait [s] so that its user does not delay the others. The driver never waits;
+        nor does a user if nobody else asks.
         """
         robot = self._robot
         if robot.driving.lease.holder in ("", self.name) or not robot.others_ask(self):
@@ -273,8 +276,8 @@ class ClientSession(UserSession):
             self._share.spend(seconds, self._wall(), typing=typing)
 
     def park(self, message: messages.ClientMessage, size: int) -> bool:
-        """Keep a request, of `size` bytes, that has to wait; return False if it goes first, or need not wait. Of the
-        requests of one kind that a line being typed causes, only the newest waits: older ones get an empty answer.
+        """Keep a request of `size` bytes if it has to wait; return whether it was kept. Of completions (and likewise of
+        checks) only the newest waits: older ones get an empty answer.
         """
         if isinstance(message, AT_ONCE) or self.is_stop(message):
             return False
@@ -294,7 +297,9 @@ class ClientSession(UserSession):
         return True
 
     def unpark(self) -> float | None:
-        """Carry out what need not wait any more; return how long the next has to wait [s], None if nothing waits."""
+        """Carry out the requests that need not wait any longer. Return how long the next one has to wait [s], None if
+        no request is left.
+        """
         while self._parked:
             message, size = self._parked[0]
             if wait := self.wait(message):
@@ -315,12 +320,12 @@ class ClientSession(UserSession):
         *,
         urgent: bool = False,
     ) -> None:
-        """Have the robot carry out a request, within the limits of a served robot. Raises LimitReached."""
+        """Submit a request to the robot, within the limits of a served robot. Raises LimitReached."""
         looks = sum(one.answer is not None for one in self.pending.values())
-        if answer is not None and looks >= MOST_LOOKS:
-            raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
+        if answer is not None and looks >= MAX_PENDING_QUESTIONS:
+            raise LimitReached(f"{MAX_PENDING_QUESTIONS} questions wait already", "wait for some answers first")
         if isinstance(message, messages.Line | messages.At):
-            dialogue = self._checked(message, dialogue)
+            dialogue = self._check_turn(message, dialogue)
         if urgent and self._robot.works:
             stopped = messages.Told(Message(f"{self.name} stops the robot", Tone.WARNING))
             for other in [other for other in self._users.values() if other is not self]:
@@ -328,29 +333,26 @@ class ClientSession(UserSession):
                 other.flush()
         super().ask(message, dialogue, outlet, answer, urgent=urgent)
 
-    def _checked(self, message: messages.Line | messages.At, dialogue: Dialogue[Any]) -> Dialogue[Any]:
-        """Check a request that moves the arm or changes a program when its turn comes: the lease may have changed."""
+    def _check_turn(self, message: messages.Line | messages.At, dialogue: Dialogue[Any]) -> Dialogue[Any]:
+        """Return a dialogue that checks the user's rights when its turn comes: the lease may have changed."""
         robot = self._robot
         match message:
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
-                return robot.checked(dialogue, lambda: robot.may_always(text))
+                return robot.check_and_note(dialogue, lambda: robot.may_always(text))
             case messages.At(act=UserAct() as act):
                 needs = CHANGING.get(type(act))
                 always = needs is None or isinstance(act, StopJog | StopProgram)
-                dialogue = dialogue if needs is None else self._permitted(needs, dialogue)
+                if needs is not None:
+                    dialogue = _after(partial(self.session.check_may, *needs), dialogue)
             case messages.At(act=act):
                 always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
-        return robot.checked(dialogue, lambda: always)
-
-    def _permitted(self, needs: tuple[str, Role], dialogue: Dialogue[Any]) -> Dialogue[Any]:
-        self.session.check_may(*needs)
-        return (yield from dialogue)
+        return robot.check_and_note(dialogue, lambda: always)
 
     def submit(self, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
         if pending.id:
             self._robot.asked_at[self] = self._wall()
         self._robot.broadcast.hold()
-        ticket = self.put(dialogue, partial(self._said, pending), urgent=urgent)
+        ticket = self.put(dialogue, partial(self._take_reply, pending), urgent=urgent)
         self.pending[ticket] = pending
 
     def status(self) -> PromptStatus:
@@ -370,9 +372,9 @@ class ClientSession(UserSession):
                 broadcast.play(listener, message)
             case messages.Resync(full) if listener is not None:
                 broadcast.resync(listener, full=full)
-        self._robot.stirred()
+        self._robot.wake()
 
-    # --- driving, and files ---
+    # --- lease, body, dragging and files ---
 
     def _drive(self, message: messages.Drive) -> None:
         if message.act is not messages.LeaseAct.GIVE:
@@ -391,10 +393,10 @@ class ClientSession(UserSession):
             case messages.LeaseAct.RELEASE:
                 driving.change(lambda lease, now: lease.give(name, "", now))
         self.tell(messages.Done(message.id, version=self.timeline.version))
-        self.note(_deed(message), "done")
+        self.note(_audit_text(message), "done")
 
     def _use_body(self, message: messages.OF_BODY) -> None:
-        """Be the robot's body, report, or ask what was measured."""
+        """Carry out a message of a body, or a question for what was measured."""
         served = self._robot.served_body
         match message:
             case messages.MeasuredWindow():
@@ -407,30 +409,27 @@ class ClientSession(UserSession):
                         "to be the body needs a token of the role body", f"you are {self.grant.role.spoken}"
                     )
                 before = self._users.get(served.body.name)
-                if before is not None and before.link is None and before.is_same_user(self):  # its process began anew
-                    served.body.leave(before.name)
+                own = self.grant, self.wanted_name
+                if before is not None and before.link is None and (before.grant, before.wanted_name) == own:
+                    served.body.leave(before.name)  # its process was started again
                 self.say(served.embody(self.name, message))
-                self.note(_deed(message), "done")
-
-    def is_same_user(self, other: ClientSession) -> bool:
-        """Return whether two clients have the same token, and the same name for themselves."""
-        return (self.grant, self.wanted_name) == (other.grant, other.wanted_name)
+                self.note(_audit_text(message), "done")
 
     def note(self, what: str, result: str) -> None:
-        """Write a line of the audit."""
+        """Write a line into the audit."""
         self._robot.audit.note(self._robot.name, self.name, self.address, what, result)
 
     def _drag(self, message: messages.Drag) -> None:
-        """Give the robot the target of the dragged tool; a newer one replaces one that the robot has not taken."""
+        """Give the robot a target for the dragged tool; it replaces a target that the robot has not taken yet."""
         self._wishes.append(message)
         if self._pulling is None:
             self._pull()
 
     def _pull(self) -> None:
         self._pulling = Pending(0, self.send, answer=lambda _found: None)
-        self.submit(self._robot.checked(self._pulled(), lambda: False), self._pulling)
+        self.submit(self._robot.check_and_note(self._pull_tool(), lambda: False), self._pulling)
 
-    def _pulled(self) -> Dialogue[None]:
+    def _pull_tool(self) -> Dialogue[None]:
         wish = self._wishes.pop()
         try:
             yield from self._robot.drag_control.pull(wish.pose, wish.issued)
@@ -455,11 +454,11 @@ class ClientSession(UserSession):
             case messages.Names(id):
                 self.ask(message, beside(robot.files.list), outlet, partial(messages.Listed, id))
 
-    # --- what the robot says ---
+    # --- replies of the robot ---
 
-    def _said(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
-        """Take what was said of a request; None: it has ended. In the robot's thread. The next request of a user who is
-        told a long reply begins when the user has taken it.
+    def _take_reply(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+        """Take a reply or a question of a request in the robot's thread; None: the request has ended. After a long
+        reply the user's next request begins when the connection has taken all of it.
         """
         if said is not None and not isinstance(said, Question) and is_long(said):
             self.session.actor.let_wait(self.user_state)
@@ -480,7 +479,7 @@ class ClientSession(UserSession):
             self._pulling = None
             if self._wishes:
                 self._pull()
-        if what := _deed(pending.message):
+        if what := _audit_text(pending.message):
             error = ticket.error(0.0)
             wrong = str(error) if error is not None else None if pending.wrong is None else _wrong(pending.wrong)
             self.note(what, "done" if wrong is None else f"refused: {wrong}")
@@ -488,21 +487,21 @@ class ClientSession(UserSession):
             self._robot.ended()
 
     def types(self, ticket: Ticket[Any]) -> bool:
-        """Return whether a request helps a user to type a line, or is for the prompt. In any thread."""
+        """Return whether a request helps to type a line, or asks for the status of the prompt. In any thread."""
         pending = self.pending.get(ticket)
-        return pending is not None and (isinstance(pending.message, TYPING) or pending.answer == self._changed)
+        return pending is not None and (isinstance(pending.message, TYPING) or pending.answer == self._status_if_new)
 
     def look(self) -> None:
-        """Ask the robot what stands around the prompt, and tell it if it has changed."""
-        self.submit(quietly(self.status), Pending(0, self.send, answer=self._changed))
+        """Ask the robot for the status of the prompt, and send it if it has changed."""
+        self.submit(quietly(self.status), Pending(0, self.send, answer=self._status_if_new))
 
-    def _changed(self, status: PromptStatus) -> messages.ServerMessage | None:
+    def _status_if_new(self, status: PromptStatus) -> messages.ServerMessage | None:
         before, self._status = self._status, status
         return None if status == before else messages.Status(status)
 
 
 def commands(client: ClientSession, message: messages.ClientMessage) -> bool:
-    """Return whether a message moves or changes something, and does not stop a robot."""
+    """Return whether a message moves or changes something; messages that stop a robot do not count."""
     match message:
         case messages.Line() | messages.At(act=Say()):
             return not client.is_stop(message)
@@ -516,13 +515,13 @@ def commands(client: ClientSession, message: messages.ClientMessage) -> bool:
 
 
 def check_short(text: str) -> None:
-    """Raises LimitReached for a line that would take long to parse."""
+    """Check that no line is too long to parse quickly. Raises LimitReached."""
     longest = max(map(len, text.splitlines()), default=0)
     if longest > MAX_LINE_CHARS:
         raise LimitReached(f"a line of {longest} characters, {MAX_LINE_CHARS} at most", "give it in parts")
 
 
-def _deed(message: messages.ClientMessage | None) -> str:
+def _audit_text(message: messages.ClientMessage | None) -> str:
     """Describe a message for the audit; empty if the audit does not list it."""
     match message:
         case messages.Line(text=text) | messages.At(act=Say(text)):
@@ -544,6 +543,12 @@ def _deed(message: messages.ClientMessage | None) -> str:
         case messages.Get(name=name):
             return f"(get {name})"
     return ""
+
+
+def _after(check: Callable[[], None], dialogue: Dialogue[Any]) -> Dialogue[Any]:
+    """Run a dialogue after a check, which raises if it may not run."""
+    check()
+    return (yield from dialogue)
 
 
 def _wrong(reply: Reply) -> str:

@@ -96,7 +96,7 @@ class Known(Struct, frozen=True):
         looked for from `now` on, or a little before.
         """
         if since > self.low:
-            return replace(self, high=min(self.high, since), touches=tuple(clipped(self.touches, -inf, since)))
+            return replace(self, high=min(self.high, since), touches=tuple(clip_contacts(self.touches, -inf, since)))
         first = max(self.course.begins, min(now, self.course.timeline.last) - BEFORE_NOW)
         return replace(self, low=first, high=first, touches=())
 
@@ -141,11 +141,11 @@ class CourseComputer:
         end = min(known.until, last if known.until == inf else wanted)
         if begin < end:
             end = min(end, begin + (STRETCH if begin < timeline.end else STANDING))
-            return replace(known, high=end, touches=joined(known.touches, self.touches(known, begin, end)))
+            return replace(known, high=end, touches=join_contacts(known.touches, self.touches(known, begin, end)))
         if known.until == inf and begin < inf:  # all stands for ever
             touches = (one for one in self.touches(known, last, last + STRETCH) if one.end == last + STRETCH)
             found = [one._replace(begin=max(one.begin, begin), end=None) for one in touches]
-            return replace(known, high=inf, touches=joined(known.touches, found))
+            return replace(known, high=inf, touches=join_contacts(known.touches, found))
         return None
 
     def _look_back(self, known: Known) -> Known | None:
@@ -154,7 +154,7 @@ class CourseComputer:
         if end <= course.begins or len(known.touches) > MAX_TOUCHES:
             return None
         begin = max(course.begins, end - STRETCH)
-        return replace(known, low=begin, touches=joined(self.touches(known, begin, end), known.touches))
+        return replace(known, low=begin, touches=join_contacts(self.touches(known, begin, end), known.touches))
 
     def touches(self, known: Known, begin: float, end: float) -> list[ContactSpan]:
         """Return the contacts between two times of a course that is known [s]."""
@@ -175,7 +175,7 @@ def _went_on(course: WorldCourse, wanted: float) -> float:
     return until
 
 
-def joined(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) -> tuple[ContactSpan, ...]:
+def join_contacts(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) -> tuple[ContactSpan, ...]:
     """Return contacts of two stretches of time; those that go on from one to the other are one."""
     found = list(earlier)
     open_ends = {(one.first, one.second, one.end): k for k, one in enumerate(found)}
@@ -188,7 +188,7 @@ def joined(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) -> tupl
     return tuple(found)
 
 
-def clipped(touches: Iterable[ContactSpan], begin: float, end: float) -> Iterator[ContactSpan]:
+def clip_contacts(touches: Iterable[ContactSpan], begin: float, end: float) -> Iterator[ContactSpan]:
     """Yield the parts of contacts between two times [s]."""
     for one in touches:
         last = inf if one.end is None else one.end
@@ -247,7 +247,7 @@ class CourseTeller:
         """Stop for good."""
 
     @property
-    def known(self) -> Known | None:
+    def known_part(self) -> Known | None:
         """Return what is known so far; None before the first step."""
         return self._known
 
@@ -272,7 +272,7 @@ class CourseTeller:
         begin, end = known.low, min(known.high, cut.contacts)
         for since, until in ((begin, end),) if low > high else ((high, end), (begin, low)):
             if since < until:
-                touches = tuple(clipped(known.touches, since, until))
+                touches = tuple(clip_contacts(known.touches, since, until))
                 told.append(Contacts(touches, since, None if until == inf else until))
                 low, high = min(low, since), max(high, until)
         return told, heard._replace(low=low, high=high)

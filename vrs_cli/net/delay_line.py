@@ -28,7 +28,7 @@ from msgspec import Struct
 from vrs_cli.errors import NonexistentFile, UsageError, did_you_mean
 
 RETRANSMIT = 0.2  # [s] until what was lost is sent again: the least that Linux waits (TCP_RTO_MIN)
-LONGEST_WAIT = 120.0  # [s] between two tries, which double until then (RFC 6298, 5.5 and TCP_RTO_MAX)
+MAX_RETRANSMIT_S = 120.0  # [s] between two tries, which double until then (RFC 6298, 5.5 and TCP_RTO_MAX)
 
 
 class Delays(Protocol):
@@ -130,7 +130,7 @@ class Lossy(Struct, frozen=True):
         def delay(t: float) -> float:
             late, wait = 0.0, RETRANSMIT
             while random.random() < self.loss:
-                late, wait = late + wait, min(2.0 * wait, LONGEST_WAIT)
+                late, wait = late + wait, min(2.0 * wait, MAX_RETRANSMIT_S)
             return late + delay_of(t)
 
         return delay
@@ -165,8 +165,8 @@ class DelayWays(Struct, frozen=True):
 # --- delays as people write them -------------------------------------------------------------------------------------
 
 
-LONGEST = 3600.0  # [s] a delay
-MOST_LOSS = 0.5
+MAX_DELAY_S = 3600.0  # [s] a delay
+MAX_LOSS = 0.5
 UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
 
 
@@ -222,19 +222,19 @@ def parse_duration(text: str) -> float:
         seconds = float(text[: len(text) - len(unit)]) * factor
     except ValueError:
         raise DelayError(f"{text!r} is no duration", "as 200ms, 0.2s or 0.2") from None
-    if not 0.0 <= seconds <= LONGEST:
-        raise DelayError(f"{text!r} is no delay", f"from 0 to {LONGEST:g} s")
+    if not 0.0 <= seconds <= MAX_DELAY_S:
+        raise DelayError(f"{text!r} is no delay", f"from 0 to {MAX_DELAY_S:g} s")
     return round(seconds, 9)
 
 
 def parse_loss(text: str) -> float:
-    """Read a share such as 1% or 0.01. Raises DelayError, also for one above MOST_LOSS."""
+    """Read a share such as 1% or 0.01. Raises DelayError, also for one above MAX_LOSS."""
     try:
         share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
     except ValueError:
         raise DelayError(f"{text!r} is no share", "as 1% or 0.01") from None
-    if not 0.0 <= share <= MOST_LOSS:
-        raise DelayError(f"{text!r} is no share that may be lost", f"from 0 to {MOST_LOSS:.0%}")
+    if not 0.0 <= share <= MAX_LOSS:
+        raise DelayError(f"{text!r} is no share that may be lost", f"from 0 to {MAX_LOSS:.0%}")
     return share
 
 

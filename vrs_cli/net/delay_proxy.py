@@ -16,7 +16,7 @@ from typing import NamedTuple
 from vrs_cli.net.delay_line import DelayLine, DelayWays
 
 PIECE = 1 << 16  # bytes that are read, and delayed, at once: as a rule one message
-MOST = 1 << 22  # bytes on one way: 10 MB/s over 0.4 s
+MAX_BYTES_ON_WAY = 1 << 22  # bytes on one way: 10 MB/s over 0.4 s
 
 
 class Endpoint(NamedTuple):
@@ -51,7 +51,7 @@ class _Way:
     async def receive(self, reader: StreamReader) -> None:
         """Take the bytes that are sent, to their end; wait while much is on its way."""
         while True:
-            while self.held >= MOST:
+            while self.held >= MAX_BYTES_ON_WAY:
                 self._went.clear()
                 await self._went.wait()
             piece = await reader.read(PIECE)

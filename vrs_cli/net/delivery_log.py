@@ -1,5 +1,9 @@
-"""Frames for one user: those that wait for the socket (`Outbox`), and all that a server remembers while the connection
-is cut (`DeliveryLog`): messages, commands and questions. Both are bounded. Pure: the time of the day is passed in.
+"""Keep frames for one user: those that wait for the socket (`Outbox`), and the messages, commands and questions that a
+server remembers while the connection is cut (`DeliveryLog`). Both are bounded. Pure: times are arguments.
+
+Split long replies into parts: a table of 100,000 rows takes 0.1 s to encode, in which no other thread runs, and more
+memory than a connection may hold. Each part is sent when the connection has taken the one before. Names of the server's
+folders are removed from replies.
 """
 
 from __future__ import annotations
@@ -20,12 +24,12 @@ from vrs_cli.net.messages import Asked, Clock, Done, Numbered, Outcome, Sample, 
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
-SHORT = 400  # characters of a refusal that is remembered
+MAX_REFUSAL_CHARS = 400  # characters of a refusal that is remembered
 
 
 class Bounds(Struct, frozen=True):
-    """How long a user is remembered after a cut [s]; bytes of the messages; the number of commands that have ended, and
-    of those that have not.
+    """Bounds of a delivery log. `seconds`: how long it is kept after a cut [s]; `told`: bytes of its messages; `ended`,
+    `waiting`: numbers of commands that have ended and that have not.
     """
 
     seconds: float = 60.0
@@ -38,9 +42,9 @@ USUAL = Bounds()
 
 
 class DeliveryLog:
-    """`key` resumes the user's connection: whoever knows it is taken for the user. `seq`: the number of the last
-    message to the user. `put`: gives a frame to the connection that is open. `waiting`: the ids of commands that have
-    not ended. `ended`: how the others ended, by id. `questions`: those without an answer, by number.
+    """All that must reach one user. `key`: the secret that resumes the user's connection. `seq`: the number of the last
+    message to the user. `put`: gives a frame to the open connection, None without one. `waiting`: the ids of commands
+    that have not ended. `ended`: the ends of the others, by id. `questions`: those without an answer, by number.
     """
 
     def __init__(self, key: str, bounds: Bounds = USUAL) -> None:
@@ -64,7 +68,7 @@ class DeliveryLog:
             case Done(id) if id in self.waiting:
                 self.waiting.remove(id)
                 short = message.refusal and replace(
-                    message.refusal, message=message.refusal.message[:SHORT], detail="", hint=""
+                    message.refusal, message=message.refusal.message[:MAX_REFUSAL_CHARS], detail="", hint=""
                 )
                 self.ended[id] = Done(id, message.ok, short, message.version)
                 if len(self.ended) > self.bounds.ended:
@@ -78,15 +82,15 @@ class DeliveryLog:
         self.seq += 1
         frame = encode(replace(message, seq=self.seq), self.encoding)
         self._told.append((now, frame))
-        self._size += len(frame) + BESIDE
+        self._size += len(frame) + FRAME_OVERHEAD_BYTES
         earliest = (now if self._since is None else self._since) - self.bounds.seconds
         while self._told and (self._told[0][0] < earliest or self._size > self.bounds.told):
-            self._size -= len(self._told.popleft()[1]) + BESIDE
+            self._size -= len(self._told.popleft()[1]) + FRAME_OVERHEAD_BYTES
         if self.put is not None:
             self.put(frame)
 
     def since(self, seq: int) -> list[Frame] | None:
-        """Return the frames after that number; None if they are not all remembered."""
+        """Return the frames after the number `seq`; None if some of them are forgotten."""
         missed = self.seq - seq
         if not 0 <= missed <= len(self._told):
             return None
@@ -95,6 +99,7 @@ class DeliveryLog:
     # --- commands ---
 
     def outcome(self, id: int) -> Outcome:
+        """Return the outcome of the command with this id."""
         if id in self.waiting:
             return Outcome.TAKEN
         if id in self.ended:
@@ -102,9 +107,7 @@ class DeliveryLog:
         return Outcome.FORGOTTEN if id <= self._forgotten else Outcome.UNSEEN
 
     def begin(self, id: int, *, always: bool = False) -> bool:
-        """Note a command that was unseen, which `Done` ends. False if too many wait; a command that is done `always` is
-        noted nevertheless.
-        """
+        """Note a new command, which `Done` ends. Return False if too many wait, unless the command is `always` done."""
         if len(self.waiting) >= self.bounds.waiting and not always:
             return False
         self.waiting.add(id)
@@ -118,38 +121,39 @@ class DeliveryLog:
     def attach(self, put: Callable[[Frame], None], encoding: Encoding) -> None:
         self.put, self.encoding, self._since = put, encoding, None
 
-    def expired(self, now: float) -> bool:
-        """Whether the user has been away for too long."""
+    def is_expired(self, now: float) -> bool:
+        """Return whether the user has been away for longer than the bounds allow."""
         return self._since is not None and now - self._since > self.bounds.seconds
 
 
-NEWEST_WINS = (Sample, Clock, Status)  # what was not sent yet is out of date when the next one comes
+NEWEST_WINS = (Sample, Clock, Status)  # a newer message of these types replaces one that was not sent yet
 
-BESIDE = 100  # bytes that a frame takes in memory, beside its own
+FRAME_OVERHEAD_BYTES = 100  # that a frame takes in memory, beside its own
 
 
 class Outbox:
-    """Frames in order, until the socket takes them. `size`: their bytes; a long frame counts as half of `most` at most,
-    so that it gets through alone. `overflown`: there were too many, and they were dropped; nothing more is taken.
+    """Frames in order, until the socket takes them. `size`: their bytes; a frame counts as at most half of `most`, so
+    that a single long frame fits. `overflown`: there were too many bytes; all frames were dropped, and later ones are
+    ignored.
     """
 
     def __init__(self, most: int) -> None:
         self.most, self.size, self.overflown = most, 0, False
         self.encoding = Encoding.JSON
-        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # and what it counts
+        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # each with the bytes that it counts as
         self._count = 0
 
     def put(self, frame: Frame, *, counts: bool = True) -> None:
-        """Append a frame; `counts`: its bytes count."""
+        """Append a frame; `counts`: its bytes are part of `size`."""
         if self.overflown:
             return
         self._count += 1
-        size = min(len(frame) + BESIDE, self.most // 2) if counts else 0
+        size = min(len(frame) + FRAME_OVERHEAD_BYTES, self.most // 2) if counts else 0
         self._waiting[self._count] = frame, size
         self.size += size
         if self.size > self.most:
-            self.drop()
-            self.overflown = True
+            self._waiting.clear()
+            self.size, self.overflown = 0, True
 
     def send(self, message: Struct) -> None:
         if isinstance(message, NEWEST_WINS):
@@ -158,12 +162,8 @@ class Outbox:
         else:
             self.put(encode(message, self.encoding))
 
-    def drop(self) -> None:
-        self._waiting.clear()
-        self.size = 0
-
-    def taken(self, most: float = inf) -> list[Frame]:
-        """Take frames for the socket, in order, until they have `most` bytes or more."""
+    def take_frames(self, most: float = inf) -> list[Frame]:
+        """Remove and return frames in order, until they have `most` bytes or more."""
         taken: list[Frame] = []
         while self._waiting and most > 0:
             one, size = self._waiting.pop(next(iter(self._waiting)))
@@ -175,8 +175,8 @@ class Outbox:
 
 
 M = TypeVar("M")
-MOST_ROWS = 200  # of one part
-LONGEST = 1000  # rows of a table that are searched: longer tables hold no names of files
+MAX_PART_ROWS = 200  # of one part
+MAX_SEARCHED_ROWS = 1000  # rows of a table that are searched: longer tables hold no names of files
 
 
 # --- long replies in parts ------------------------------------------------------------------------------------------
@@ -194,12 +194,12 @@ def _lists_of(kind: type[Struct]) -> tuple[str, ...]:
 
 def is_long(reply: Reply) -> bool:
     """Return whether a reply is sent in parts."""
-    return any(len(getattr(reply, name)) > MOST_ROWS for name in _lists_of(type(reply)))
+    return any(len(getattr(reply, name)) > MAX_PART_ROWS for name in _lists_of(type(reply)))
 
 
 def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
-    """Split a long reply into messages, and its `lines`, which are drawn as they are taken. All but the last message
-    have `goes_on`; each list continues where it ended.
+    """Split a long reply and its `lines` into messages; lines are drawn as the messages are taken. All messages but the
+    last have `goes_on`, and each list continues where the message before ended.
     """
     reply, drawn = told.reply, iter(lines)
     rows = {name: getattr(reply, name) for name in _lists_of(type(reply))}
@@ -207,9 +207,11 @@ def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
 
     def parts() -> Iterator[Told]:
         for name, there in rows.items():
-            for begin in range(0, len(there), MOST_ROWS):
-                yield Told(replace(reply, **{**none, name: there[begin : begin + MOST_ROWS]}), told.id, goes_on=True)
-        while part := tuple(islice(drawn, MOST_ROWS)):
+            for begin in range(0, len(there), MAX_PART_ROWS):
+                yield Told(
+                    replace(reply, **{**none, name: there[begin : begin + MAX_PART_ROWS]}), told.id, goes_on=True
+                )
+        while part := tuple(islice(drawn, MAX_PART_ROWS)):
             yield Told(replace(reply, **none), told.id, goes_on=True, lines=part)
 
     last: Told | None = None
@@ -221,7 +223,7 @@ def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
         yield replace(last, goes_on=False)
 
 
-def joined(parts: Sequence[Told]) -> Told:
+def join_parts(parts: Sequence[Told]) -> Told:
     """Join the parts of a message."""
     reply = parts[-1].reply
     lists = {name: tuple(row for part in parts for row in getattr(part.reply, name)) for name in _lists_of(type(reply))}
@@ -239,7 +241,9 @@ def prefixes_of(folders: Iterable[Path | None]) -> tuple[str, ...]:
 
 
 def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
-    """Return whether a text in the value may have one of the prefixes. It encodes the value: not for a long one."""
+    """Return whether a text in the value may have one of the prefixes. Encodes the value, so it is slow for long
+    ones.
+    """
     try:
         data = encode(value, Encoding.MSGPACK)
     except UnicodeError:
@@ -255,10 +259,10 @@ def without(prefixes: tuple[str, ...], value: M) -> M:
         for prefix in prefixes:
             text = text.replace(prefix, "" if prefix.endswith(os.sep) else ".")
         new = value if text == value else text
-    elif isinstance(value, tuple) and len(value) <= LONGEST:
+    elif isinstance(value, tuple) and len(value) <= MAX_SEARCHED_ROWS:
         found = [without(prefixes, one) for one in value]
         if any(one is not old for one, old in zip(found, value, strict=True)):
-            new = getattr(value, "_make", tuple)(found)  # of the same class, if that is a named one
+            new = getattr(value, "_make", tuple)(found)  # a named tuple keeps its class
     elif isinstance(value, Struct):
         fields_of = {name: getattr(value, name) for name in value.__struct_fields__}
         changed = {name: it for name, old in fields_of.items() if (it := without(prefixes, old)) is not old}

@@ -214,7 +214,7 @@ class MemoryFile:
         if self._session.engine.settings is not self._settings:
             text += self._settings_line()
         with writing(self.path):
-            file.add(_sealed(text), durable=True)
+            file.add(_seal(text), durable=True)
         self._programs, self._settings = programs, self._session.engine.settings
 
     def _settings_line(self) -> str:
@@ -226,7 +226,7 @@ class MemoryFile:
         printed = "".join(self._text(key, one) for key, one in programs.items())
         text = printed + store(self._session.environment, EVERYTHING - {MemoryPart.PROGRAMS}) + self._settings_line()
         self._texts = {key: self._texts[key] for key in programs}
-        write_atomically(self.path, _sealed(text).decode())
+        write_atomically(self.path, _seal(text).decode())
         self.close()
         with writing(self.path):
             self._file = GrowingFile(self.path)
@@ -245,7 +245,7 @@ def _of_programs(text: str) -> frozenset[int]:
     return frozenset(found)
 
 
-def _sealed(text: str) -> bytes:
+def _seal(text: str) -> bytes:
     data = text.encode("utf-8")
     return data + b"; part %08x\n" % crc32(data)
 
@@ -265,9 +265,9 @@ def _sound(path: Path) -> str:
     return (data[:begin] if seals else data).decode("utf-8", "replace")
 
 
-MOST = 10_000_000  # bytes of one file; there are two
-LONGEST = 1000  # characters of one command
-LONGEST_NAME = 40  # characters of a name: a stranger may send any
+MAX_AUDIT_BYTES = 10_000_000  # bytes of one file; there are two
+MAX_COMMAND_CHARS = 1000  # characters of one command
+MAX_NAME_CHARS = 40  # characters of a name: a stranger may send any
 ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
 PRIVATE = 0o600
 
@@ -280,7 +280,7 @@ class Audit:
     """
 
     def __init__(
-        self, path: Path | None, now: Callable[[], float], tell: Callable[[str], None], most: int = MOST
+        self, path: Path | None, now: Callable[[], float], tell: Callable[[str], None], most: int = MAX_AUDIT_BYTES
     ) -> None:
         self._path, self._now, self._tell, self._most = path, now, tell, most
         self._handle, self._size = -1, 0
@@ -296,11 +296,13 @@ class Audit:
         when = datetime.fromtimestamp(self._now(), UTC).isoformat(timespec="milliseconds")
         row = {
             "when": when.replace("+00:00", "Z"),
-            "robot": robot[:LONGEST_NAME],
-            "who": who[:LONGEST_NAME],
+            "robot": robot[:MAX_NAME_CHARS],
+            "who": who[:MAX_NAME_CHARS],
             "from": address,
-            "what": what if len(what) <= LONGEST else f"{what[:LONGEST]}... ({len(what)} characters)",
-            "result": result[:LONGEST],
+            "what": what
+            if len(what) <= MAX_COMMAND_CHARS
+            else f"{what[:MAX_COMMAND_CHARS]}... ({len(what)} characters)",
+            "result": result[:MAX_COMMAND_CHARS],
         }
         try:
             self._add(self._path, json.dumps(row).encode() + b"\n")

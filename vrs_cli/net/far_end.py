@@ -25,7 +25,7 @@ from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, ClockReading, LastStatus, Mirror, parting
-from vrs_cli.net.preview import Flags, Preview, Wishes, changing
+from vrs_cli.net.preview import DragTargets, Flags, Preview, changing
 from vrs_cli.net.protocol import ClientConnection, ConnectionState
 from vrs_cli.net.timesync import Estimate, TimeSync
 from vrs_cli.trajectory.reports import ReportColumns
@@ -41,21 +41,23 @@ from vrs_cli.wire.report_columns import ReportRows, reports_of
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
-PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
-REMEMBERED = 600.0  # [s] that it is known what was shown wrongly
-HELD_UP = 3.0  # [s] and a round trip that a command may be on its way: a user who waits longer thinks of it no more
-QUIET = 4.0  # [s] without a word of the robot, which answers a ping every two seconds: it is not heard any more
-NEAR = 0.05  # [s] D_f + D_b of who sees what becomes of a wish about as soon as it does
-FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between them and after them
+CATCHING_UP = 2.0  # [s] the end of a command waits at most so long for the change that the command made
+COMMAND_TIMEOUT_S = (
+    60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
+)
+REMEMBERED = 600.0  # [s] flags of wrongly shown times are kept so long
+HELD_UP = 3.0  # [s] a command may be on its way for so long and a round trip: later, its user expects it no longer
+QUIET = 4.0  # [s] of silence after which the connection may be cut: the robot answers a ping every two seconds
+NEAR = 0.05  # [s] with a shorter D_f + D_b, a user sees the effect of a command nearly at once
+FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between these and between later ones
 
 SAME_VRS = "install the same vrs on both"
 Outlet = Callable[[ServerMessage], None]
 
 
 class Ahead(Enum):
-    """How far ahead of the clock that is heard a viewer is shown the robot, by the measured delays: at the present
-    (D_b), or where a command of now will find it (D_f + D_b).
+    """How far ahead of the last known state a viewer sees the robot, by the measured delays: at the present (D_b), or
+    where a command of now will find the robot (D_f + D_b).
     """
 
     PRESENT = "present"
@@ -63,11 +65,12 @@ class Ahead(Enum):
 
 
 class FarEnd:
-    """`mirror` and `preview` (of the commands on their way) are there once the timeline is followed and the first
-    snapshot has come. `ahead`: a viewer is shown the robot so much after the clock that is heard [s]. `flags`: the
-    times of which something wrong was shown. `refusal`: why the robot cannot be held. `news`: outlets for all
-    messages that belong to no request. `window`: so many seconds of the past are kept. `world`: of the cell around the
-    robot, None where there is none.
+    """The client's side of a robot: its connection, mirror and preview. Pure; `wall` is the clock here.
+
+    `mirror` and `preview` (with the commands on their way) are None until the timeline is followed and the first
+    snapshot has come. `ahead`: viewers see the robot so much later than the last known state [s]. `flags`: times of
+    which something wrong was shown. `refusal`: why the robot cannot be held. `news`: outlets for messages that belong
+    to no request. `window`: seconds of the past that are kept. `world`: of the cell around the robot, None without one.
     """
 
     def __init__(
@@ -83,18 +86,18 @@ class FarEnd:
         self.news: list[Outlet] = []
         self.window = WINDOW
         self.sync, self.status = TimeSync(), LastStatus(wall)
-        self.unmeasured = inf  # [s] reports of the body are missing from here on
-        self._told_reports = 0  # the number of the next of them
+        self.unmeasured = inf  # [s] reports of the body are missing from this time on
+        self._told_reports = 0  # the number of the next report
         self.cuts = self.stalls = 0  # how often the connection was cut, or so quiet that it may have been
         self._estimate: Estimate | None = None  # of the server's clock
         self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
         self.world: World | None = None
-        self._cell: dict[str, Any] | None = None  # as the robot tells it
-        self._wishes, self._pulled = Wishes(), PulledState()  # for a tool that is dragged
+        self._cell: dict[str, Any] | None = None  # as the server sent it
+        self._wishes, self._pulled = DragTargets(), PulledState()  # for a tool that is dragged
         self._outlets: dict[int, Outlet] = {}
-        # commands that are done, whose change is waited for until then [s]
+        # finished commands whose change has not come yet, and until when that is waited for [s]
         self._ended: dict[int, tuple[Done, float]] = {}
         self._clock = messages.Clock(0.0)
         self._resyncs = False  # the mirror is lost, and a snapshot was asked for
@@ -105,6 +108,7 @@ class FarEnd:
     # --- sockets ---
 
     def receive(self, frame: Frame) -> None:
+        """Take a frame that came over the socket."""
         now = self._wall()
         self.stalls += self.open and now - self._heard_at > QUIET
         self._heard_at = now
@@ -112,7 +116,7 @@ class FarEnd:
             self._take(message)
 
     def cut(self) -> None:
-        """The socket is gone."""
+        """Note that the socket is gone."""
         self.cuts += self.connection.state in (ConnectionState.OPEN, ConnectionState.CLOSING)
         self.connection.cut()
         now = self._wall()
@@ -124,15 +128,15 @@ class FarEnd:
 
     @property
     def due(self) -> float:
-        """When `look` is due, by the time of the day [s]."""
+        """When `look` is due next, by the clock here [s]."""
         next_ping = self._next_ping if self.open else inf
-        return min([next_ping, self._cut_at + PATIENCE, *(until for _, until in self._ended.values())])
+        return min([next_ping, self._cut_at + COMMAND_TIMEOUT_S, *(until for _, until in self._ended.values())])
 
     def look(self) -> None:
-        """Do what time makes due: end the requests that waited too long, and measure the delays by a ping."""
+        """Do what is due: end requests that waited too long, and send a ping to measure the delays."""
         now = self._wall()
         self._release(lambda _done, until: now >= until)
-        if now >= self._cut_at + PATIENCE:
+        if now >= self._cut_at + COMMAND_TIMEOUT_S:
             self.give_up()
         if self.open and now >= self._next_ping:
             self._ping(now)
@@ -143,9 +147,7 @@ class FarEnd:
         self.connection.send(messages.Ping(now))
 
     def give_up(self, why: VrsError | None = None) -> None:
-        """End all requests, as the robot does not come back. They are told why, or that nobody knows what became of
-        them.
-        """
+        """End all requests, as the connection does not come back; `why` is given as the reason."""
         self._cut_at = inf
         self._release(lambda _done, _until: True)
         lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
@@ -155,39 +157,39 @@ class FarEnd:
     # --- asking ---
 
     def ask(self, make: Callable[[int], Request], outlet: Outlet) -> int:
-        """Send a request, made for an id; all that comes of it goes to the outlet, its end last. Raises RequestRefused
-        where there is no connection.
+        """Send the request that `make` returns for an id; return the id. The outlet gets all its messages, its end
+        last. Raises RequestRefused without a connection.
         """
-        request = self.dated(make(self.connection.next_id()))
+        request = self.with_issue_time(make(self.connection.next_id()))
         self.send(request)
         self._outlets[request.id] = outlet
         self.expect(request)
         return request.id
 
-    def dated(self, request: Request) -> Request:
-        """Return the request; a motion that does not say when it was issued was issued now."""
+    def with_issue_time(self, request: Request) -> Request:
+        """Return the request; a motion without an issue time gets the present one."""
         if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
             return structs.replace(request, issued=self.now)
         return request
 
     def expect(self, request: Request) -> None:
-        """Preview what a request that is on its way will change."""
+        """Add a request that is on its way to the preview."""
         if not self._passes or self.preview is None:
             return
         self.preview.forward = self.round_trip / 2.0  # it usually takes that long to arrive
         match request:
             case messages.At(act=Go() as go, issued=issued):
-                with suppress(VrsError):  # what is no place: the robot says so
+                with suppress(VrsError):  # for a place that cannot be: the robot will say so
                     move = move_of(go, self._times)
-                    self.preview.sent(request.id, move, self.now if issued is None else issued, go.text)
+                    self.preview.send(request.id, move, self.now if issued is None else issued, go.text)
             case _ if (text := changing(request)) is not None:
-                self.preview.sent(request.id, None, self.now, text)
+                self.preview.send(request.id, None, self.now, text)
 
     def send(self, message: messages.ClientMessage) -> None:
-        """Raises RequestRefused where there is no connection: what is not sent now is never sent."""
+        """Send a message. Raises RequestRefused without a connection: the message is not sent later."""
         match message:
             case messages.Put() | messages.At(act=Define()):
-                pass  # a file is on its way for as long as its length takes
+                pass  # a long file may take any time
             case messages.Command() | messages.Answer() if self._estimate is not None:
                 until = self._estimate.there(self._wall()) + self._round_trip + HELD_UP
                 message = structs.replace(message, until=until)
@@ -199,18 +201,18 @@ class FarEnd:
         self.connection.send(message)
 
     def expect_drag(self, drag: messages.Drag) -> None:
-        """Note where the tool is wished, in a message that says when that was issued."""
+        """Note the target of a dragged tool, if its message has an issue time."""
         if self._passes and drag.issued is not None:
-            self._wishes.sent(drag.pose, drag.issued)
+            self._wishes.add(drag.pose, drag.issued)
 
     @property
     def no_connection(self) -> RequestRefused:
-        """The error for a message that cannot be sent, with how long there was no connection."""
+        """The error for a message that cannot be sent; it says how long there was no connection."""
         since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
 
     def extend(self, part: messages.Shown) -> bool:
-        """Add an older part of the timeline. False if it does not fit, as a change overtook it: ask for it again."""
+        """Add an older part of the timeline. Return False if it does not fit, as a change came first: ask again."""
         if self.mirror is None or part.number < self.mirror.seq:
             return False
         try:
@@ -222,11 +224,11 @@ class FarEnd:
 
     def _take(self, message: ServerMessage) -> None:
         match message:
-            case Done(id):  # a command ends when its change is in the mirror: that comes after the answer
+            case Done(id):  # a command ends when its change is in the mirror; the change comes after the answer
                 if message.status is not None:
                     self.status.see(message.status)
                     self._moves_to(message.status.clock)
-                if not message.seq or self._is_seen(message, None):  # without a number the robot has not said it
+                if not message.seq or self._is_seen(message, None):  # 0: the message was made on this side
                     self._end(id, message)
                 else:
                     self._ended[id] = message, self._wall() + CATCHING_UP
@@ -234,7 +236,7 @@ class FarEnd:
                 self._end(id, message)
             case messages.Told(id=int(id)) | messages.Asked(id=int(id)):
                 if self.preview is not None:
-                    self.preview.begun(id)
+                    self.preview.begin(id)
                 self._outlets.get(id, self._spread)(message)
             case _:
                 self.learn(message)
@@ -245,31 +247,31 @@ class FarEnd:
             outlet(message)
 
     def learn(self, message: ServerMessage) -> None:
-        """Take what a message says of the robot."""
+        """Update the mirror, clocks and status by a message."""
         match message:
             case messages.Welcome():
-                self._welcomed(message)
+                self._take_welcome(message)
             case messages.Change():
-                self._changed(message)
-            case messages.Clock(wall=wall) if wall >= self._clock.wall:  # what was told to all may be older
+                self._take_change(message)
+            case messages.Clock(wall=wall) if wall >= self._clock.wall:  # a broadcast may be older
                 self._set_clock(message)
             case messages.Pong():
-                self.sync.heard(message.sent, message.came, message.left, self._wall())
+                self.sync.hear(message.sent, message.came, message.left, self._wall())
                 self._estimate = self.sync.estimate
                 self._set_clock(self._clock)
                 self._round_trip = self.sync.round_trip(0.5)
             case messages.Measurements():
-                self._measured(message)
+                self._take_reports(message)
             case messages.Pulled(state):
                 self._pulled = state
                 if state.issued is not None:
-                    self._wishes.counted(state.issued)
+                    self._wishes.drop_until(state.issued)
             case messages.Status(around):
                 self.status.see(around)
             case messages.Closing(refusal=Refusal() as refusal):
                 self.refusal = refusal.error()
 
-    def _welcomed(self, welcome: messages.Welcome) -> None:
+    def _take_welcome(self, welcome: messages.Welcome) -> None:
         now = self._wall()
         if not welcome.resumed:
             self.status.forget_pace()
@@ -278,10 +280,10 @@ class FarEnd:
             if self.mirror is not None:
                 self.mirror.clock = ClockReading()
         self.welcome, self._pings, self._resyncs = welcome, 0, False
-        self._wishes, self._pulled = Wishes(), PulledState()
+        self._wishes, self._pulled = DragTargets(), PulledState()
         self._cut_at = self._silent_since = inf
         if self.open:
-            self._ping(now)  # before all else is asked: whoever has an answer knows how far the robot is
+            self._ping(now)  # before any request, so that the delays are known with the first answer
         self._find_again(full=False)
         if self._arm is None:
             try:
@@ -289,24 +291,21 @@ class FarEnd:
             except FileDamaged as damaged:
                 self.refusal = damaged
         if self._arm is not None and welcome.cell != self._cell:
-            self._stand_in(welcome.cell, self._arm)
+            from vrs_cli.world.course import World
+
+            self._cell = welcome.cell
+            try:
+                self.world = None if welcome.cell is None else World(self._arm, cell_of(welcome.cell))
+            except (RecordError, ValueError, LookupError, ArithmeticError) as wrong:
+                why = f"the robot tells a cell that cannot be: {wrong}"
+                self.world, self.refusal = None, FileDamaged(why, SAME_VRS)
+            if self.mirror is not None:
+                self.mirror.world = self.world
         self._set_clock(welcome.clock)
-
-    def _stand_in(self, told: dict[str, Any] | None, arm: RobotArm) -> None:
-        """Take the cell that the robot tells."""
-        from vrs_cli.world.course import World
-
-        self._cell = told
-        try:
-            self.world = None if told is None else World(arm, cell_of(told))
-        except (RecordError, ValueError, LookupError, ArithmeticError) as wrong:
-            self.world, self.refusal = None, FileDamaged(f"the robot tells a cell that cannot be: {wrong}", SAME_VRS)
-        if self.mirror is not None:
-            self.mirror.world = self.world
 
     # --- the timeline and the clock ---
 
-    def _changed(self, change: messages.Change) -> None:
+    def _take_change(self, change: messages.Change) -> None:
         assert self._arm is not None, "welcome comes first"
         form = Form.of(self._arm)
         try:
@@ -327,7 +326,7 @@ class FarEnd:
         self._release(lambda done, _until: self._is_seen(done, change))
 
     def _replace(self, snapshot: Snapshot, number: int, arm: RobotArm) -> None:
-        """Take another timeline, perhaps the first."""
+        """Take the first timeline, or one that replaces the timeline so far."""
         if self.mirror is None:
             self.mirror = Mirror(arm, snapshot, number, self._wall, self.window, self.world)
             self.preview = Preview(self.mirror, 0.0)
@@ -339,16 +338,16 @@ class FarEnd:
             self._flag(parting(before, self.mirror.timeline))
 
     def _flag(self, cut: float) -> None:
-        """Flag what was shown wrongly until a change came. In real time a change cuts nothing before itself, and
-        `applied` of its message is a moment later: when it was told.
+        """Flag what was shown wrongly before a change came that cuts the timeline at `cut` [s]. In real time nothing
+        before the change is cut.
         """
         if self._passes and not self.near:
             self.flags.forget(self.now - REMEMBERED)
-            self.flags.ahead = self.shown - self.now
-            self.flags.arrived(cut, cut, self.now)
+            self.flags.ahead = self.shown_time - self.now
+            self.flags.add_change(cut, cut, self.now)
 
-    def _measured(self, message: messages.Measurements) -> None:
-        """Take reports of the body, and note if some before them are missing."""
+    def _take_reports(self, message: messages.Measurements) -> None:
+        """Take reports of the body, and note whether earlier ones are missing."""
         mirror = self.mirror
         if mirror is None:
             return
@@ -359,7 +358,7 @@ class FarEnd:
         self._add_reports([message])
 
     def recall_reports(self, part: messages.ShownMeasured) -> None:
-        """Take reports of the body that were asked for. They go up to the end of what is known."""
+        """Take reports of the body that were asked for."""
         self._told_reports = max(self._told_reports, part.told)
         self._add_reports(part.parts)
 
@@ -385,7 +384,7 @@ class FarEnd:
         self._resyncs = lost
 
     def _set_clock(self, clock: messages.Clock) -> None:
-        """Convert a reading of the robot's clock to the clock here: it has gone on since it was sent."""
+        """Take a reading of the robot's clock; it has gone on since it was sent."""
         self._clock = clock
         if self.mirror is None:
             return
@@ -394,7 +393,7 @@ class FarEnd:
         self.mirror.clock = self.mirror.clock.then(ClockReading(clock.now, self.rate, since), wall)
 
     def _moves_to(self, now: float) -> None:
-        """Set the clock in virtual time, where only commands move it."""
+        """Set the clock to `now` [s] if time is virtual: then only commands move it."""
         if not self._clock.realtime:
             self._set_clock(structs.replace(self._clock, now=now))
 
@@ -402,17 +401,17 @@ class FarEnd:
 
     @property
     def _passes(self) -> bool:
-        """Whether the robot's time is real."""
+        """Whether the timeline is followed and the robot's time is real."""
         return self._clock.realtime and self.mirror is not None
 
     @property
     def rate(self) -> float | None:
-        """How many seconds of the robot pass in one; None where time does not pass by itself."""
+        """Seconds of the robot's clock in one second; None if its time does not pass by itself."""
         return self._clock.rate if self._clock.realtime and not self._clock.paused else None
 
     @property
     def now(self) -> float:
-        """The robot's clock, as it is known here [s]: wrong by half the difference of D_f and D_b."""
+        """The robot's clock, as estimated here [s]; the error is half the difference of D_f and D_b."""
         return 0.0 if self.mirror is None else self.mirror.now
 
     @property
@@ -422,25 +421,23 @@ class FarEnd:
 
     @property
     def near(self) -> bool:
-        """Return whether the delays are too short to matter. Always so for a robot of one user, however busy its
-        machine.
-        """
+        """Whether the delays are too short to matter; for a robot of one user they always are."""
         own = self.welcome is not None and self.welcome.one_user
-        return own or max(self.round_trip, self.shown - self.heard) < NEAR
+        return own or max(self.round_trip, self.shown_time - self.heard_time) < NEAR
 
     @property
-    def heard(self) -> float:
-        """The robot's clock t_c as it is heard, D_b late [s]: up to then all has happened as the timeline says. After a
-        cut nothing is heard.
+    def heard_time(self) -> float:
+        """The time up to which the timeline is certain [s]: the robot's clock when it sent what arrives now, D_b ago.
+        It stands still after a cut.
         """
         if self.mirror is None:
             return 0.0
         return self.mirror.clock.at(min(self._wall(), self._silent_since)) - self.round_trip / 2.0
 
     @property
-    def shown(self) -> float:
-        """The time that a viewer is shown [s]. AUTO is right even if D_f and D_b differ: `now` is ahead of t_c by the
-        mean of both, and this is ahead of `now` by as much.
+    def shown_time(self) -> float:
+        """The time of the robot that a viewer sees [s]. AUTO is right even if D_f and D_b differ: `now` is ahead of
+        the certain time by the mean of both, and this time is ahead of `now` by the same.
         """
         match self.ahead:
             case Ahead.PRESENT:
@@ -451,13 +448,13 @@ class FarEnd:
                 return self.now - self.round_trip / 2.0 + (ahead if self._passes else 0.0)
 
     @property
-    def _dragged(self) -> Expected | None:
-        """The expected effect of a dragged tool. While the tool moves, it follows the newest wish tick by tick, which
-        cannot be known here; else a wish changes the timeline from its arrival on.
+    def _drag_effect(self) -> Expected | None:
+        """The expected effect of a dragged tool. While the arm moves, it follows the newest target tick by tick, so
+        nothing is certain; else a target changes the timeline from its arrival on.
         """
         if self.mirror is None or not self._passes or self.near:
             return None
-        oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard
+        oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard_time
         if self._pulled.by and self.mirror.timeline.end > heard:
             return Expected(0, DRAG, heard, heard, planned=False)
         if oldest is None:
@@ -465,19 +462,19 @@ class FarEnd:
         return Expected(0, DRAG, oldest, max(oldest + self.round_trip / 2.0, heard), planned=False)
 
     def previewed(self) -> Previewed:
-        """What the robot will do, as it is known now. Any thread may look."""
+        """Return what the robot will do, as it is known now. In any thread."""
         assert self.preview is not None, "there is a mirror"
         plan = self.preview.plan
-        expected = plan.expected if (dragged := self._dragged) is None else (*plan.expected, dragged)
+        expected = plan.expected if (dragged := self._drag_effect) is None else (*plan.expected, dragged)
         begins = [it.begin for it in expected if it.begin is not None]
         return Previewed(
             plan.timeline,
             self.now,
-            self.heard,
+            self.heard_time,
             self.now + self.round_trip / 2.0,
-            self.shown,
+            self.shown_time,
             self.ahead is not Ahead.PRESENT and self._passes,
-            min(begins if self.open else [*begins, self.heard], default=inf),
+            min(begins if self.open else [*begins, self.heard_time], default=inf),
             expected,
             not self.open,
             self.round_trip,
@@ -487,7 +484,7 @@ class FarEnd:
     # --- ends ---
 
     def _is_seen(self, done: Done, change: messages.Change | None) -> bool:
-        """Return whether the change that a command made is in the mirror; `change` is the last that has come since."""
+        """Return whether the change of a command is in the mirror; `change`: the last one that came after `done`."""
         if self.mirror is None or isinstance(change, messages.Replaced):
             return True
         timeline = self.mirror.timeline
@@ -496,7 +493,7 @@ class FarEnd:
         return timeline.version == done.version and (done.status is None or done.status.end == timeline.end)
 
     def _release(self, is_due: Callable[[Done, float], bool]) -> None:
-        """Tell the ends of the commands that need not wait any longer."""
+        """End the commands for which `is_due` returns True."""
         for id, (done, until) in tuple(self._ended.items()):
             if is_due(done, until):
                 del self._ended[id]
@@ -504,14 +501,14 @@ class FarEnd:
 
     def _end(self, id: int, message: ServerMessage) -> None:
         if self.preview is not None and isinstance(message, Done) and message.ok:
-            self.preview.done(id, message.version)
+            self.preview.finish(id, message.version)
         elif self.preview is not None:
-            self.preview.refused(id)
+            self.preview.refuse(id)
         self._outlets.pop(id, self._spread)(message)
 
 
 class Predicted:
-    """A robot to be watched as it will be: with the commands on their way, at the time that `far` shows."""
+    """The predicted robot for viewers: its timeline includes the commands on their way; its time is `shown_time`."""
 
     def __init__(self, far: FarEnd) -> None:
         self._far = far
@@ -528,4 +525,4 @@ class Predicted:
 
     @property
     def now(self) -> float:
-        return self._far.shown
+        return self._far.shown_time

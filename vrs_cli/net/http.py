@@ -362,12 +362,12 @@ class HttpAnswers:
         """Return the answer to a request; None where a connection may be made."""
         path = path_of(request)
         if "websocket" in ",".join(request.headers.get_all("Upgrade")).lower():
-            return self._refused(socket, request.headers, path)
+            return self._refuse_connection(socket, request.headers, path)
         return socket.answer(await self._page(socket, request.headers, path))
 
     # --- connections ---
 
-    def _refused(self, socket: HttpSocket, headers: Headers, path: str) -> Response | None:
+    def _refuse_connection(self, socket: HttpSocket, headers: Headers, path: str) -> Response | None:
         """Say why a connection may not be made. Programs send no origin; browsers send that of the page."""
         origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
         if len(origins) > 1 or len(hosts) != 1:

@@ -184,32 +184,34 @@ def check_growth(allowance: Allowance, names: int) -> None:
         raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", TO_MAKE_ROOM)
 
 
-MUCH, LITTLE = 256 * 1024, 64 * 1024  # bytes: who is so far behind is waited for, until it is no further than that
-LUMP = 32 * 1024  # bytes that it takes meanwhile
-PATIENCE = (
-    5.0  # [s] in which it takes a LUMP, or is waited for no longer: TCP gives a slow reader hundreds of KB at once
-)
+HIGH_WATER_BYTES = 256 * 1024  # a robot waits for a user for whom so much waits, until only
+LOW_WATER_BYTES = 64 * 1024  # is left
+MIN_PROGRESS_BYTES = 32 * 1024  # a user who takes less than this in
+SEND_TIMEOUT_S = 5.0  # is not waited for any longer; TCP gives a slow reader hundreds of KB at once
 
 
 class SendPace:
     """Whether a robot waits for a user who has not taken what a program TYPEs: in virtual time a program types as fast
     as it computes. `waiting`: bytes that wait for the user's socket, as the thread of the connections sees them. A user
-    who does not take a LUMP in PATIENCE is not waited for again before catching up.
+    who does not take a MIN_PROGRESS_BYTES in SEND_TIMEOUT_S is not waited for again before catching up.
     """
 
     def __init__(self) -> None:
         self.waiting = 0
-        self._least, self._until = inf, 0.0  # bytes, and when it is to have taken one more LUMP; while it is waited for
+        self._least, self._until = (
+            inf,
+            0.0,
+        )  # bytes, and when it is to have taken one more MIN_PROGRESS_BYTES; while it is waited for
         self._stuck = False
 
     def lags(self, now: float) -> bool:
         """Return whether the robot has to wait for the user. In the robot's thread."""
         waiting, waited = self.waiting, self._least < inf
-        if waiting <= (LITTLE if waited or self._stuck else MUCH):
+        if waiting <= (LOW_WATER_BYTES if waited or self._stuck else HIGH_WATER_BYTES):
             self._least, self._stuck = inf, False
         elif not self._stuck:
-            if waiting <= self._least - LUMP:
-                self._least, self._until = waiting, now + PATIENCE
+            if waiting <= self._least - MIN_PROGRESS_BYTES:
+                self._least, self._until = waiting, now + SEND_TIMEOUT_S
             elif now > self._until:
                 self._least, self._stuck = inf, True
         return self._least < inf

@@ -107,7 +107,7 @@ class LocalServer:
             self.hub.open_all()
             self._left.callback(self.hub.close)
             self._prepare()
-            self.address = self._served(server, address)
+            self.address = self._start(server, address)
             self.port = urlsplit(self.address).port or 0
         except BaseException:
             self._left.close()
@@ -116,7 +116,7 @@ class LocalServer:
     def _prepare(self) -> None:
         """Do what is to be done before anybody can connect."""
 
-    def _served(self, server: Server, place: ListenAddress) -> str:
+    def _start(self, server: Server, place: ListenAddress) -> str:
         loop, stop, address = Loop(), asyncio.Event(), asyncio.Queue[str | OSError]()
         self._left.callback(loop.close)
 

@@ -168,7 +168,7 @@ class Mirror:
 
     def replace(self, snapshot: Snapshot, seq: int) -> None:
         """Take the timeline after change `seq`: all of it, or a window up to its end. The mirror is no longer lost."""
-        self._held, self.lost = self._kept(_Held.of(snapshot, seq)), False
+        self._held, self.lost = self._drop_old(_Held.of(snapshot, seq)), False
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
@@ -184,7 +184,7 @@ class Mirror:
             self.lost = True
             return
         held = replace(held, timeline=held.timeline.apply(here), seq=seq)
-        self._held = self._kept(held)
+        self._held = self._drop_old(held)
         forgot = self._held is not held
         self.events.publish([here, TimelineReplaced(self.timeline, self.settings)] if forgot else [here])
 
@@ -214,7 +214,7 @@ class Mirror:
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
         return True
 
-    def _kept(self, held: _Held) -> _Held:
+    def _drop_old(self, held: _Held) -> _Held:
         """Drop what is older than the window, if that is enough to be worth the copy."""
         begin = self.now - self.window
         old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)

@@ -48,14 +48,14 @@ def _stream_of(robot: str) -> str:
     return "vrs=" + robot.replace(".", "=")
 
 
-async def _connected(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
+async def _connect(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
     """Connect to NATS. After that, the connection opens itself again. Raises RequestRefused if NATS does not answer."""
 
-    async def lost() -> None:
+    async def tell_lost() -> None:
         if not connection.is_closed and not connection.is_draining:
             told(f"{url}: NATS does not answer; it is tried again")
 
-    async def found() -> None:
+    async def tell_found() -> None:
         told(f"{url}: NATS answers again")
         again()
 
@@ -69,8 +69,8 @@ async def _connected(url: str, told: Callable[[str], None], again: Callable[[], 
         async with asyncio.timeout(OPENING):
             await connection.connect(
                 url,
-                disconnected_cb=lost,
-                reconnected_cb=found,
+                disconnected_cb=tell_lost,
+                reconnected_cb=tell_found,
                 error_cb=wrong,
                 max_reconnect_attempts=-1,
                 allow_reconnect=True,
@@ -98,7 +98,7 @@ class Publisher:
 
     async def open(self) -> None:
         """Connect. Raises RequestRefused if NATS does not answer, or keeps no streams."""
-        self._connection = await _connected(self._url, self._told, self._found)
+        self._connection = await _connect(self._url, self._told, self._begin_anew_all)
         try:
             await self._connection.jetstream().account_info()
         except Error:
@@ -111,7 +111,7 @@ class Publisher:
         if robot.name not in self._robots:
             self._robots[robot.name] = _Robot(robot, self._connection, self._told)
 
-    def _found(self) -> None:
+    def _begin_anew_all(self) -> None:
         """Begin anew: messages sent while NATS was gone are lost, and perhaps what it kept."""
         for robot in self._robots.values():
             robot.lost = True
@@ -138,7 +138,7 @@ class _Robot:
         self._listener: Listener = robot.broadcast.join(self, FORM)
         self._task = asyncio.create_task(self._publish())
         robot.broadcast.subscribe(self._listener, Subscribe(0, deltas=True))
-        robot.stirred()
+        robot.wake()
 
     # --- as a sink of the broadcast ---
 
@@ -161,7 +161,7 @@ class _Robot:
     def _begin_anew(self) -> None:
         """Have a snapshot sent next."""
         self._robot.broadcast.resync(self._listener)
-        self._robot.stirred()
+        self._robot.wake()
 
     def _put(self, data: bytes) -> None:
         self._waiting.append(data)
@@ -223,7 +223,7 @@ class PublishedRobot:
     async def open(cls, url: str, robot: str, told: Callable[[str], None] = lambda _text: None) -> PublishedRobot:
         """Follow a robot. Raises RequestRefused if NATS does not answer, or no such robot is published."""
         watching = cls(robot)
-        watching._connection = await _connected(url, told, watching._begin)
+        watching._connection = await _connect(url, told, watching._begin)
         watching._begin()
         try:
             async with asyncio.timeout(OPENING):

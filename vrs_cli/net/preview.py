@@ -1,10 +1,10 @@
-"""What a robot behind a slow line will do, as its user can know it, and what was shown wrongly. Pure.
+"""Predict what a robot behind a slow line will do, and keep the times of which viewers saw something wrong. Pure.
 
 The user's side plans a command that is still on its way as the robot will: it applies f to the same timeline, at the
 time when the command should arrive. The planned change is unconfirmed until the robot's own change has come.
 
-A viewer shows g at the time of its look, or `ahead` of it. A change of the timeline that arrives a while after it was
-applied makes wrong what was shown meanwhile of the times after its cut: `Flags` keeps these times.
+A viewer shows g at the present, or `ahead` of it. A change of the timeline becomes known a while after it was applied:
+what viewers saw meanwhile of the times after its cut was wrong. `Flags` keeps these times.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from vrs_cli.values.acts import Execute, FollowChunk, Redo, Say, Steer, Undo
 from vrs_cli.values.commands import Request
 from vrs_cli.values.diagnostics import LineRefused
 
-UNCONFIRMED = 1 << 40  # added to the numbers of motions that are previewed: no motion of a robot has such a number
+UNCONFIRMED = 1 << 40  # added to the numbers of previewed motions; no motion of a robot has such a number
 
 
 class Underway(Struct, frozen=True):
-    """A command that is not in the known timeline yet, issued at that time of the robot's clock [s]. Without a
-    `request` it cannot be planned here, and may change everything from its arrival on. `text`: as it was given;
-    `version`: of the timeline with its change, once the robot has done it.
+    """A command whose change is not in the known timeline yet. `issued`: the time of issue by the robot's clock [s].
+    `request`: None if the command cannot be planned here; then it may change everything from its arrival on. `text`: as
+    it was given. `version`: of the timeline with its change, once the robot has done it.
     """
 
     request: Request | None
@@ -54,14 +54,14 @@ class Underway(Struct, frozen=True):
 
 
 class _ArrivalClock(VirtualClock):
-    """The robot's clock at the expected arrival of a command: all before that time has happened."""
+    """The robot's clock at the expected arrival of a command. It counts as real: the past cannot be changed."""
 
     realtime = True
 
 
 class PreviewPlan(Struct, frozen=True):
-    """The `known` timeline, and the `timeline` with all commands on their way, which is the known one after `deltas`;
-    `settings`: after each command.
+    """The `known` timeline, and the `timeline` with all commands on their way: the known one after `deltas`.
+    `expected`, `settings`: the expected effect of each command, and the settings after it.
     """
 
     known: Timeline
@@ -81,38 +81,34 @@ class Preview:
         self._followed = followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # in the order of sending
-        self._told = self._settings = followed.settings  # by the robot, and with what it has done since
+        self._told = self._settings = followed.settings  # as the robot told them, and after its commands since then
         self._plan = self._planned_after(followed.timeline)
         self._stale = False
         self._lock = Lock()
 
     # --- what is sent, and what is answered ---
 
-    def sent(self, id: int, request: Request | None, issued: float, text: str = "") -> Expected:
-        """Note a command that is on its way, issued at that time of the robot's clock [s]; return what is expected of
-        it. `request` None: it cannot be planned here.
+    def send(self, id: int, request: Request | None, issued: float, text: str = "") -> Expected:
+        """Add a command that is on its way, issued at a time of the robot's clock [s]; return its expected effect.
+        `request` None: it cannot be planned here.
         """
         with self._lock:
             self._underway[id], self._stale = Underway(request, issued, text), True
-            return self._planned().expected[-1]
+            return self._plan_again().expected[-1]
 
-    def begun(self, id: int) -> None:
-        """Note that the robot has begun the command. The changes of one that cannot be planned here now come one by
-        one.
-        """
+    def begin(self, id: int) -> None:
+        """Note that the robot has begun a command: if it cannot be planned here, its changes now come one by one."""
         with self._lock:
             if id in self._underway and self._underway[id].request is None:
                 self._forget(id)
 
-    def done(self, id: int, version: int) -> None:
-        """Note that the robot has done the command. Its change made this version of the timeline, and may still
-        come.
-        """
+    def finish(self, id: int, version: int) -> None:
+        """Note that the robot has done a command. `version`: of the timeline with its change, which may come later."""
         with self._lock:
             if id in self._underway:
                 self._underway[id], self._stale = structs.replace(self._underway[id], version=version), True
 
-    def refused(self, id: int) -> None:
+    def refuse(self, id: int) -> None:
         """Forget a command that the robot refused."""
         with self._lock:
             self._forget(id)
@@ -124,21 +120,21 @@ class Preview:
 
     @property
     def plan(self) -> PreviewPlan:
-        """The timeline with all commands on their way, and what is expected of each, in the order of sending."""
+        """The timeline with all commands on their way, and their expected effects in the order of sending."""
         with self._lock:
-            return self._planned()
+            return self._plan_again()
 
     @property
     def timeline(self) -> Timeline:
         return self.plan.timeline
 
     @property
-    def unconfirmed(self) -> float:
-        """The time [s] from which on the timeline is not confirmed by the robot; infinity if all of it is."""
+    def unconfirmed_from(self) -> float:
+        """The time [s] from which on the robot has not confirmed the timeline; infinity if it has confirmed all."""
         return min((it.begin for it in self.plan.expected if it.begin is not None), default=inf)
 
-    def _planned(self) -> PreviewPlan:
-        """Plan again if something was sent, or a change of the robot has come."""
+    def _plan_again(self) -> PreviewPlan:
+        """Return the plan; make it again if a command was sent, or the robot's timeline has changed."""
         known = self._followed.timeline
         if self._stale or self._plan.known is not known:
             if self._told is not self._followed.settings:
@@ -164,7 +160,7 @@ class Preview:
         return PreviewPlan(known, engine.timeline, tuple(expected), tuple(settings), tuple(engine.book.deltas))
 
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
-        """Plan a command; return the time from which on it changes the timeline, or why the robot will refuse it."""
+        """Plan a command; return from when on it changes the timeline [s], or why the robot will refuse it."""
         engine = self._engine
         count = len(engine.book.deltas)
         try:
@@ -180,7 +176,7 @@ CHANGING = frozenset(  # words of the monitor, beside all motions
 
 
 def changing(request: messages.Request) -> str | None:
-    """The request as it would be typed, if it may change the timeline; else None."""
+    """Return the request as a line, if it may change the timeline; else None."""
     match request:
         case Line(text=text) | At(act=Say(line=text)):
             return text.strip() if _moves(text) else None
@@ -200,7 +196,7 @@ def changing(request: messages.Request) -> str | None:
 
 
 def _moves(text: str) -> bool:
-    """Whether a line may move the robot; of pasted text, the first line."""
+    """Return whether a line, or the first line of pasted text, may move the robot."""
     try:
         statement = parse_prompt(text.strip().partition("\n")[0])
     except LineRefused:
@@ -211,12 +207,12 @@ def _moves(text: str) -> bool:
     return role is Role.DESIGNER or word in CHANGING
 
 
-PASSED_OVER = 1.0  # [s] and a round trip, after which nothing is told of a wish any more
+MAX_TARGET_AGE_S = 1.0  # [s] after so long and a round trip the robot has dropped a target without telling
 
 
-class Wishes:
-    """The places where a remote user wishes the dragged tool, from their sending until the robot follows them. Times
-    are those of the robot's clock [s]. A wish that is repeated does not count. Any thread may call any method.
+class DragTargets:
+    """The targets of a dragged tool that are on their way to the robot, by their issue times of the robot's clock [s].
+    A repeated target does not count. Any thread may call any method.
     """
 
     def __init__(self) -> None:
@@ -224,15 +220,15 @@ class Wishes:
         self._under_way: deque[float] = deque()  # when they were issued
         self._lock = Lock()
 
-    def sent(self, pose: Transform | None, issued: float) -> None:
-        """Note a wish; None: the tool is let go, which changes nothing that the robot does."""
+    def add(self, pose: Transform | None, issued: float) -> None:
+        """Add a target (T_world_tool); None: the tool is let go, which changes no motion."""
         with self._lock:
             if pose is not None and pose != self._last:
                 self._under_way.append(issued)
             self._last = pose
 
-    def counted(self, issued: float) -> None:
-        """Forget the wishes up to the one issued then: the robot follows it, or has dropped it."""
+    def drop_until(self, issued: float) -> None:
+        """Forget the targets issued up to a time: the robot has applied or dropped them."""
         with self._lock:
             self._forget(issued)
 
@@ -241,49 +237,49 @@ class Wishes:
             self._under_way.popleft()
 
     def oldest(self, now: float, round_trip: float) -> float | None:
-        """The issue time [s] of the first wish that the robot has not told of; None if there is none."""
+        """Return the issue time [s] of the first target on its way; None if there is none."""
         with self._lock:
-            self._forget(now - round_trip - PASSED_OVER)
+            self._forget(now - round_trip - MAX_TARGET_AGE_S)
             return self._under_way[0] if self._under_way else None
 
 
 class FlagWindow(NamedTuple):
-    """Times from `begin` on, up to `end` [s]."""
+    """A stretch of the robot's time [s]."""
 
     begin: float
     end: float
 
 
 class Flags:
-    """The times of which something wrong was shown, by the robot's clock [s]. `ahead`: a viewer shows so much more than
-    the present [s].
+    """The times of which viewers saw something wrong, by the robot's clock [s]. `ahead`: a viewer sees times up to so
+    much after the present [s].
     """
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead
-        self.windows: tuple[FlagWindow, ...] = ()  # all of them, in order, and none that touches another
+        self.windows: tuple[FlagWindow, ...] = ()  # in order; none touches another
 
-    def arrived(self, cut: float, applied: float, at: float) -> FlagWindow | None:
-        """Note that a change of what is after `cut`, `applied` at the robot, became known to a viewer `at` that time.
-        Return the times of which something wrong was shown; None if nothing was.
+    def add_change(self, cut: float, applied: float, at: float) -> FlagWindow | None:
+        """Add a change that cuts the timeline at `cut`, was `applied` then and became known here `at` a time [s].
+        Return the times of which something wrong was shown; None if there are none.
         """
         window = FlagWindow(max(cut, applied), at + self.ahead)
         if window.end <= window.begin:
             return None
-        windows, first = self.windows, len(self.windows)  # usually it comes last: the search begins at the end
+        windows, first = self.windows, len(self.windows)  # search from the end: usually the new one comes last
         while first and windows[first - 1].end >= window.begin:
             first -= 1
-        self.windows = windows[:first] + merged([*windows[first:], window])
+        self.windows = windows[:first] + merge_windows([*windows[first:], window])
         return window
 
     def forget(self, before: float) -> None:
-        """Forget the windows that ended before that time."""
+        """Forget the windows that ended before a time [s]."""
         gone = bisect_left(self.windows, before, key=attrgetter("end"))
         self.windows = self.windows[gone:] if gone else self.windows
 
 
-def merged(windows: Iterable[FlagWindow]) -> tuple[FlagWindow, ...]:
-    """Return the same times in order, in windows that do not touch each other."""
+def merge_windows(windows: Iterable[FlagWindow]) -> tuple[FlagWindow, ...]:
+    """Join windows that touch each other; return them in order."""
     found: list[FlagWindow] = []
     for window in sorted(windows):
         if found and window.begin <= found[-1].end:

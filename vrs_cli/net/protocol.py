@@ -20,7 +20,7 @@ from math import inf
 from msgspec.structs import replace
 
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net.delivery_log import DeliveryLog, Outbox, joined
+from vrs_cli.net.delivery_log import DeliveryLog, Outbox, join_parts
 from vrs_cli.net.limits import USUAL
 from vrs_cli.net.messages import (
     VERSION,
@@ -57,13 +57,13 @@ from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
 from vrs_cli.wire.messages import Refusal
 from vrs_cli.wire.records import RecordError
 
-HELLO_SECONDS = 10.0  # in which a client says who it is
+HELLO_SECONDS = 10.0  # a client has so long to send its hello
 HELLO_BYTES = 32_000
 CLIENT_BYTES = 2_000_000  # of one message of a client
 SERVER_BYTES = 256_000_000  # of one message of a server: a snapshot
-BACKLOG = 4_000_000  # bytes that wait for a socket
-COMMANDING = 8  # times as many for a client that waits for a command: what a program TYPEs comes in no time
-MOST_WAITING = 1000  # requests of a client without an answer; questions to it
+BACKLOG = 4_000_000  # bytes that may wait for a socket
+COMMAND_BACKLOG_FACTOR = 8  # times as many while a command is carried out: programs TYPE fast
+MAX_PENDING = 1000  # requests of a client without an answer, and questions to a client
 
 _from_client: Reader[FromClient] = Reader(FromClient)
 _from_server: Reader[FromServer] = Reader(FromServer)
@@ -80,8 +80,8 @@ class ConnectionState(Enum):
 
 
 class ServerConnection:
-    """The server's end of a connection. `hello`: the first message of the client; `delivery_log`: that of the client
-    session, which another connection may resume; `why` it is closed.
+    """The server's end of a connection. `hello`: the first message of the client. `delivery_log`: the log of the client
+    session, which a later connection may resume. `why`: the reason for closing.
     """
 
     def __init__(self, now: float, most: int = CLIENT_BYTES, backlog: int = BACKLOG) -> None:
@@ -96,8 +96,8 @@ class ServerConnection:
     # --- what comes ---
 
     def receive(self, frame: Frame, now: float) -> list[ClientMessage]:
-        """Take a frame, and return the messages that are to be carried out. A command is returned once, however often
-        the client sends it.
+        """Read a frame; return the messages to carry out. A command is returned once, however often the client sends
+        it.
         """
         self.look(now)
         if self.state is ConnectionState.CLOSING:
@@ -110,16 +110,13 @@ class ServerConnection:
             message = _from_client.read(frame)
         except RecordError as error:
             marks = marks_of(frame)
-            if self.delivery_log is None or marks is None:  # it is no client
+            if self.delivery_log is None or marks is None:  # the other end is no client
                 self._refuse(str(error), "see docs/protocol.md")
             else:  # a later client may send such a message
                 self.delivery_log.tell(Refused(_refusal(str(error)), marks.known_id), now)
             return []
         if self.delivery_log is not None and not isinstance(message, Hello):
-            return self._heard(message, self.delivery_log, now)
-        return self._greeted(message, frame)
-
-    def _greeted(self, message: ClientMessage, frame: Frame) -> list[ClientMessage]:
+            return self._take_from_client(message, self.delivery_log, now)
         if not isinstance(message, Hello) or self.state is not ConnectionState.HELLO or isinstance(frame, bytes):
             self._refuse("hello comes first, as JSON, and once; then the welcome of the server", "")
             return []
@@ -130,14 +127,14 @@ class ServerConnection:
         self.state, self.version, self.hello = ConnectionState.WELCOME, VERSION, message
         return [message]
 
-    def _heard(self, message: ClientMessage, delivery_log: DeliveryLog, now: float) -> list[ClientMessage]:
+    def _take_from_client(self, message: ClientMessage, delivery_log: DeliveryLog, now: float) -> list[ClientMessage]:
         match message:
             case Command():
                 return [message] if self._is_new(message, delivery_log, now) else []
             case Answer(number, until=until):
                 asked = delivery_log.questions.get(number)
                 if asked is None:
-                    return []  # it was withdrawn, or answered, meanwhile
+                    return []  # the question was withdrawn or answered before
                 if until is not None and now > until:
                     delivery_log.tell(asked, now)
                     return []
@@ -147,14 +144,14 @@ class ServerConnection:
         return [message]
 
     def _is_new(self, command: Command, delivery_log: DeliveryLog, now: float) -> bool:
-        """Return whether a command was never seen. A known one is answered from memory, or by its end when that comes.
-        There is always room for ABORT.
+        """Return whether a command is new. A finished one is answered from the delivery log; one in work is answered
+        when it ends. ABORT is taken even if too many commands wait.
         """
         id = command.id
         outcome, done = delivery_log.outcome(id), delivery_log.ended.get(id)
         if outcome is Outcome.UNSEEN:
             if delivery_log.begin(id, always=isinstance(command, Abort)):
-                self._outbox.most = COMMANDING * self._backlog
+                self._outbox.most = COMMAND_BACKLOG_FACTOR * self._backlog
                 return True
             delivery_log.tell(
                 Refused(_refusal(f"{delivery_log.bounds.waiting} commands wait already", "wait for some"), id), now
@@ -166,9 +163,7 @@ class ServerConnection:
         return False
 
     def look(self, now: float) -> None:
-        """Close the connection if no hello came in time, or if the user has another connection now: lost messages may
-        still arrive here.
-        """
+        """Close the connection if no hello came in time, or if the user has a newer connection."""
         if self.state is ConnectionState.HELLO and now > self._until:
             self._refuse(f"no hello came within {HELLO_SECONDS:g} s", "")
         elif self.delivery_log is not None and self.delivery_log.put != self._outbox.put:
@@ -177,8 +172,8 @@ class ServerConnection:
     # --- what is sent ---
 
     def welcome(self, welcome: Welcome, delivery_log: DeliveryLog, now: float) -> None:
-        """Answer the hello with what the caller says of the robot and what is known of the user; then send the messages
-        that the user has missed. After them come ends of commands that nobody heard of, and open questions.
+        """Answer the hello: complete the caller's `welcome` with the state of the user's connection. Then send the
+        messages that the user has missed, the ends of commands that the client still waits for, and open questions.
         """
         assert self.hello is not None, "hello comes first"
         resume, encoding = self.hello.resume, self.hello.format
@@ -191,7 +186,7 @@ class ServerConnection:
         said = replace(welcome, version=self.version, connection=delivery_log.key, seq=delivery_log.seq)
         self._outbox.send(replace(said, resumed=missed is not None, fates=fates))
         for frame in missed or ():
-            self._outbox.put(frame, counts=False)  # the delivery log has bounded it
+            self._outbox.put(frame, counts=False)  # the delivery log bounds how many these are
         for id in ids if missed is None else ():
             done = delivery_log.ended.get(id)
             if done is not None:
@@ -200,7 +195,7 @@ class ServerConnection:
             delivery_log.tell(question, now)
 
     def send(self, message: ServerMessage, now: float) -> None:
-        """Send a message; a numbered one is remembered until it has arrived, also over a cut."""
+        """Send a message. The delivery log keeps a numbered one, so that it arrives even after a cut."""
         if isinstance(message, Numbered):
             assert self.delivery_log is not None, "welcome comes first"
             self.delivery_log.tell(message, now)
@@ -208,7 +203,7 @@ class ServerConnection:
             self._outbox.send(message)
 
     def close(self, why: str, refusal: Refusal | None = None) -> None:
-        """Tell the client why the connection closes, and nothing after that. The user may resume."""
+        """Tell the client why the connection closes; send nothing after that. The user may resume."""
         if self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, why
             self._outbox.send(Closing(why, refusal))
@@ -231,7 +226,7 @@ class ServerConnection:
         """Take the frames that the socket is to send now, until they have `most` bytes or more."""
         if self._outbox.overflown and self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, f"the client has not taken {self._outbox.most} bytes"
-        taken = self._outbox.taken(most)
+        taken = self._outbox.take_frames(most)
         if self.delivery_log is not None and not self.delivery_log.waiting and self._outbox.size <= self._backlog:
             self._outbox.most = self._backlog
         return taken
@@ -242,10 +237,10 @@ class ServerConnection:
 
 
 class ClientConnection:
-    """The client's end of a connection, over all sockets that it has one after the other.
+    """The client's end of a connection, which may use several sockets, one after the other.
 
-    Call `begin` when there is a socket and `cut` when it is gone; `receive` and `frames` in between. After a cut
-    nothing is commanded again: a command that never reached the robot ends with a refusal.
+    Call `begin` when a socket is open and `cut` when it is gone; call `receive` and `frames` in between. No command is
+    sent again after a cut: a command that never reached the robot ends with a refusal.
     """
 
     def __init__(self, hello: Hello, most: int = SERVER_BYTES) -> None:
@@ -258,7 +253,7 @@ class ClientConnection:
         self._unanswered: dict[int, Request] = {}
         self._questions: dict[int, bool] = {}  # by number: whether its answer was given
         self._told: list[Told] = []  # the parts that have come of a long reply
-        self._followed: Subscribe | None = None
+        self.subscription: Subscribe | None = None  # the last one
         self._change: int | None = None  # the number of the last change; None: a snapshot is to come
 
     # --- sockets ---
@@ -279,18 +274,13 @@ class ClientConnection:
         """Bytes that wait for the socket."""
         return self._outbox.size
 
-    @property
-    def followed(self) -> Subscribe | None:
-        """The last subscription."""
-        return self._followed
-
     def cut(self) -> None:
         """Note that the socket is gone."""
         self.state = ConnectionState.CUT
 
     def frames(self) -> list[Frame]:
         """Take the frames that the socket is to send now."""
-        return self._outbox.taken()
+        return self._outbox.take_frames()
 
     @property
     def closing(self) -> bool:
@@ -304,9 +294,8 @@ class ClientConnection:
         return self._id
 
     def send(self, message: ClientMessage) -> None:
-        """Send a message. Raises RequestRefused if there is no connection, if the message is longer than a server
-        takes, or if too many requests wait for an answer; ABORT is always sent. A question whose answer was not sent is
-        asked again.
+        """Send a message. Raises RequestRefused without a connection, for a message longer than a server takes, and if
+        too many requests wait for an answer; ABORT is sent even then.
         """
         if isinstance(message, Answer) and message.question in self._questions:
             self._questions[message.question] = True
@@ -316,11 +305,11 @@ class ClientConnection:
         if len(frame) > USUAL.message:  # the server would cut the connection, and nobody would know why
             raise RequestRefused(f"{len(frame)} bytes at once, {USUAL.message} at most", "give it in parts")
         if isinstance(message, Request):
-            if len(self._unanswered) >= MOST_WAITING and not isinstance(message, Abort):
-                raise RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first")
+            if len(self._unanswered) >= MAX_PENDING and not isinstance(message, Abort):
+                raise RequestRefused(f"{MAX_PENDING} requests wait already", "wait for some answers first")
             self._unanswered[message.id] = message
         if isinstance(message, Subscribe):
-            self._followed, self._change = message, message.after
+            self.subscription, self._change = message, message.after
         self._outbox.put(frame)
 
     # --- what comes ---
@@ -334,30 +323,30 @@ class ClientConnection:
         try:
             message = _from_server.read(frame)
         except RecordError as error:
-            return self._passed_over(frame, error)
+            return self._skip(frame, error)
         if isinstance(message, Closing):
             self.state, self.why = ConnectionState.CLOSING, message.why
             return [message]
         if isinstance(message, Welcome) is not (self.state is ConnectionState.WELCOME):
             return self._close("welcome comes first, and once")
-        return self._began(message) if isinstance(message, Welcome) else self._took(message)
+        return self._begin_or_resume(message) if isinstance(message, Welcome) else self._take(message)
 
-    def _passed_over(self, frame: Frame, error: RecordError) -> list[ServerMessage]:
-        """Pass over a message that a later server may send. A numbered one counts, and is told to be unreadable."""
+    def _skip(self, frame: Frame, error: RecordError) -> list[ServerMessage]:
+        """Skip a message of a type that only later servers send. A numbered one is counted, and reported as refused."""
         marks = marks_of(frame)
         if marks is None or self.state is not ConnectionState.OPEN or type(marks.seq) is not int:
             return [] if isinstance(error, UnknownType) else self._close(str(error))
         ended = marks.known_id if marks.type == "done" else None
         refusal = _refusal(f"what the robot says cannot be read here: {error}", "install the same vrs on both")
-        return self._took(Refused(refusal, ended, seq=marks.seq))
+        return self._take(Refused(refusal, ended, seq=marks.seq))
 
     def _close(self, why: str) -> list[ServerMessage]:
         self.state, self.why = ConnectionState.CLOSING, why
         return [Closing(why)]
 
-    def _began(self, welcome: Welcome) -> list[ServerMessage]:
-        """Begin or resume the connection; return the welcome, and the ends of commands that were lost. What changes
-        nothing is asked again.
+    def _begin_or_resume(self, welcome: Welcome) -> list[ServerMessage]:
+        """Begin or resume the connection. Return the welcome, and a `Done` for each command that the robot never got or
+        has forgotten. Requests that change nothing are sent again.
         """
         if welcome.version not in self.hello.versions:
             return self._close(f"the server speaks version {welcome.version}")
@@ -368,19 +357,6 @@ class ClientConnection:
             self._told.clear()
         if before is not None and before.life != welcome.life:
             self._change = None
-        lost = self._settled(welcome)
-        for request in tuple(self._unanswered.values()):
-            if isinstance(request, Subscribe):
-                del self._unanswered[request.id]
-            elif not isinstance(request, Command):
-                self._outbox.send(request)
-        if self._followed is not None:
-            self._unanswered[self._followed.id] = self._followed
-            self._outbox.send(replace(self._followed, after=self._change))
-        return [welcome, *lost]
-
-    def _settled(self, welcome: Welcome) -> list[ServerMessage]:
-        """Return the ends of the commands without an answer that never came to the robot, or that it has forgotten."""
         lost: list[ServerMessage] = []
         unseen = _refusal("the connection was cut before it came to the robot: it was not done", "give it again")
         unknown = _refusal("nobody knows whether it was done", "look before you give it again: the server began anew")
@@ -390,9 +366,17 @@ class ClientConnection:
             if why is not None and isinstance(self._unanswered.get(fate.id), Command):
                 del self._unanswered[fate.id]
                 lost.append(Done(fate.id, ok=False, refusal=why))
-        return lost
+        for request in tuple(self._unanswered.values()):
+            if isinstance(request, Subscribe):
+                del self._unanswered[request.id]
+            elif not isinstance(request, Command):
+                self._outbox.send(request)
+        if self.subscription is not None:
+            self._unanswered[self.subscription.id] = self.subscription
+            self._outbox.send(replace(self.subscription, after=self._change))
+        return [welcome, *lost]
 
-    def _took(self, message: ServerMessage) -> list[ServerMessage]:
+    def _take(self, message: ServerMessage) -> list[ServerMessage]:
         if isinstance(message, Numbered):
             if message.seq <= self._heard:
                 return []
@@ -405,24 +389,19 @@ class ClientConnection:
             self._told.append(message)
             if message.goes_on:
                 return []
-            message, self._told = joined(self._told), []
+            message, self._told = join_parts(self._told), []
         match message:
             case Done(id) | Refused(id=int(id)) | Result(id):
                 self._unanswered.pop(id, None)
             case Asked(number):
-                return [message] if self._is_asked(number) else []
+                if self._questions.get(number) is False:
+                    return []  # it is known, and waits for its answer
+                self._questions[number] = False
+                if len(self._questions) > MAX_PENDING:
+                    del self._questions[next(iter(self._questions))]
             case Withdrawn(number):
                 self._questions.pop(number, None)
         return [message]
-
-    def _is_asked(self, number: int) -> bool:
-        """Return whether a question is new, or its answer was lost. It is asked until it is withdrawn."""
-        if self._questions.get(number) is False:
-            return False
-        self._questions[number] = False
-        if len(self._questions) > MOST_WAITING:
-            del self._questions[next(iter(self._questions))]
-        return True
 
     def _fits(self, change: Change) -> bool:
         """Return whether a change is the next one. If one is missing, ask for a snapshot."""

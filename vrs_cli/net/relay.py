@@ -27,7 +27,7 @@ from websockets.exceptions import ConnectionClosed
 from vrs_cli.errors import NonexistentFile, RequestRefused
 from vrs_cli.interfaces.port.port import Expected
 from vrs_cli.net import messages
-from vrs_cli.net.client import LOOPBACK, OPENING, UNREACHED, address_of, dialled, no_answer, tls_for
+from vrs_cli.net.client import LOOPBACK, OPENING, UNREACHED, address_of, no_answer, open_socket, tls_for
 from vrs_cli.net.course_teller import CourseThread, Cut, Heard
 from vrs_cli.net.delivery_log import Outbox
 from vrs_cli.net.far_end import Ahead, FarEnd
@@ -167,7 +167,7 @@ class OverheardEnd(FarEnd):
         """
         match message:
             case messages.Request():
-                message = self.dated(message)
+                message = self.with_issue_time(message)
                 self.expect(message)
             case messages.Drag(issued=issued) if self.mirror is not None:
                 message = structs.replace(message, issued=self.now if issued is None else issued)
@@ -184,7 +184,7 @@ class OverheardEnd(FarEnd):
         if isinstance(message, messages.Welcome) and self.preview is not None:
             for fate in message.fates:
                 if fate.outcome in LOST:
-                    self.preview.refused(fate.id)
+                    self.preview.refuse(fate.id)
         super().learn(message)
 
     def news_of_preview(self) -> PreviewMessage | None:
@@ -198,8 +198,8 @@ class OverheardEnd(FarEnd):
         return now
 
     def _previewed(self, mirror: Mirror, preview: Preview) -> PreviewMessage:
-        plan, motions, dragged = preview.plan, Motions(), self._dragged
-        follows = dragged is not None and dragged.begin is not None and dragged.begin <= self.heard
+        plan, motions, dragged = preview.plan, Motions(), self._drag_effect
+        follows = dragged is not None and dragged.begin is not None and dragged.begin <= self.heard_time
         expected = plan.expected if dragged is None or follows else (*plan.expected, dragged)
         return PreviewMessage(
             mirror.seq,
@@ -281,12 +281,12 @@ class Relay:
     async def serve(self, page: PageSocket) -> None:
         """Relay one connection of a page from its begin to its end."""
         with suppress(ConnectionClosed):
-            hello = await self._greeted(page)
+            hello = await self._take_hello(page)
             if hello is not None:
-                why = await self._relayed(page, hello)
+                why = await self._relay(page, hello)
                 await page.send(encode(messages.Closing(why), hello.format))
 
-    async def _greeted(self, page: PageSocket) -> messages.Hello | None:
+    async def _take_hello(self, page: PageSocket) -> messages.Hello | None:
         """Return the page's hello; None if it may not enter, which it is told."""
         try:
             async with asyncio.timeout(HELLO_SECONDS):
@@ -305,11 +305,11 @@ class Relay:
         await page.send(encode(messages.Closing(refused.detail, Refusal.of(refused)), Encoding.JSON))
         return None
 
-    async def _relayed(self, page: PageSocket, hello: messages.Hello) -> str:
+    async def _relay(self, page: PageSocket, hello: messages.Hello) -> str:
         """Relay until one end closes; return why."""
         end = self._end(hello)
         try:
-            async with dialled(self.url, self._tls) as robot:
+            async with open_socket(self.url, self._tls) as robot:
                 end.begin(hello)
                 said = replace(hello, token=self._token, name=self._name or hello.name, robot=self.robot)
                 await robot.send(encode(said, Encoding.JSON))
@@ -371,13 +371,13 @@ class _Link:
                     chosen = message.value()
                     self._end.ahead = self._end.ahead if chosen is None else chosen
                 case messages.Subscribe():
-                    await self._robot.send(encode(self._subscribed(message), self._encoding))
+                    await self._robot.send(encode(self._with_window(message), self._encoding))
                 case _:
                     said = self._end.hear_page(message)
                     await self._robot.send(frame if said is message else encode(said, self._encoding))
             await self._tell()
 
-    def _subscribed(self, wanted: messages.Subscribe) -> messages.Subscribe:
+    def _with_window(self, wanted: messages.Subscribe) -> messages.Subscribe:
         """The timeline has to begin with a snapshot where it is not known here."""
         self._wanted = wanted.world
         window = wanted.window if self._window is None else self._window

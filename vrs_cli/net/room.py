@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from functools import cached_property
+from functools import cached_property, partial
 from math import inf
 from pathlib import Path
 from secrets import token_hex, token_urlsafe
@@ -35,9 +35,9 @@ from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.net import messages
 from vrs_cli.net.client_session import ClientSession, ClientSocket
-from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
+from vrs_cli.net.delivery_log import FRAME_OVERHEAD_BYTES, DeliveryLog
 from vrs_cli.net.durable_log import Audit
-from vrs_cli.net.limits import MUCH, Meter
+from vrs_cli.net.limits import HIGH_WATER_BYTES, Meter
 from vrs_cli.net.page_data import ServedShapes
 from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
 from vrs_cli.net.tokens import BODY, TEACHER, Grant
@@ -47,17 +47,17 @@ from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
 
-TOGETHER = 0.005  # [s] of CPU time for which things that are said are given on at once
-MOST_AWAY = 200  # users whose connection is cut, and who may come again
-PULLED_EVERY = 0.1  # [s] between two messages of how far a dragged tool is from its target
+PUMP_CPU_S = 0.005  # of CPU time for messages of the robot, before sockets are flushed
+MAX_CUT_CLIENTS = 200  # users whose connection is cut, and who may come back
+PULLED_PERIOD_S = 0.1  # between two messages about the distance of a dragged tool from its target
 NO_CELLS: Mapping[str, Cell] = MappingProxyType({})
-ALIVE = 3.0  # [s] after which a silent driver is asked whether it is there
+DRIVER_SILENCE_S = 3.0  # after which a silent driver is pinged
 
 
 class Room(ServedRobot):
     """A served robot with its users. `wake` is called, in any thread, when `pump` is due in the thread of the
-    connections. `life` names this run of the robot. `first_line`: what the next page carries out, as if its user had
-    typed it.
+    connections. `life` names this run of the robot. `first_line`: a line that the next page carries out as if its user
+    had typed it.
     """
 
     def __init__(
@@ -74,37 +74,37 @@ class Room(ServedRobot):
         self.clients: dict[str, ClientSession] = {}
         self._delivery_logs: dict[str, ClientSession] = {}
         self._user_states: dict[object, ClientSession] = {}
-        self._hears: ClientSession | None = None  # the user who was told what a program TYPEd last
+        self._hears: ClientSession | None = None  # the user to whom a program TYPEd last
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
-        self._seated: dict[ClientSession, None] = {}  # at a prompt
-        self._away: dict[ClientSession, None] = {}  # whose connection is cut, in the order of the cuts
+        self._at_prompt: dict[ClientSession, None] = {}
+        self._away: dict[ClientSession, None] = {}  # clients without a connection, in the order of the cuts
         super().__init__(name, plan, wake, audit, tell, robots, wall, self._driven, self._journal_lost)
-        self.console.outlets.append(self._said_by_itself)
+        self.console.outlets.append(self._take_message)
         self._meter = Meter(plan.allowance, wall())
         self._ran = False
-        self._watched_at = wall()  # when somebody held or watched the robot last
+        self._watched_at = wall()  # when the robot last had a user or a viewer
         self.first_line = ""
-        self._paused_at: float | None = None  # since when it is paused because nobody does
+        self._paused_at: float | None = None  # since when it is paused because it has neither
         self._watch: Ticket[None] | None = None
-        self._looked: object = None  # what users at a prompt were told last of what stands around it
+        self._looked: object = None  # the state that the status of prompts was last asked for
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
-        self._told_now = 0.0  # the clock that was told last
+        self._told_now = 0.0  # the clock that clients know last
         self.session.body.told.append(self._body_told)
-        self.session.driver.lags, self.session.actor.spent = self._lags, self._spent
+        self.session.driver.lags, self.session.actor.spent = self._lags, self._charge
         self._pulled = messages.Pulled(self.drag_control.pulled)
         self._pulled_at = wall()
         self.session.actor.serve()
 
     @cached_property
     def shapes(self) -> ServedShapes:
-        """The shapes of the robot; their files are read when the first client is greeted."""
+        """The shapes of the robot. Their files are read when the first client is welcomed."""
         return ServedShapes(self.name, self.plan.model, shows_paths=self.plan.one_user)
 
     # --- its users ---
 
     def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
-        """Let a user in, perhaps again, and welcome the connection."""
+        """Add a user, or take back one whose connection was cut; welcome the connection."""
         client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
         came = client is None or client.grant != grant  # only the same token resumes
         if client is None or came:
@@ -122,7 +122,7 @@ class Room(ServedRobot):
         first, self.first_line = (self.first_line, "") if is_page else ("", self.first_line)
         said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant), first_line=first)
         connection.welcome(said, client.delivery_log, now)
-        link.flush()  # before the first that is told to all
+        link.flush()  # before the first broadcast
         client.attach(link, hello)
         if came and (alarm := self.session.divergence.alarm) is not None:
             self._tell_alarm(alarm, (client,))
@@ -141,14 +141,14 @@ class Room(ServedRobot):
         self.clients[client.name] = self._delivery_logs[client.delivery_log.key] = client
         self._user_states[client.user_state] = client
         if hello.attended:
-            self._seated[client] = None
+            self._at_prompt[client] = None
         return client
 
     def greeting(self) -> messages.Welcome:
-        """The welcome for those who watch the robot without holding it."""
+        """Return the welcome for viewers who hold no connection of their own."""
         told = to_dict(self.plan.model)
         if not self.plan.one_user:
-            told.pop("collision", None)  # it names files of this machine
+            told.pop("collision", None)  # has paths of this machine
         return messages.Welcome(
             messages.VERSION,
             "",
@@ -176,13 +176,13 @@ class Room(ServedRobot):
         if client.link is link:
             client.detach()
             self._away[client] = None
-            if len(self._away) > MOST_AWAY:
+            if len(self._away) > MAX_CUT_CLIENTS:
                 self.leave(next(iter(self._away)))
 
     def leave(self, client: ClientSession) -> None:
-        """Drop a user who has left for good."""
+        """Remove a user who does not come back."""
         self._away.pop(client, None)
-        self._seated.pop(client, None)
+        self._at_prompt.pop(client, None)
         if self.clients.pop(client.name, None) is None:
             return
         del self._delivery_logs[client.delivery_log.key], self._user_states[client.user_state]
@@ -195,20 +195,20 @@ class Room(ServedRobot):
         if drove:
             self._driver_gone(client.name)
 
-    # --- what the robot says: in its own thread ---
+    # --- messages of the robot: in its own thread ---
 
-    def _said_by_itself(self, message: messages.ServerMessage) -> None:
-        """Take what belongs to no request: it is for the user who began what speaks now."""
+    def _take_message(self, message: messages.ServerMessage) -> None:
+        """Take a message that belongs to no request: it is for the user who began the program that runs now."""
         tasks = self.session.tasks
         track = tasks.get(tasks.current) or tasks.get(ROBOT_PROGRAM)
         by = track.driven_by if track is not None else self.session.user_state
         if isinstance(message, messages.Typed):
             self._hears = self._user_states.get(by)
-            self._typed_bytes += len(message.text) + BESIDE
+            self._typed_bytes += len(message.text) + FRAME_OVERHEAD_BYTES
         self._say(message, by)
 
     def _journal_lost(self, text: str) -> None:
-        """Tell everybody that the journal is not where it was."""
+        """Tell everybody that the journal was lost."""
         self._tell(text)
         self._say(messages.Told(Message(text, Tone.ERROR)), None)
 
@@ -217,46 +217,45 @@ class Room(ServedRobot):
         self.session.actor.tell(lambda: self.put(lambda: self._spread(message, by, ticket)))
 
     def _lags(self) -> bool:
-        """Return whether time has to wait until what programs have TYPEd is sent. In virtual time it also waits for the
-        user who hears it.
+        """Return whether the robot has to wait until the output of TYPE is sent. In virtual time it also waits until
+        its user has taken that.
         """
-        if self._typed_bytes - self._given_bytes > MUCH:
+        if self._typed_bytes - self._given_bytes > HIGH_WATER_BYTES:
             return True
         return self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self.wall())
 
-    def _spent(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
+    def _charge(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
         """Charge a user the CPU time [s] of a request. In any thread."""
         client = self._user_states.get(user_state)
         if client is not None:
             client.spend(seconds, typing=client.types(ticket))
 
     def _body_told(self, what: BodyNews) -> None:
-        """Tell the body its order, everybody an alarm, and write down what became of it."""
+        """Send the body its order, and everybody alarms; write alarms and resynchronisations into the audit."""
 
         def tell() -> None:
-            if isinstance(what, DivergenceAlarm):
-                self._tell_alarm(what, self.clients.values())
-                self.audit.note(self.name, self.session.body.name, "", "alarm", alarm_text(what))
-                return
-            if isinstance(what, ResyncReport):
-                said = f"from {what.t:.3f} s, the body follows from {what.until:.3f} s on"
-                self.audit.note(self.name, self.session.body.name, "", "RESYNC", said)
-                return
-            if isinstance(what, Message):
-                self.audit.note(self.name, self.session.body.name, "", "alarm", what.text)
-                self._spread(messages.Told(what), None)
-                return
-            self.served_body.tick(changed=True)
-            before, body = self.clients.get(what.before), self.clients.get(what.name)
-            if before is not None and before is not body:
-                before.tell(messages.BodyReleased())
-            if body is not None:
-                body.tell(messages.BodyOrder(what.order, what.at))
+            note = partial(self.audit.note, self.name, self.session.body.name, "")
+            match what:
+                case DivergenceAlarm():
+                    self._tell_alarm(what, self.clients.values())
+                    note("alarm", alarm_text(what))
+                case ResyncReport():
+                    note("RESYNC", f"from {what.t:.3f} s, the body follows from {what.until:.3f} s on")
+                case Message():
+                    note("alarm", what.text)
+                    self._spread(messages.Told(what), None)
+                case _:
+                    self.served_body.tick(changed=True)
+                    before, body = self.clients.get(what.before), self.clients.get(what.name)
+                    if before is not None and before is not body:
+                        before.tell(messages.BodyReleased())
+                    if body is not None:
+                        body.tell(messages.BodyOrder(what.order, what.at))
 
         self.put(tell)
 
     def _tell_alarm(self, alarm: DivergenceAlarm, clients: Iterable[ClientSession]) -> None:
-        """Tell clients that the body is not where the timeline says."""
+        """Tell clients that the body differs from the timeline."""
         for client in tuple(clients):
             client.tell(messages.Alarm(alarm))
             client.tell(messages.Told(Message(alarm_text(alarm), Tone.WARNING)))
@@ -271,22 +270,22 @@ class Room(ServedRobot):
 
         self.put(tell)
 
-    # --- what the robot says: in the thread of the connections ---
+    # --- messages of the robot: in the thread of the connections ---
 
     def pump(self) -> None:
-        """Give what was said to those whom it concerns."""
+        """Send the waiting messages of the robot to their users, and announce changes."""
         self._woken = False
-        until = time.thread_time() + TOGETHER
+        until = time.thread_time() + PUMP_CPU_S
         while self.said and time.thread_time() < until:
             try:
                 self.said.popleft()()
-            except Exception as error:  # the others are told nevertheless
+            except Exception as error:  # the other messages are sent all the same
                 self._tell(internal_error(error).text)
         touched, self.touched = self.touched, {}
         for flush in touched:
             flush()
         if self.said:
-            self.stirred()
+            self.wake()
         for event in self._events.take_all():
             if not isinstance(event, MissedEvents):
                 applied = self._self.now
@@ -296,12 +295,12 @@ class Room(ServedRobot):
         self._announce()
 
     def _spread(self, message: messages.ServerMessage, by: object, ticket: Ticket[Any] | None = None) -> None:
-        """Tell a user what the robot says by itself; all, if no user is meant. What programs TYPE goes to all consoles
-        too. A reply has the id of the command of that ticket, for the user who gave it.
+        """Send a message that belongs to no request to the user with the state `by`, or to all if there is none. Output
+        of TYPE also goes to all consoles. A reply gets the id of the command of the ticket, for the user who gave it.
         """
         clients = tuple(self.clients.values())
         if isinstance(message, messages.Typed):
-            self._given_bytes += len(message.text) + BESIDE
+            self._given_bytes += len(message.text) + FRAME_OVERHEAD_BYTES
             for client in clients:
                 if client.console or client.user_state is by:
                     client.tell(message)
@@ -315,8 +314,9 @@ class Room(ServedRobot):
         self.put(lambda: self._spread(message, None))
 
     def _announce(self) -> None:
-        """Announce the clock, the activity and the dragged tool if they are not what all were told last. Most changes
-        tell the clock of virtual time. What holds the tool is told at once, its distance some times a second.
+        """Announce the clock, the activity and the dragged tool if they have changed. Virtual time is usually known
+        from changes of the timeline. The user who drags the tool is announced at once, its distance some times a
+        second.
         """
         now, before = self.clock(), self._clock
         same = before is not None and (now.rate, now.paused) == (before.rate, before.paused)
@@ -329,34 +329,34 @@ class Room(ServedRobot):
             self.broadcast.announce(activity)
         pulled, told, wall = self.drag_control.pulled, self._pulled.state, self.wall()
         same = pulled.by == told.by and pulled.held.holds == told.held.holds
-        if pulled != told and (not same or wall - self._pulled_at > PULLED_EVERY):
+        if pulled != told and (not same or wall - self._pulled_at > PULLED_PERIOD_S):
             self._pulled, self._pulled_at = messages.Pulled(pulled), wall
             self.broadcast.announce(self._pulled)
 
     def activity(self) -> messages.Activity:
-        """Who drives, and which programs run."""
+        """Return who drives and which programs run."""
         running = (track for track in tuple(self.session.tasks) if track.running and track.in_program)
         return messages.Activity(self.driving.lease.holder, tuple(track.task.program for track in running))
 
     # --- as time passes ---
 
     def tick(self) -> None:
-        """Do what time makes due: drop users who are gone, stop what has grown too large. To be called some times a
+        """Do what is due: drop users who are gone, stop programs over their limits, write reports. Call it some times a
         second. Raises an error of the robot's thread that nobody has waited for.
         """
         now = self.wall()
         for client in tuple(self._away):
-            if client.link is None and client.delivery_log.expired(now):
+            if client.link is None and client.delivery_log.is_expired(now):
                 self.leave(client)
         driver = self.clients.get(self.driving.lease.holder)
-        if driver is not None and driver.link is not None and now - driver.heard_at > ALIVE:
+        if driver is not None and driver.link is not None and now - driver.heard_at > DRIVER_SILENCE_S:
             driver.link.ping()
-        if gone := self.driving.lapsed():
+        if gone := self.driving.take_lapsed():
             self._driver_gone(gone)
         self._mind_idleness(now)
         session = self.session
         if session.running and not session.driver.waited and (self._watch is None or self._watch.done()):
-            self._watch = self._self.put(session.watch_over())  # a program whose user has gone goes on
+            self._watch = self._self.put(session.watch_over())  # so that a program whose user has gone continues
         self._withdraw_questions()
         self._measure(now)
         self._push_status()
@@ -366,14 +366,14 @@ class Room(ServedRobot):
         if self._unwritten:
             self._call(lambda _session: self._write_reports())
         ran, self._ran = self._ran, session.running
-        if ran and not self._ran:  # what a program that has ended has changed is written down
+        if ran and not self._ran:  # write down the changes of a program that has ended
             self._call(lambda _session: self.durable_log.note())
         self._announce()
         if self.session.actor.internal_errors:
             raise self.session.actor.internal_errors.pop(0)
 
     def _driver_gone(self, who: str) -> None:
-        """Do with a running program what the plan says for a driver who is gone."""
+        """Pause or stop a running program if the plan says so for a driver who is gone."""
         if not self.session.running or self.plan.when_gone is WhenGone.GO_ON:
             return
         aborts = self.plan.when_gone is WhenGone.ABORT
@@ -381,12 +381,12 @@ class Room(ServedRobot):
         self._show_all(f"{who} drove, and has gone: the program is {'stopped' if aborts else 'paused'}")
 
     def _call(self, act: Callable[[Session], None], *, urgent: bool = False) -> None:
-        """Have something done while nobody else changes anything."""
+        """Have the robot's thread call `act` between two requests."""
         self._self.put(quietly(lambda: act(self.session)), urgent=urgent)
 
     def _mind_idleness(self, now: float) -> None:
-        """Pause a robot that works for nobody; let it go on when somebody holds or watches it."""
-        if self.broadcast.watched:
+        """Pause a robot that works without users and viewers; let it go on when one has come."""
+        if self.broadcast.is_watched:
             self._watched_at = now
             if self._paused_at is not None:
                 paused, self._paused_at = now - self._paused_at, None
@@ -412,7 +412,7 @@ class Room(ServedRobot):
         self._call(look)
 
     def _measure(self, now: float) -> None:
-        """Stop programs that take too much CPU time."""
+        """Stop programs that use too much CPU time."""
         wrong = self._meter.look(self.session.actor.worked, now)
         if wrong is not None and not self.session.driver.end_by(wrong):
             self._call(Session.stop, urgent=True)  # tasks that nobody waits for
@@ -420,14 +420,14 @@ class Room(ServedRobot):
             self.put(lambda: self._spread(told, None))
 
     def _push_status(self) -> None:
-        """Tell users at a prompt what stands around it: when something has happened, and each second."""
+        """Update the status of users at a prompt: when something has happened, and each second."""
         engine, t = self.session.engine, self._self.now
         happened = engine.timeline.version, self.session.running, engine.settings, self.driving.lease.holder
         now = (*happened, min(t, engine.end), int(t))
         if now == self._looked:
             return
         self._looked = now
-        for client in self._seated:
+        for client in self._at_prompt:
             if client.link is not None:
                 client.look()
 
@@ -436,8 +436,8 @@ class Room(ServedRobot):
 
 
 class RobotFolders(Struct, frozen=True):
-    """The folders of journals (None: no journals) and of files. Each robot has its own folder of files, unless it is
-    the `only` one.
+    """The folders of journals (None: no journals) and of files. Each robot has a folder of files below `folder`; the
+    `only` robot of a server has all of it.
     """
 
     journal: Path | None
@@ -451,11 +451,10 @@ class RobotFolders(Struct, frozen=True):
 
 class Hub:
     """All robots of a server, and who may hold which. `robots`: the shared ones, by name. `own`: how many robots each
-    token has for itself; they are made when they are used, and paused when nobody has held or watched them for
-    `own_idle` [s]. A teacher may hold those of all `grants`. `cells`: what is around some shared robots, by name, in
-    place of the usual cell.
+    token has for itself; they are made at the first use, and paused after `own_idle` [s] without users and viewers. A
+    teacher may hold those of all `grants`. `cells`: cells of some shared robots, by name, in place of the usual cell.
 
-    Any thread may call `open`, which takes its time; the thread of the connections calls all else.
+    Any thread may call `open`, which takes a while; all other methods are for the thread of the connections.
     """
 
     def __init__(
@@ -472,26 +471,26 @@ class Hub:
         cells: Mapping[str, Cell] = NO_CELLS,
     ) -> None:
         self.rooms: dict[str, Room] = {}
-        self.planned: Callable[[str, Plan], Plan] = lambda _name, plan: plan  # changes the plan of a robot, by its name
+        self.planned: Callable[[str, Plan], Plan] = lambda _name, plan: plan  # may change the plan of a named robot
         self._robots, self._places, self._usual = robots, places, usual
         self._own, self._grants, self._own_idle, self._cells = own, grants, own_idle, cells
         self._audit, self._wake, self._tell = audit, wake, tell
         self._opening = Lock()
 
     def names(self, grant: Grant) -> tuple[str, ...]:
-        """The robots that a token may hold: its own, and shared ones; a body also those of others that it names."""
+        """Return the robots that a token may hold: its own and shared ones; a body also others that it names."""
         shared = (name for name in self._robots if grant.teacher or grant.robots is None or name in grant.robots)
         of_all = (name for one in self._grants() for name in self.own_names(one))
         others = (name for name in of_all if grant.teacher or (grant.body and name in (grant.robots or ())))
         return tuple(dict.fromkeys((*self.own_names(grant), *shared, *others)))
 
     def own_names(self, grant: Grant) -> tuple[str, ...]:
-        """The robots that a token has for itself."""
+        """Return the robots that a token has for itself."""
         return grant.own_names(self._own) if grant.name else ()
 
-    def chosen(self, grant: Grant, wanted: str) -> str:
-        """Return the wanted robot; without a name, the only one, or the token's first own. Raises RequestRefused, which
-        says nothing of robots that the token may not hold.
+    def choose(self, grant: Grant, wanted: str) -> str:
+        """Return the wanted robot; without a name, the only one or the first of the token's own. Raises RequestRefused,
+        which names no robots that the token may not hold.
         """
         names = self.names(grant)
         if wanted in names:
@@ -515,11 +514,11 @@ class Hub:
             return room
 
     def clients(self) -> tuple[ClientSession, ...]:
-        """The clients of all robots that are open."""
+        """Return the clients of all open robots."""
         return tuple(client for room in self.rooms.values() for client in room.clients.values())
 
     def drop_forgotten(self) -> tuple[Room, ...]:
-        """Take away the rooms that are no token's any more, and return them: they are to be closed."""
+        """Remove the rooms that no token may hold any longer; return them, for the caller to close."""
         with self._opening:
             kept = {*self._robots, *(name for grant in self._grants() for name in self.own_names(grant))}
             gone = tuple(room for name, room in self.rooms.items() if name not in kept)
@@ -527,7 +526,7 @@ class Hub:
         return gone
 
     def take_away(self, name: str) -> Room | None:
-        """Take away the room of a robot, and return it: it is to be closed. Who comes next opens another one."""
+        """Remove the room of a robot; return it, for the caller to close. The next client opens another one."""
         with self._opening:
             rooms = dict(self.rooms)
             room = rooms.pop(name, None)
@@ -540,7 +539,7 @@ class Hub:
             self.open(name)
 
     def close(self) -> None:
-        """Close all rooms: everything is on the disk then. Raises FileError."""
+        """Close all rooms, so that everything is on the disk. Raises FileError."""
         with ExitStack() as stack:
             for room in self.rooms.values():
                 stack.callback(room.close)

@@ -91,7 +91,7 @@ class ServedBody:
             except RecordError as wrong:
                 raise IllegalValue(f"reports: {wrong}") from None
             self.body.take(reports, message.first, name)
-            self._clock.heard(message.sent, came, message.round_trip)
+            self._clock.hear(message.sent, came, message.round_trip)
             self._note_clock(came - reports[-1].t)
         except VrsError:
             wall = self._wall()
@@ -184,7 +184,7 @@ class Driving:
             if self.lease.drives(who):
                 self.lease = self.lease.beat(who, self._wall())
 
-    def lapsed(self) -> str:
+    def take_lapsed(self) -> str:
         """Take the lease from a driver who was not heard for too long; return the name, empty if there is none."""
         with self._lock:
             lease, now = self.lease, self._wall()
@@ -277,7 +277,7 @@ class ServedRobot:
         if plan.causality:
             engine.perform(SetParameter("CAUSALITY", plan.causality))
         self._self = UserSession(self.session, UserState())
-        self._events = engine.events.subscribe(woken=self.stirred)
+        self._events = engine.events.subscribe(woken=self.wake)
         first = self._events.take(0.0)
         assert isinstance(first, TimelineReplaced)
         world = self.session.driver.world
@@ -315,7 +315,7 @@ class ServedRobot:
 
     def _ask_by_itself(self, dialogue: Dialogue[None], urgent: bool) -> None:
         """Let the robot do something by itself, and write down what that changes. In any thread."""
-        told = self.session.divergence.telling(self.checked(dialogue, lambda: urgent))
+        told = self.session.divergence.telling(self.check_and_note(dialogue, lambda: urgent))
         self.session.actor.submit(told, urgent=urgent)
 
     def _told_cell(self) -> dict[str, Any] | None:
@@ -375,7 +375,7 @@ class ServedRobot:
     def _tell_measured(self, reports: Sequence[Report]) -> None:
         self.session.engine.measured.forget_before(reports[-1].t - MEASURED_SECONDS)
         if self.broadcast.measure(reports):
-            self.stirred()
+            self.wake()
 
     def _leave_unwritten(self, reports: Sequence[Report]) -> None:
         self._unwritten += reports
@@ -398,7 +398,7 @@ class ServedRobot:
         earliest = self.wall() - LATELY
         return any(at > earliest for other, at in self.asked_at.items() if other is not user)
 
-    def checked(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
+    def check_and_note(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
         """Run a dialogue in the robot's thread, and write down what it changes. Raises FileError, LimitReached if
         nothing may be changed now and the dialogue is not one that may `always` run.
         """
@@ -446,9 +446,9 @@ class ServedRobot:
     def put(self, tell: Callable[[], None]) -> None:
         """Have something told in the thread of the connections. In any thread."""
         self.said.append(tell)
-        self.stirred()
+        self.wake()
 
-    def stirred(self) -> None:
+    def wake(self) -> None:
         """Wake the thread of the connections, once until it comes."""
         if not self._woken:
             self._woken = True

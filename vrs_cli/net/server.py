@@ -56,20 +56,20 @@ from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.messages import Refusal
 
-LONGEST_WAIT = 0.1  # [s] after which a client's share is looked at again: others may be gone
+MAX_SHARE_WAIT_S = 0.1  # [s] after which a client's share is looked at again: others may be gone
 TICK = 0.1  # [s] between two calls of what time makes due
-LOOK = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
+TOKEN_CHECK_S = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
 HIGH_WATER = 64 * 1024  # bytes that a socket holds before it is given no more
 # bytes that the system holds: left to itself it takes megabytes, and asks for more when a third is gone
-HELD = 64 * 1024
+SYSTEM_BUFFER_BYTES = 64 * 1024
 BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
-PINGS, PATIENCE = 20.0, 20.0  # [s] between two pings, and until a client has to answer one
+PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] between two pings, and until a client has to answer one
 MAX_REPORTED = 20  # internal errors that are told, each with a file
 PAUSE = 1.0  # [s] after an internal error that might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
-MOST_PARKED = 4_000_000  # bytes of waiting requests of one client, after which nothing more is read of it
+MAX_PARKED_BYTES = 4_000_000  # bytes of waiting requests of one client, after which nothing more is read of it
 NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
-SHORT = 2.0  # [s] that a client has to close its connection
+CLOSE_TIMEOUT_S = 2.0  # [s] that a client has to close its connection
 
 
 class ListenAddress(Struct, frozen=True):
@@ -163,7 +163,7 @@ class _Link:
         self.rate = Bucket(allowance.rate, allowance.burst, time.monotonic())
         self.fast = 0  # messages in a row that came too fast
         self.sink = SocketSink(socket)
-        socket.transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, HELD)
+        socket.transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, SYSTEM_BUFFER_BYTES)
         self.deflates = self.sink.deflates
         self._drains = False  # a task waits until the socket takes more
         self._tasks: set[asyncio.Task[None]] = set()
@@ -229,7 +229,7 @@ class _Link:
         task.add_done_callback(self._tasks.discard)
 
 
-def _named(socket: Socket) -> str:
+def _robot_in_path(socket: Socket) -> str:
     """Return the robot that the address of a connection names, "" for none."""
     path = "" if socket.request is None else path_of(socket.request)
     return unquote(path.removeprefix(ROBOTS)).strip("/") if path.startswith(ROBOTS) else ""
@@ -274,7 +274,7 @@ class Server:
             place.origins,
             self._find,
             self._names,
-            lambda grant, name: (self.hub.chosen(grant, name), *self.hub.own_names(grant)),
+            lambda grant, name: (self.hub.choose(grant, name), *self.hub.own_names(grant)),
             self._mesh,
             tell,
             tls=tls,
@@ -299,20 +299,20 @@ class Server:
         for name in hub.rooms:
             self._follow(name)
         async with serve(
-            self._served,
+            self._serve,
             self._place.host or None,
             self._place.port,
             ssl=self._place.tls,
-            process_request=self._asked,
+            process_request=self._answer_request,
             create_connection=cast(type[Socket], partial(HttpSocket, doorway=Doorway())),
             open_timeout=BODY_SECONDS,
             ssl_handshake_timeout=REQUEST_SECONDS if self._place.tls else None,
             extensions=[SharedDeflate()],
             compression=None,
             max_size=self._allowance.message,
-            ping_interval=PINGS,
-            ping_timeout=PATIENCE,
-            close_timeout=SHORT,
+            ping_interval=PING_INTERVAL_S,
+            ping_timeout=PING_TIMEOUT_S,
+            close_timeout=CLOSE_TIMEOUT_S,
             server_header=None,
             logger=quiet,
         ) as listening:
@@ -335,7 +335,7 @@ class Server:
 
     # --- sockets ---
 
-    async def _asked(self, socket: Socket, request: Request) -> Response | None:
+    async def _answer_request(self, socket: Socket, request: Request) -> Response | None:
         """Answer a request. Refuse a connection to an unknown address, or if there are too many, before it is made."""
         if len(self._links) >= self._allowance.connections:
             return refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
@@ -353,11 +353,11 @@ class Server:
             return room.shapes.glb(file)
         raise NonexistentFile(file)
 
-    async def _served(self, socket: Socket) -> None:
+    async def _serve(self, socket: Socket) -> None:
         """Serve one connection from its begin to its end."""
         assert isinstance(socket, HttpSocket)
         socket.let_in()
-        if (relay := self._relays.get(_named(socket))) is not None:
+        if (relay := self._relays.get(_robot_in_path(socket))) is not None:
             try:
                 await relay.serve(socket)
             except Exception as error:
@@ -373,7 +373,7 @@ class Server:
                 typing = False
                 for message in link.connection.receive(frame, now):
                     typing = isinstance(message, TYPING)
-                    await self._taken(link, message, len(frame))
+                    await self._take(link, message, len(frame))
                 if link.fast > FLOOD * self._allowance.rate:
                     link.connection.close(self._too_fast.detail, Refusal.of(self._too_fast))
                 link.flush()
@@ -381,7 +381,7 @@ class Server:
                     break
                 if link.client is not None:
                     link.client.spend(time.thread_time() - begun, typing=typing)
-                    while link.client.parked_bytes > MOST_PARKED:
+                    while link.client.parked_bytes > MAX_PARKED_BYTES:
                         await asyncio.sleep(TICK)
         except ConnectionClosed:
             pass
@@ -393,7 +393,7 @@ class Server:
                 why = link.connection.why or "cut"
                 self._audit.note(link.room.name, link.client.name, link.address, "(leave)", why)
 
-    async def _taken(self, link: _Link, message: messages.ClientMessage, size: int) -> None:
+    async def _take(self, link: _Link, message: messages.ClientMessage, size: int) -> None:
         client, room = link.client, link.room
         if isinstance(message, messages.Hello):
             await self._enter(link, message)
@@ -417,7 +417,7 @@ class Server:
         try:
             while (left := client.unpark()) is not None:
                 client.flush()
-                await asyncio.sleep(min(left, LONGEST_WAIT))
+                await asyncio.sleep(min(left, MAX_SHARE_WAIT_S))
         finally:
             del self._waiting[client]
 
@@ -425,7 +425,7 @@ class Server:
         """Let a client in, or tell why not."""
         try:
             grant = self._grant(link, hello)
-            name = self.hub.chosen(grant, self._wanted(link, hello))
+            name = self.hub.choose(grant, self._wanted_robot(link, hello))
             try:
                 room = await asyncio.to_thread(self.hub.open, name)
             except VrsError as error:
@@ -468,9 +468,9 @@ class Server:
         raise RequestRefused(what, "ask whoever runs the server")
 
     @staticmethod
-    def _wanted(link: _Link, hello: messages.Hello) -> str:
+    def _wanted_robot(link: _Link, hello: messages.Hello) -> str:
         """Return the robot of the address, or of the hello. Raises RequestRefused if they name different ones."""
-        named = _named(link.socket)
+        named = _robot_in_path(link.socket)
         if named and hello.robot and named != hello.robot:
             raise RequestRefused(f"the address says {named}, the client {hello.robot}", "name one robot")
         return named or hello.robot
@@ -480,7 +480,7 @@ class Server:
     def _pump(self, name: str) -> None:
         room = self.hub.rooms.get(name)
         if room is not None:
-            self._guarded(room.pump)
+            self._guard(room.pump)
             if name in self._due:
                 self._due[name].set()
 
@@ -498,7 +498,7 @@ class Server:
         due, cast = self._due[name], self.hub.rooms[name].broadcast
         while True:
             due.clear()
-            if not self._guarded(cast.step):
+            if not self._guard(cast.step):
                 await asyncio.sleep(PAUSE)
             left = cast.peek() - time.monotonic()
             if left <= 0.0:
@@ -520,14 +520,14 @@ class Server:
                 link.connection.look(now)
                 link.flush()
             for room in self.hub.rooms.values():
-                self._guarded(room.tick)
-            if now - self._looked > LOOK:
+                self._guard(room.tick)
+            if now - self._looked > TOKEN_CHECK_S:
                 self._looked = now
-                self._guarded(self._look_at_tokens)
+                self._guard(self._look_at_tokens)
                 if self.board is not None:
-                    self._guarded(self.board.tell)
+                    self._guard(self.board.tell)
 
-    def _guarded(self, act: Callable[[], None]) -> bool:
+    def _guard(self, act: Callable[[], None]) -> bool:
         """Call `act`; report an internal error, and let all else go on. Return whether there was none."""
         try:
             act()

@@ -83,13 +83,13 @@ class Loop:
         with self._lock:
             self.ends = True
         # in the loop's own thread: this one may run another loop, as that of a notebook does
-        asyncio.run_coroutine_threadsafe(_stopped(), self._loop).result()
+        asyncio.run_coroutine_threadsafe(_stop_tasks(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()
 
 
-async def _stopped() -> None:
+async def _stop_tasks() -> None:
     """Cancel all other tasks of this loop, and wait for their end, but for no longer than CLOSING."""
     tasks = asyncio.all_tasks() - {asyncio.current_task()}
     for task in tasks:

@@ -87,7 +87,7 @@ class DeflateContext:
         self._number, self._index = next(DeflateContext._numbers), 0
         self._compressor = zlib.compressobj(LEVEL, zlib.DEFLATED, -WINDOW_BITS, MEMORY)
 
-    def deflated(self, packet: Packet) -> Packet:
+    def deflate(self, packet: Packet) -> Packet:
         data = self._compressor.compress(packet.data) + self._compressor.flush(zlib.Z_SYNC_FLUSH)
         place = DeflatedPlace(self._number, self._index)
         self._index += 1
@@ -205,23 +205,23 @@ class Stream:
         packet = None if change is None else change.packets.get(listening.form)
         if change is None or packet is None:
             return None
-        return self._deflated(number + 1, change, packet, listening.form, last) if listening.deflates else packet
+        return self._deflate(number + 1, change, packet, listening.form, last) if listening.deflates else packet
 
-    def _deflated(
+    def _deflate(
         self, number: int, change: _Change, packet: Packet, form: MessageForm, last: DeflatedPlace | None
     ) -> Packet:
         """Return a change deflated, if it can be and the listener can inflate it. A listener who gets it undeflated can
         take what is deflated next.
         """
         if form not in change.deflated and number == self.number:
-            change.deflated[form] = self._contexts.setdefault(form, DeflateContext()).deflated(packet)
+            change.deflated[form] = self._contexts.setdefault(form, DeflateContext()).deflate(packet)
         found = change.deflated.get(form, packet)
         if found.follows(last) and found is not packet:
             return found
         self._contexts.pop(form, None)
         return packet
 
-    def missed(self, number: int) -> int:
+    def count_missed(self, number: int) -> int:
         """Return how many changes of the present timeline a listener has not got."""
         return max(0, self.number - max(number, self._replaced))
 
@@ -231,7 +231,7 @@ class Stream:
         if found is None:
             first = 0 if listening.window is None else self.timeline.index_at(now - listening.window)
             _, found = self._last_part(first, len(self.timeline), listening.form)
-            found = self._snapshots[listening] = DeflateContext().deflated(found) if listening.deflates else found
+            found = self._snapshots[listening] = DeflateContext().deflate(found) if listening.deflates else found
         if listening.deflates:
             self._contexts.pop(listening.form, None)
         return found

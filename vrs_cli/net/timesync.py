@@ -1,8 +1,8 @@
-"""Estimate a remote clock, and how long a message takes there and back, from exchanges of four times; or, from messages
-in one direction alone, as well as that can be known. Pure.
+"""Estimate a remote clock and the round trip of messages, from exchanges of four times, or from messages in one
+direction alone; show samples from a line with jitter as evenly as they were sent (`Playout`). Pure.
 
-As NTP does it (RFC 5905, sections 8 and 10): the exchange with the shortest round trip is the nearest to the truth. Its
-offset is wrong by half of the difference between both ways, so by half of its round trip at most.
+The estimate is that of NTP (RFC 5905, sections 8 and 10): the exchange with the shortest round trip is the most exact.
+The error of its offset is half the difference between both ways, so at most half of its round trip.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue
 
-WINDOW = 300.0  # [s] that exchanges count for
-PARTS = 16  # of the window: the best exchange of each tells how the clocks drift apart
-FEWEST = 4  # such exchanges
-SURE = 2.0  # a drift of fewer standard deviations is none
-FINEST = 1e-6  # [s] no clock tells smaller differences
-MOST_DRIFT = 500e-6  # of a sound clock (RFC 5905, section 7.1: PHI is 15e-6, what can be corrected 500e-6)
+WINDOW = 300.0  # [s] exchanges are used so long
+PARTS = 16  # of the window: the drift is fitted to the best exchange of each part
+MIN_FIT_EXCHANGES = 4  # with fewer, the drift is taken as 0
+SIGNIFICANT = 2.0  # standard deviations: a smaller drift is taken as 0
+RESOLUTION = 1e-6  # [s] of clocks
+MAX_DRIFT = 500e-6  # of a sound clock (RFC 5905, section 7.1: PHI is 15e-6, what can be corrected 500e-6)
 
 
 class Exchange(NamedTuple):
-    """A message and its answer. In the middle of it, `at` by the clock here [s], the clock there was `offset` ahead, if
-    both ways took as long. `round_trip`: how long both took, D_f + D_b [s]; below 0 only if a clock was set meanwhile.
+    """A message and its answer. At its middle, `at` by the clock here, the remote clock was `offset` ahead [s], if both
+    ways took equally long. `round_trip`: the time of both ways, D_f + D_b [s]; below 0 only if a clock was set.
     """
 
     at: float
@@ -37,8 +37,8 @@ class Exchange(NamedTuple):
 
 
 class Estimate(Struct, frozen=True):
-    """The clock there is `offset` ahead of the one here at `at` [s], and `drift` more with every second. `round_trip`:
-    the least D_f + D_b; the offset is wrong by half of that at most.
+    """An estimate of a remote clock: it is `offset` ahead of the clock here at `at` [s], and `drift` more with every
+    second. `round_trip`: the shortest D_f + D_b [s]; the error of the offset is at most half of it.
     """
 
     at: float
@@ -47,30 +47,30 @@ class Estimate(Struct, frozen=True):
     round_trip: float
 
     def here(self, t: float) -> float:
-        """What the clock here shows when the one there shows t."""
+        """Return the local time when the remote clock shows t [s]."""
         return self.at + (t - self.offset - self.at) / (1.0 + self.drift)
 
     def there(self, t: float) -> float:
-        """Return the remote clock's time at the local time t."""
+        """Return the remote clock's time at the local time t [s]."""
         return t + self.offset + self.drift * (t - self.at)
 
 
 class TimeSync:
-    """Keeps the exchanges of a `window` [s]."""
+    """An estimator of a remote clock from the exchanges of the last `window` [s]."""
 
     def __init__(self, window: float = WINDOW) -> None:
         self.window = window
         self._exchanges: deque[Exchange] = deque()
 
-    def heard(self, t0: float, t1: float, t2: float, t3: float) -> None:
-        """Take the latest exchange: a message sent at t0 arrived at t1, was answered at t2, and the answer came at t3
-        [s]; t0 and t3 are by the clock here. If it does not fit the others, a clock was set, and they are forgotten.
+    def hear(self, t0: float, t1: float, t2: float, t3: float) -> None:
+        """Add an exchange: a message sent at t0 arrived at t1, was answered at t2, and the answer came at t3 [s]; t0
+        and t3 are by the clock here. If it contradicts the others, a clock was set, and the others are dropped.
         """
         new = Exchange((t0 + t3) / 2.0, ((t1 - t0) + (t2 - t3)) / 2.0, (t3 - t0) - (t2 - t1))
-        if new.round_trip < -FINEST:
+        if new.round_trip < -RESOLUTION:
             return
         best = min(self._exchanges, key=_round_trip, default=new)
-        may_be = (best.round_trip + new.round_trip) / 2.0 + MOST_DRIFT * abs(new.at - best.at) + FINEST
+        may_be = (best.round_trip + new.round_trip) / 2.0 + MAX_DRIFT * abs(new.at - best.at) + RESOLUTION
         if abs(new.offset - best.offset) > may_be:
             self._exchanges.clear()
         self._exchanges.append(new)
@@ -82,7 +82,7 @@ class TimeSync:
 
     @property
     def estimate(self) -> Estimate | None:
-        """Return what all exchanges say together; None before the first."""
+        """The estimate from all exchanges; None before the first."""
         if not self._exchanges:
             return None
         first, length = self._exchanges[0].at, self.window / PARTS
@@ -92,28 +92,29 @@ class TimeSync:
             if part not in parts or one.round_trip < parts[part].round_trip:
                 parts[part] = one
         best = min(self._exchanges, key=_round_trip)
-        return Estimate(best.at, best.offset, _drift(list(parts.values())), max(best.round_trip, 0.0))
+        drift = max(-MAX_DRIFT, min(_slope(list(parts.values())), MAX_DRIFT))
+        return Estimate(best.at, best.offset, drift, max(best.round_trip, 0.0))
 
     def round_trip(self, share: float) -> float:
-        """The D_f + D_b that this share of the exchanges did not exceed [s]: 0 the least, 0.5 the median, 1 the most.
-        Raises IndexError before the first.
+        """Return a quantile of the measured D_f + D_b [s]: `share` 0 is the shortest, 0.5 the median, 1 the longest.
+        Raises IndexError before the first exchange.
         """
         trips = sorted(one.round_trip for one in self._exchanges)
         return trips[min(int(share * len(trips)), len(trips) - 1)]
 
 
 class OneWay:
-    """A remote clock, from messages in one direction that tell when they were sent. Of each part of the `window` [s]
-    the message with the shortest way is kept (a minimum filter). How long that way was is known only as half of the
-    shortest round trip, which the sender measures; the offset is wrong by the other half at most.
+    """An estimator of a remote clock from messages in one direction that tell when they were sent. Of each part of the
+    `window` [s] the message with the shortest way is kept (a minimum filter). That way is taken as half of the shortest
+    round trip, which the sender measures; the error of the offset is at most the other half.
     """
 
     def __init__(self, window: float = 60.0) -> None:
         self.window = window
         self._best: dict[int, Exchange] = {}  # by part of the window
 
-    def heard(self, sent: float, came: float, round_trip: float = 0.0) -> None:
-        """Take a message that was sent at `sent` by the clock there, and came at `came` by the clock here [s]."""
+    def hear(self, sent: float, came: float, round_trip: float = 0.0) -> None:
+        """Add a message that was sent at `sent` by the remote clock and came at `came` by the clock here [s]."""
         part, new = int(came // (self.window / PARTS)), Exchange(came, sent - came + round_trip / 2.0, round_trip)
         before = self._best.get(part)
         if before is None:
@@ -123,7 +124,7 @@ class OneWay:
 
     @property
     def estimate(self) -> Estimate | None:
-        """Return what all messages say together; None before the first."""
+        """The estimate from all messages; None before the first."""
         if not self._best:
             return None
         best = list(self._best.values())
@@ -135,15 +136,10 @@ class OneWay:
 _round_trip = attrgetter("round_trip")
 
 
-def _drift(exchanges: Sequence[Exchange]) -> float:
-    """The slope of offsets over time, no greater than that of a sound clock."""
-    return max(-MOST_DRIFT, min(_slope(exchanges), MOST_DRIFT))
-
-
 def _slope(exchanges: Sequence[Exchange]) -> float:
-    """The slope of offsets over time, by least squares; 0 where it may as well be chance."""
+    """Return the slope of offsets over time by least squares; 0 if it is not significant."""
     count = len(exchanges)
-    if count < FEWEST:
+    if count < MIN_FIT_EXCHANGES:
         return 0.0
     middle = sum(one.at for one in exchanges) / count
     mean = sum(one.offset for one in exchanges) / count
@@ -151,17 +147,22 @@ def _slope(exchanges: Sequence[Exchange]) -> float:
     slope = sum((one.at - middle) * (one.offset - mean) for one in exchanges) / spread
     left = sum((one.offset - mean - slope * (one.at - middle)) ** 2 for one in exchanges)
     deviation = sqrt(left / (count - 2) / spread)
-    return 0.0 if abs(slope) < SURE * deviation else slope
+    return 0.0 if abs(slope) < SIGNIFICANT * deviation else slope
 
 
-JITTER_WINDOW = 200  # samples by which the jitter is measured
+# --- samples ---------------------------------------------------------------------------------------------------------
+
+JITTER_WINDOW = 200  # samples from which the jitter is measured
 USUAL_PERCENTILE = 95.0
 
 T = TypeVar("T")
 
 
 class Playout(Generic[T]):
-    """`percentile`: so many of a hundred samples are to be there when they are due. What waits is bounded by `most`."""
+    """A playout buffer: it shows samples as evenly as they were sent, a little later. `percentile`: so many of a
+    hundred samples shall have come when they are due. `window`: samples from which the delay is measured. `most`:
+    samples that may wait. Times of sending and of arrival may be of two clocks that run at the same rate.
+    """
 
     def __init__(
         self, percentile: float = USUAL_PERCENTILE, window: int = JITTER_WINDOW, most: int = 10 * JITTER_WINDOW
@@ -179,12 +180,12 @@ class Playout(Generic[T]):
 
     @property
     def delay(self) -> float:
-        """The time between the sending of a sample and its showing [s], by both clocks; 0 before the first arrival."""
+        """The time from the sending of a sample to its showing [s], by both clocks; 0 before the first arrival."""
         count = len(self._ordered)
         return self._ordered[min(int(count * self.percentile / 100.0), count - 1)] if count else 0.0
 
     def put(self, sent: float, value: T, arrived: float) -> None:
-        """Take a sample that was sent and has arrived at these times [s], in the order of sending."""
+        """Add a sample, which was sent and has arrived at these times [s]; in the order of sending."""
         transit = arrived - sent
         self._transits.append(transit)
         insort(self._ordered, transit)
@@ -193,8 +194,8 @@ class Playout(Generic[T]):
         self._waiting.append((sent, value))
 
     def take(self, now: float) -> T | None:
-        """Return the last sample that is due, again if no other is; None before the first. The time that is shown never
-        goes back, also when the delay grows.
+        """Return the last sample that is due at `now` [s], None before the first. The shown time never goes back, even
+        if the delay grows.
         """
         if not self._transits:
             return None

@@ -36,7 +36,7 @@ from vrs_cli.files.opening import stamp, unreadable, wrong_name
 from vrs_cli.language.words.word import Role
 
 BYTES = 24  # random bytes of a token that is made here
-SHORTEST = 16  # characters of a token that somebody chose, at least
+MIN_TOKEN_CHARS = 16  # characters of a token that somebody chose, at least
 TEACHER, BODY = "teacher", "body"
 ROLES: Mapping[str, Role] = {
     "observer": Role.OBSERVER,
@@ -71,7 +71,7 @@ class Grant(Struct, frozen=True):
     digest: bytes = b""
     body: bool = False
 
-    def expired(self, now: float) -> bool:
+    def is_expired(self, now: float) -> bool:
         return self.until is not None and now >= self.until
 
     def own_names(self, most: int) -> tuple[str, ...]:
@@ -102,11 +102,11 @@ class Tokens(Struct, frozen=True):
         for grant in self.grants:
             if hmac.compare_digest(asked, grant.digest):
                 found = grant
-        return None if found is None or found.expired(now) else found
+        return None if found is None or found.is_expired(now) else found
 
     def holds(self, grant: Grant, now: float) -> bool:
         """Return whether a grant is still valid and unchanged."""
-        return grant in self.grants and not grant.expired(now)
+        return grant in self.grants and not grant.is_expired(now)
 
 
 # --- the file -------------------------------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ class TokenFile:
         self.path = path
         self._robots, self._own = tuple(robots), own
         self._read = self._seen = stamp(path)
-        self.tokens = self._found()
+        self.tokens = self._read_grants()
         self.wrong = ""
 
     def look(self) -> bool:
@@ -135,7 +135,7 @@ class TokenFile:
             return False
         before, found, wrong = self.tokens, self.tokens, ""
         try:
-            found = self._found()
+            found = self._read_grants()
         except FileError as error:
             wrong = f"{error}; the tokens read before it was changed still hold"
         if stamp(self.path) != mark:
@@ -143,7 +143,7 @@ class TokenFile:
         self._read, self.tokens, self.wrong = mark, found, wrong
         return found != before
 
-    def _found(self) -> Tokens:
+    def _read_grants(self) -> Tokens:
         """Read the file. Raises FileError, and FileDamaged if a robot that a token has for itself would belong to
         another one too. Names that differ by capital letters alone are the same, as for files on some systems.
         """
@@ -203,11 +203,11 @@ def _digest(where: str, row: Mapping[str, object]) -> bytes:
     token, sha256 = row.get("token"), row.get("sha256")
     if (token is None) == (sha256 is None):
         raise FileDamaged(f"{where}", "it has either token or sha256")
-    if isinstance(token, str) and len(token) >= SHORTEST:
+    if isinstance(token, str) and len(token) >= MIN_TOKEN_CHARS:
         return digest_of(token)
     if isinstance(sha256, str) and re.fullmatch("[0-9a-fA-F]{64}", sha256):
         return bytes.fromhex(sha256)
-    raise FileDamaged(where, f"a token has {SHORTEST} characters at least, sha256 64 hexadecimal digits")
+    raise FileDamaged(where, f"a token has {MIN_TOKEN_CHARS} characters at least, sha256 64 hexadecimal digits")
 
 
 def _until(where: str, expires: object) -> float | None:
@@ -319,7 +319,7 @@ class ClassFolder(Struct, frozen=True):
         return self.root / "lessons"
 
     @property
-    def collected(self) -> Path:
+    def collected_folder(self) -> Path:
         return self.root / "collected"
 
     def make(self, students: Iterable[str]) -> None:
@@ -412,7 +412,7 @@ class ClassFolder(Struct, frozen=True):
             take_out(self.tokens, [student])
         robots = [student, *(f"{student}-{number}" for number in range(2, OWN_ROBOTS + 1))]
         there = [path for robot in robots for path in self._files_of(robot)]
-        others = self.hand_ins / student, self.lessons / f"{student}.json", self.collected / f"{student}.v2"
+        others = self.hand_ins / student, self.lessons / f"{student}.json", self.collected_folder / f"{student}.v2"
         there += [path for path in others if path.exists()]
         if not known and not there:
             raise UsageError(f"{student} is no student of {self.root}", "vrs class links lists them")

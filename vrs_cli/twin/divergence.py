@@ -100,7 +100,7 @@ def likely_cause(it: Evidence) -> Likely:
         return DivergenceCause.STOPPED, "the body says that it has stopped"
     if it.mode is BodyMode.HOLDS:
         return DivergenceCause.STOPPED, "the body says that it holds, and nobody ordered that"
-    for judge in (_lost_or_late, _standing, _payload, _moved):
+    for judge in (_lost_or_late, _standing, _payload, _other_commander_or_push):
         found = judge(it)
         if found is not None:
             return found
@@ -204,7 +204,7 @@ def _growing(it: Evidence) -> float:
     return best
 
 
-def _moved(it: Evidence) -> Likely | None:
+def _other_commander_or_push(it: Evidence) -> Likely | None:
     """An arm that goes elsewhere, smoothly and on and on, or was kicked and comes back."""
     size = np.abs(it.error / it.noise).max(axis=1)
     late = it.late
@@ -329,7 +329,7 @@ class DivergenceWatch:
         """Judge the block that has ended."""
         times, residuals = zip(*self._cell, strict=True)
         self._cell, cell = [], floor(times[0] / BLOCK)
-        joints, rates = zip(*(self._bound(timeline, cell + number) for number in (-1, 0, 1)), strict=True)
+        joints, rates = zip(*(self._g_at_begin(timeline, cell + number) for number in (-1, 0, 1)), strict=True)
         velocity = np.array([joints[2] - joints[1], joints[1] - joints[0]]) / BLOCK
         acceleration = np.array([rates[2] - rates[1], rates[1] - rates[0]]) / BLOCK
         load = self.healthy.load(0.5 * (joints[1] + joints[2]), velocity[0], acceleration[0])
@@ -337,7 +337,7 @@ class DivergenceWatch:
         self._add(Blocks(np.array([t]), residual[None], velocity[None], acceleration[None], load[None]), joints[2])
         return self._alarm(timeline, t)
 
-    def _bound(self, timeline: Timeline, cell: int) -> tuple[Floats, Floats]:
+    def _g_at_begin(self, timeline: Timeline, cell: int) -> tuple[Floats, Floats]:
         """Return joints and velocity of g where a block begins, remembered for the next two blocks."""
         known = self._bounds.get(cell)
         if known is None:
@@ -371,7 +371,7 @@ class DivergenceWatch:
             self._waiting.append([])
         self._waiting[-1].append(block)
         if len(self._waiting) > WAITS + 1 and self._found is None and levels.max() < 0.25:
-            self.healthy.learn(_joined(self._waiting.popleft()))
+            self.healthy.learn(_join_blocks(self._waiting.popleft()))
 
     def _load_ratio(self, load: Floats, error: Floats) -> tuple[float, int]:
         """Return twice the logarithm of the likelihood ratio of a load, and for how many blocks it has been there: each
@@ -424,5 +424,5 @@ class DivergenceWatch:
         return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, mode)
 
 
-def _joined(blocks: list[Blocks]) -> Blocks:
+def _join_blocks(blocks: list[Blocks]) -> Blocks:
     return Blocks(*map(np.concatenate, zip(*blocks, strict=True)))

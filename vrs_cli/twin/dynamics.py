@@ -198,7 +198,7 @@ def _parts(T: Transform) -> tuple[Floats, Floats]:
 
 MASSES = ROBOTS / "masses"  # of the built-in robots: files of their own, for who runs a program reads none
 ROUNDING = 1e-12  # of a moment of inertia
-LEAST = 1e-6  # [kg m2] a moment of inertia
+MIN_MOMENT = 1e-6  # [kg m2] a moment of inertia
 POSES, SEED = 100, 1  # random ones, for what nobody says of a drive
 RESERVE = 2.0  # ours: how many times the torque that gravity and the greatest acceleration ask for a drive has
 ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of the greatest inertia, and of RESERVE torques
@@ -235,21 +235,21 @@ def inertial_model(model: RobotModel) -> InertialModel:
         else:
             inertia = (link.mass or 0.0) * shaped.inertia if shaped else np.zeros((3, 3))
         centres.append(centre)
-        inertias.append(balanced(inertia))
+        inertias.append(realizable_inertia(inertia))
     mass = np.array([link.mass for link in known], dtype=float)
     return _with_drives(model, known, mass, np.array(centres), np.array(inertias))
 
 
-def balanced(inertia: Floats) -> Floats:
+def realizable_inertia(inertia: Floats) -> Floats:
     """Return the nearest inertia (3, 3) that a body can have: of its three moments none is greater than the other two
-    together, and none is less than LEAST.
+    together, and none is less than MIN_MOMENT.
     """
     moments, axes = np.linalg.eigh(inertia)
-    moments = np.maximum(moments, LEAST)
+    moments = np.maximum(moments, MIN_MOMENT)
     if (excess := moments[2] - moments[0] - moments[1]) > 0.0:
         moments = moments + excess / 3.0 * np.array([1.0, 1.0, -1.0])
         moments[2] = (1.0 - ROUNDING) * (moments[0] + moments[1])
-    elif np.all(np.linalg.eigvalsh(inertia) >= LEAST):
+    elif np.all(np.linalg.eigvalsh(inertia) >= MIN_MOMENT):
         return inertia
     found: Floats = axes * moments @ axes.T
     return found
@@ -326,11 +326,13 @@ def point_masses(body: Body) -> PointMasses:
     """Return points that stand for a body. Raises FileError, FileDamaged for a mesh that cannot be read."""
     match body:
         case Box(size, pose):
-            return _placed(pose, _slices((-0.5 * size[2], 0.5 * size[2]), lambda z: _rectangle(z, size[0], size[1])))
+            return _move_points(
+                pose, _slices((-0.5 * size[2], 0.5 * size[2]), lambda z: _rectangle(z, size[0], size[1]))
+            )
         case Cylinder(start, end, (r, s)):
             far = hypot(*subtracted(end, start))
             slices = _slices((0.0, far), lambda z: _disc(z, r + (s - r) * z / far))
-            return _placed(_along_z(start, subtracted(end, start)), slices)
+            return _move_points(_along_z(start, subtracted(end, start)), slices)
         case Capsule(start, end, radii):
             return _capsule(start, end, radii)
         case Slab():
@@ -338,7 +340,7 @@ def point_masses(body: Body) -> PointMasses:
         case MeshFile(path, pose, scale):
             mesh = load_mesh(Path(path))
             corners = mesh.vertices[mesh.faces] * (metres_of(mesh.units) * np.array(scale))
-            return _placed(pose, _tetrahedra(corners))
+            return _move_points(pose, _tetrahedra(corners))
 
 
 def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMasses:
@@ -361,7 +363,7 @@ def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMas
         parts.append(_slices((low, high), cone))
     parts.append(_slices((high, far + s), lambda z: _disc(z, (max(s * s - (z - far) ** 2, 0.0)) ** 0.5)))
     found = PointMasses(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-    return _placed(T, found)
+    return _move_points(T, found)
 
 
 def _slab(body: Slab) -> PointMasses:
@@ -385,7 +387,7 @@ def _slab(body: Slab) -> PointMasses:
 
     parts = [_slices((a, b), across, ROUND) for a, b in pairwise(ends)]
     points, volumes = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    return _placed(frame(x, z, body.start), PointMasses(points[:, [2, 0, 1]], volumes))
+    return _move_points(frame(x, z, body.start), PointMasses(points[:, [2, 0, 1]], volumes))
 
 
 def _slices(ends: tuple[float, float], slice_at: Callable[[float], Slice], count: int = 4) -> PointMasses:
@@ -426,6 +428,6 @@ def _along_z(place: Vector, way: Vector) -> Transform:
     return frame(any_normal(z), z, place)
 
 
-def _placed(T: Transform, solid: PointMasses) -> PointMasses:
+def _move_points(T: Transform, solid: PointMasses) -> PointMasses:
     rows = np.array(T).reshape(3, 4)
     return PointMasses(solid.points @ rows[:, :3].T + rows[:, 3], solid.volumes)

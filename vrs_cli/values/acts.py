@@ -13,11 +13,29 @@ from msgspec import Struct
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
-from vrs_cli.values import commands, replies
+from vrs_cli.values.commands import (
+    AlignedTarget,
+    JointOffsetTarget,
+    JointTarget,
+    NamedTarget,
+    PoseTarget,
+    Target,
+    ToolOffsetTarget,
+)
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.numbers import LIMIT, Value
+from vrs_cli.values.replies import (
+    BranchRow,
+    BranchTable,
+    ComparisonTable,
+    NamedLocation,
+    PartTable,
+    ProgramName,
+    ReachReport,
+    TimelineTable,
+)
 from vrs_cli.values.results import CommandRecord, FollowReport, RunResult, Untrue
 from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
 
@@ -34,36 +52,36 @@ class Goal(Struct, frozen=True, omit_defaults=True):
     aligned: bool = False
 
     @classmethod
-    def of(cls, target: commands.Target) -> Goal:
+    def of(cls, target: Target) -> Goal:
         match target:
-            case commands.PoseTarget():
+            case PoseTarget():
                 return cls(pose=target.T_world_tool)
-            case commands.JointTarget():
+            case JointTarget():
                 return cls(joints=target.joints)
-            case commands.NamedTarget():
+            case NamedTarget():
                 return cls(named=target.name)
-            case commands.JointOffsetTarget():
+            case JointOffsetTarget():
                 return cls(joint=target.joint, change=target.change)
-            case commands.ToolOffsetTarget():
+            case ToolOffsetTarget():
                 return cls(offset=target.T_destination_target)
-            case commands.AlignedTarget():
+            case AlignedTarget():
                 return cls(aligned=True)
 
     @property
-    def target(self) -> commands.Target:
+    def target(self) -> Target:
         """Raises IllegalValue for what is no place."""
         if self.pose is not None:
-            return commands.PoseTarget(rotating(self.pose))
+            return PoseTarget(rotating(self.pose))
         if self.joints is not None:
-            return commands.JointTarget(_finite(self.joints))
+            return JointTarget(_finite(self.joints))
         if self.named is not None:
-            return commands.NamedTarget(self.named)
+            return NamedTarget(self.named)
         if self.joint is not None:
-            return commands.JointOffsetTarget(self.joint, *_finite((self.change,)))
+            return JointOffsetTarget(self.joint, *_finite((self.change,)))
         if self.offset is not None:
-            return commands.ToolOffsetTarget(rotating(self.offset))
+            return ToolOffsetTarget(rotating(self.offset))
         if self.aligned:
-            return commands.AlignedTarget()
+            return AlignedTarget()
         raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
 
 
@@ -176,14 +194,14 @@ class Redo(RobotAct[None], frozen=True):
     count: int = 1
 
 
-class Explain(RobotAct[replies.ReachReport], frozen=True):
+class Explain(RobotAct[ReachReport], frozen=True):
     """WHY; `name`: how the goal is called in the report."""
 
     goal: Goal
     name: str
 
 
-class Compare(RobotAct[replies.ComparisonTable], frozen=True):
+class Compare(RobotAct[ComparisonTable], frozen=True):
     """Two branches."""
 
     a: str
@@ -229,15 +247,15 @@ class ListCommands(RobotAct[CommandList], frozen=True):
     """List all motion commands that hold."""
 
 
-class ListBranches(RobotAct[replies.BranchTable], frozen=True):
+class ListBranches(RobotAct[BranchTable], frozen=True):
     """List all branches, main first."""
 
 
-class ListMotions(RobotAct[replies.TimelineTable], frozen=True):
+class ListMotions(RobotAct[TimelineTable], frozen=True):
     """The timeline as a table."""
 
 
-class LookAtParts(RobotAct[replies.PartTable], frozen=True):
+class LookAtParts(RobotAct[PartTable], frozen=True):
     """PARTS, at a time [s]; None: now."""
 
     time: float | None = None
@@ -262,13 +280,13 @@ class PartialList(Struct, frozen=True):
 class LocationList(PartialList, frozen=True, kw_only=True):
     """LISTL: transformations, and then precision points, each kind in the order of names."""
 
-    rows: tuple[replies.NamedLocation, ...]
+    rows: tuple[NamedLocation, ...]
 
 
 class ProgramList(PartialList, frozen=True, kw_only=True):
     """DIRECTORY."""
 
-    rows: tuple[replies.ProgramName, ...]
+    rows: tuple[ProgramName, ...]
 
 
 class TaskRow(Struct, frozen=True):
@@ -287,7 +305,7 @@ class TaskRow(Struct, frozen=True):
 class BranchSeen(Struct, frozen=True):
     """A branch, and the version of its timeline."""
 
-    row: replies.BranchRow
+    row: BranchRow
     version: int
 
 

@@ -13,8 +13,29 @@ from msgspec import Struct
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values import measured, results
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, in_order
+from vrs_cli.values.measured import (
+    BodySeen,
+    DivergenceAlarm,
+    MeasuredComparison,
+    MeasuredPosition,
+    OnAlarm,
+    ResyncReport,
+)
+from vrs_cli.values.results import (
+    AnglesReport,
+    ChainReport,
+    CommandRecord,
+    Comparison,
+    Displacement,
+    ExplainOverview,
+    InverseReport,
+    MotionReport,
+    Position,
+    Reach,
+    SpliceReport,
+    Untrue,
+)
 from vrs_cli.values.tagged import Spoken
 from vrs_cli.values.world import Contact
 
@@ -69,7 +90,7 @@ class ProgramStopped(Spoken, frozen=True):
 class Whereabouts(Spoken, frozen=True):
     """WHERE. `stamped`: the time is shown; it was asked for, or passes by itself."""
 
-    position: results.Position
+    position: Position
     stamped: bool = False
     units: JointUnits = TURNING
 
@@ -77,14 +98,14 @@ class Whereabouts(Spoken, frozen=True):
 class WhereaboutsTable(Spoken, frozen=True):
     """WHERE FROM t1 TO t2 STEP dt."""
 
-    positions: tuple[results.Position, ...]
+    positions: tuple[Position, ...]
     units: JointUnits = TURNING
 
 
 class MeasuredWhereabouts(Spoken, frozen=True):
     """WHERE MEASURED. `is_last`: it is the last report, from which on all is unknown."""
 
-    at: measured.MeasuredPosition
+    at: MeasuredPosition
     is_last: bool = False
     units: JointUnits = TURNING
 
@@ -131,7 +152,7 @@ class ArmPicture(Spoken, frozen=True, tag="Picture"):
     tool tip. `stamped`: the time was asked for. `bodies`: of the cell.
     """
 
-    position: results.Position
+    position: Position
     links: tuple[Vector, ...]
     joints: tuple[Vector, ...]
     past: tuple[tuple[Vector, ...], ...]
@@ -148,7 +169,7 @@ class ReachReport(Spoken, frozen=True):
     """
 
     name: str
-    reach: results.Reach
+    reach: Reach
     units: JointUnits = TURNING
     move_contact: Contact | None = None
     line_contact: Contact | None = None
@@ -330,16 +351,16 @@ class BodyReport(Spoken, frozen=True):
     measured [s], what is done on an alarm, and the last alarm while the body differs.
     """
 
-    body: measured.BodySeen | None = None
+    body: BodySeen | None = None
     unknown: float | None = None
-    on_alarm: measured.OnAlarm = measured.OnAlarm.WARN
-    alarm: measured.DivergenceAlarm | None = None
+    on_alarm: OnAlarm = OnAlarm.WARN
+    alarm: DivergenceAlarm | None = None
 
 
 class Resynchronised(Spoken, frozen=True):
     """RESYNC was done; `distances` are to be shown in these units."""
 
-    report: measured.ResyncReport
+    report: ResyncReport
     units: JointUnits
 
 
@@ -408,13 +429,13 @@ class HelpPage(Spoken, frozen=True):
 class Displaced(Spoken, frozen=True):
     """The effect of a command on motions that were scheduled already."""
 
-    displacement: results.Displacement
+    displacement: Displacement
 
 
 class NoLongerTrue(Spoken, frozen=True):
     """What a command did to what programs have read of signals."""
 
-    readings: tuple[results.Untrue, ...]
+    readings: tuple[Untrue, ...]
 
 
 class SegmentRow(Struct, frozen=True):
@@ -432,11 +453,11 @@ class TimelineTable(Spoken, frozen=True):
     """TIMELINE: the commands and what the planner made of them; `stops`: segments after which a motion rests on its
     way; `untrue`: what programs have read of signals and no longer holds."""
 
-    commands: tuple[results.CommandRecord, ...]
+    commands: tuple[CommandRecord, ...]
     segments: tuple[SegmentRow, ...]
     stops: tuple[SegmentRow, ...]
     clock: float
-    untrue: tuple[results.Untrue, ...] = ()
+    untrue: tuple[Untrue, ...] = ()
 
 
 class BranchRow(Struct, frozen=True):
@@ -460,7 +481,7 @@ class ComparisonTable(Spoken, frozen=True):
 
     a: str
     b: str
-    comparison: results.Comparison
+    comparison: Comparison
     units: JointUnits = TURNING
 
 
@@ -468,7 +489,7 @@ class MeasuredComparisonTable(Spoken, frozen=True):
     """COMPARE MEASURED: the reports of the body beside the timeline of a branch."""
 
     branch: str
-    comparison: measured.MeasuredComparison
+    comparison: MeasuredComparison
     units: JointUnits = TURNING
 
 
@@ -546,12 +567,12 @@ Reply = (
     | MeasuredComparisonTable
     | Plot
     | ReplayTable
-    | results.ExplainOverview
-    | results.MotionReport
-    | results.ChainReport
-    | results.AnglesReport
-    | results.InverseReport
-    | results.SpliceReport
+    | ExplainOverview
+    | MotionReport
+    | ChainReport
+    | AnglesReport
+    | InverseReport
+    | SpliceReport
     | Farewell
 )
 
