@@ -1,7 +1,7 @@
 """Try viewers and controllers on a robot behind a line with delays, in virtual time.
 
-An operator's goal moves; a controller sends set points, which arrive D_f later, and the robot follows them inside its
-limits. Its positions are sent as frames, which arrive D_b later, and so does each change of its timeline.
+A goal moves. A controller sends set points, which arrive D_f later, and the robot follows them within its limits. The
+robot sends its positions as frames, which arrive D_b later, and each change of its timeline, which arrives as late.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import JointTarget, Move, Stamp
 
-LEAD = 0.4  # [s] from the issue of a motion of "moves" to its begin
+LEAD = 0.4  # [s] from the issue of a motion in "moves" to its start
 BETWEEN = 2.0  # [s] between two motions of "moves", and two goals of "steps"
-SWING = 0.12  # of the range of a joint to either side of its place, at most (waves)
-SPEED = 0.3  # of the greatest velocity, at most (waves)
-PERIODS = (3.0, 7.0)  # [s] of waves, at least and at most
-RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] how long "stops" move and stand, at least and at most
-LAGS = 41  # that are compared with, up to 2 s
+SWING = 0.12  # of the range of a joint: maximum amplitude of "waves"
+SPEED = 0.3  # of the maximum velocity: maximum of "waves"
+PERIODS = (3.0, 7.0)  # [s] minimum and maximum period of "waves"
+RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] minimum and maximum duration of motions and pauses in "stops"
+LAGS = 41  # number of lags to try, up to 2 s
 TIMELINE = "timeline"  # the viewer that has the timeline
 
 SCENARIOS = {
@@ -47,12 +47,12 @@ SCENARIOS = {
     "waves": "a goal that swings, each joint with two frequencies of its own",
     "stops": "the same goal, which stops at once now and then",
 }
-FOLLOWED = tuple(name for name in SCENARIOS if name != "moves")  # where a goal is followed
+FOLLOWED = tuple(name for name in SCENARIOS if name != "moves")  # scenarios with a goal to follow
 
 
 class MethodTrial(Struct, frozen=True):
-    """One trial of `seconds`: `rate` set points, frames and looks a second. `viewers` and `controller`: names, or
-    `module:Class`.
+    """One trial of `seconds`, with `rate` set points, frames and looks per second. `viewers` and `controller`: names,
+    or `module:Class`.
     """
 
     robot: RobotModel
@@ -65,9 +65,11 @@ class MethodTrial(Struct, frozen=True):
 
 
 class ViewerScore(Struct, frozen=True):
-    """The distance of what is seen from the robot at the same time: of the farthest joint [deg] and of the tool [mm].
-    `p95`: not exceeded in 95 of 100 looks. `jump`: the greatest step from look to look that the robot did not make
-    [deg]. `call_time`: mean [s].
+    """The distance between the displayed and the true robot at the same time: of the farthest joint [deg] and of the
+    tool [mm].
+
+    `p95`: the 95th percentile. `jump`: the largest step between two looks that the robot did not make [deg].
+    `call_time`: the mean [s].
     """
 
     mean: float
@@ -79,9 +81,10 @@ class ViewerScore(Struct, frozen=True):
 
 
 class ControllerScore(Struct, frozen=True):
-    """The distance of the robot from the goal at the same time, of the farthest joint [deg]. `lag` [s]: by how much the
-    robot is later than the goal (the lag with the least error). `effort`: the root of the mean square of the
-    acceleration, as a part of its limit. `held`: the share of set points outside the range of a joint.
+    """The distance between the robot and the goal at the same time, of the farthest joint [deg].
+
+    `lag`: the delay of the robot with the smallest error [s]. `effort`: the root mean square of the acceleration, as a
+    share of its limit. `held`: the share of set points outside the joint range.
     """
 
     rms: float
@@ -93,21 +96,21 @@ class ControllerScore(Struct, frozen=True):
 
 
 class MethodOutcome(Struct, frozen=True):
-    """The results of a trial: of each viewer by its name, and of the controller (None in "moves")."""
+    """The results of a trial: the score of each viewer by name, and of the controller (None in "moves")."""
 
     viewers: dict[str, ViewerScore]
     controller: ControllerScore | None
 
 
 def method_outcome(trial: MethodTrial) -> MethodOutcome:
-    """Run a trial. Equal trials give equal results but for the times of calls. Raises MethodError."""
+    """Run a trial. Equal trials give equal results, except for the times of calls. Raises MethodError."""
     bench = _Bench(trial)
     bench.run()
     return MethodOutcome(bench.viewer_scores(), bench.controller_score())
 
 
 def mean_viewer_score(scores: Sequence[ViewerScore]) -> ViewerScore:
-    """Return the mean of several trials, and the greatest `most` and `jump`."""
+    """Return the mean of several scores, with the maximum of `most` and `jump`."""
     mean, p95, mm, call = (
         fmean(getattr(it, name) for it in scores) for name in ("mean", "p95", "mean_mm", "call_time")
     )
@@ -115,7 +118,7 @@ def mean_viewer_score(scores: Sequence[ViewerScore]) -> ViewerScore:
 
 
 def mean_controller_score(scores: Sequence[ControllerScore]) -> ControllerScore:
-    """Return the mean of several trials, and the greatest `most`."""
+    """Return the mean of several scores, with the maximum of `most`."""
     names = ("rms", "lag", "effort", "held", "call_time")
     rms, lag, effort, held, call = (fmean(getattr(it, name) for it in scores) for name in names)
     return ControllerScore(rms, max(it.most for it in scores), lag, effort, held, call)
@@ -125,7 +128,7 @@ def mean_controller_score(scores: Sequence[ControllerScore]) -> ControllerScore:
 
 
 def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Floats:
-    """Return the goal at each time, (N, n) [rad; m]: the same for the same seed."""
+    """Return the goal at each time, (N, n) [rad; m]; equal seeds give equal goals."""
     if scenario == "steps":
         places = np.array([random_place(robot, random) for _ in range(PLACES)])
         jumping: Floats = places[(times / BETWEEN).astype(int) % PLACES]
@@ -140,12 +143,14 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
         rates = np.array([tau / random.uniform(*PERIODS) for _ in middle])
         phases = np.array([random.uniform(-pi, pi) for _ in middle])
         size = 0.5 * np.minimum(swing, SPEED * fastest / rates)
-        found += size * (np.sin(np.outer(times, rates) + phases) - np.sin(phases))  # it begins in the middle
+        found += size * (
+            np.sin(np.outer(times, rates) + phases) - np.sin(phases)
+        )  # so that the goal starts at the middle
     return np.clip(found, lower, upper)
 
 
 def _stopping(times: Floats, random: Random) -> Floats:
-    """Return how long "stops" has moved at each time [s]."""
+    """Return how long the goal of "stops" has moved up to each time [s]."""
     borders, moved = [0.0], [0.0]
     while borders[-1] < times[-1]:
         run, pause = random.uniform(*RUN), random.uniform(*PAUSE)
@@ -158,7 +163,7 @@ def _stopping(times: Floats, random: Random) -> Floats:
 
 
 class _Bench:
-    """A robot, who commands it, who looks, and the line between them. `_now`: the wall clock of all [s]."""
+    """A robot, its controller, its viewers, and the line between them. `_now`: their common wall clock [s]."""
 
     def __init__(self, trial: MethodTrial) -> None:
         self.trial, self._now = trial, 0.0
@@ -168,7 +173,9 @@ class _Bench:
         self.delay = measure_delays(trial.ways).round_trip(0.5) / 2.0
         self.robot = Engine(trial.robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
         self._steering = Steering(self.robot)
-        self._known: list[tuple[float, Timeline]] = [(0.0, self.robot.timeline)]  # since when who looks has it [s]
+        self._known: list[tuple[float, Timeline]] = [
+            (0.0, self.robot.timeline)
+        ]  # the viewer's timelines, each with its arrival [s]
         self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
         frames = trial.ways.lines("frames")[1]
         self.arrived = np.array([frames.arrival(t) for t in self.looks.tolist()])
@@ -181,7 +188,7 @@ class _Bench:
         heapq.heappush(self._queue, (t, next(self._order), act))
 
     def run(self) -> None:
-        """Let everything happen."""
+        """Run the trial to its end."""
         for k, t in enumerate(self.looks.tolist()):
             if self.follows:
                 self._at(t, partial(self._command, k))
@@ -210,7 +217,7 @@ class _Bench:
         self._tell()
 
     def _command(self, k: int) -> None:
-        """Send a set point, and the frame of this instant."""
+        """Send a set point, and the frame of this time."""
         assert self.goals is not None
         t = float(self.looks[k])
         joints = np.array(joints_at(self.robot.arm, self.robot.timeline, t))
@@ -223,14 +230,16 @@ class _Bench:
         self._tell()
 
     def _tell(self) -> None:
-        """Let who looks know the timeline as it is now, when the change has arrived."""
+        """Send the current timeline to the viewers, for the time of its arrival."""
         self._known.append((self._backward.arrival(self._now), self.robot.timeline))
 
     # --- what came of it ---
 
     def viewer_scores(self) -> dict[str, ViewerScore]:
         true = joints_over(self.robot.arm, self.robot.timeline, self.looks)
-        counted = int(np.searchsorted(self.looks, self.arrived[0]))  # looks after the first frame has come
+        counted = int(
+            np.searchsorted(self.looks, self.arrived[0])
+        )  # the first look after the arrival of the first frame
         if counted >= len(self.looks):
             return {}
         place = self._placed(true)
@@ -254,18 +263,18 @@ class _Bench:
         return seen
 
     def _of_timelines(self) -> Floats:
-        """Return g of the timeline that is known at each look, (N, n)."""
+        """Return the joints at each look by the timeline that has arrived, (N, n)."""
         since = [t for t, _ in self._known]
         timelines = (self._known[bisect_right(since, t) - 1][1] for t in self.looks.tolist())
         times = self.looks.tolist()
         return np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
 
     def _placed(self, joints: Floats) -> Floats:
-        """Add the place of the flange in three more columns [m]."""
+        """Return joints with the position of the flange in three more columns [m]."""
         return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
     def _viewer_score(self, seen: Floats, true: Floats, call_time: float) -> ViewerScore:
-        """Compare joints (N, n) with `_placed` ones."""
+        """Compare displayed joints (N, n) with the true ones, both with positions."""
         n, scale = seen.shape[1], self._degrees()
         apart = np.abs(seen - true[:, :n]) * scale
         worst = apart.max(axis=1)
@@ -277,7 +286,7 @@ class _Bench:
         )
 
     def _degrees(self) -> Floats:
-        """Return by what errors of the joints are multiplied (n,): degrees a radian, 0 for joints that slide."""
+        """Return factors for errors of the joints (n,): degrees per radian, 0 for sliding joints."""
         kinds = self.trial.robot.units.kinds
         return np.array([180.0 / pi if kind is JointKind.REVOLUTE else 0.0 for kind in kinds])
 

@@ -1,7 +1,7 @@
-"""Simulate the effects of delays on a remote operator and on what viewers see, in virtual time.
+"""Simulate how delays affect a remote operator and viewers, in virtual time.
 
-An operator commands one joint-interpolated motion after the other, each for a time `lead` after it is issued, over a
-line with delays both ways. Line, mirror, preview, flags and measured time are those of a real connection.
+An operator commands joint-interpolated motions one after the other, each a time `lead` before it starts, over a line
+with delays both ways. Line, mirror, preview, flags and measured delays are those of a real connection.
 """
 
 from __future__ import annotations
@@ -40,27 +40,27 @@ from vrs_cli.values.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 
-FIRST = 1.0  # [s] the first command
+FIRST = 1.0  # [s] time of the first command
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] between two commands
-PLACES = 4  # targets of the arm, by turns
-REACH = 0.15  # of the range of each joint to either side of READY, at most
-MEASURED = 1000  # frames by which the playout buffer is sized
+PLACES = 4  # number of targets that the arm visits in turn
+REACH = 0.15  # of the range of each joint: maximum distance of a target from READY
+MEASURED = 1000  # number of frames that determine the size of the playout buffer
 READER = Reader[messages.Delta](messages.Delta)
-PINGS = 100  # by which the delays are measured before the trial
+PINGS = 100  # number of messages that measure the delays before the trial
 
 
 class Strategy(Enum):
     """How a remote viewer sees the robot."""
 
-    FRAMES = "frames"  # g(t) as it was when it was sent
-    PREDICTED = "predicted"  # g(t + D_b), shown when its time has come
-    DELTAS = "deltas"  # g of a mirror, at the present
-    AHEAD = "ahead"  # g of a mirror D_f later: where what is commanded now will find the robot
-    PREVIEW = "preview"  # the same with the commands that are on their way
+    FRAMES = "frames"  # g(t) of the time at which the frame was sent
+    PREDICTED = "predicted"  # g(t + D_b), shown at its own time
+    DELTAS = "deltas"  # g of a mirror at the current time
+    AHEAD = "ahead"  # g of a mirror D_f later, when a command issued now arrives
+    PREVIEW = "preview"  # g of a mirror at the current time with the commands that are under way
 
 
 class Trial(Struct, frozen=True):
-    """One trial, `seconds` long; the viewer looks `rate` times a second."""
+    """One trial of `seconds`; the viewer looks `rate` times per second."""
 
     robot: RobotModel
     ways: DelayWays
@@ -71,7 +71,7 @@ class Trial(Struct, frozen=True):
 
 
 class Error(Struct, frozen=True):
-    """The distance of the seen from the true robot: mean and greatest, of a joint [deg] and of the tool [mm]."""
+    """The distance of the displayed from the true robot: mean and maximum, of a joint [deg] and of the tool [mm]."""
 
     degrees: float
     most_degrees: float
@@ -80,10 +80,12 @@ class Error(Struct, frozen=True):
 
 
 class TrialOutcome(Struct, frozen=True):
-    """The results of a trial. `flagged`: the share of looks (deltas) at a position that an unknown command had made
-    wrong; `unconfirmed`: that of looks (preview) at an unconfirmed position. `round_trip`: the median and the 95th
-    percentile of D_f + D_b [s]. `agreed`: the flagged windows equal those of the logs of both sides; `outside`: the
-    error of deltas where nothing is flagged.
+    """The results of a trial.
+
+    `flagged`: the share of looks (deltas) at positions that an unknown command had made wrong. `unconfirmed`: the
+    share of looks (preview) at unconfirmed positions. `round_trip`: the median and the 95th percentile of D_f + D_b
+    [s]. `agreed`: whether the flagged windows equal those in the logs of both sides. `outside`: the error of deltas
+    outside flagged windows.
     """
 
     commands: int
@@ -98,14 +100,14 @@ class TrialOutcome(Struct, frozen=True):
 
 
 def outcome_of(trial: Trial) -> TrialOutcome:
-    """Run a trial. Equal trials give equal results, to the bit."""
+    """Run a trial. Equal trials give bit-identical results."""
     course = DelayCourse(trial)
     course.run()
     return course.outcome()
 
 
 def together(outcomes: Sequence[TrialOutcome]) -> TrialOutcome:
-    """Combine the results of several trials: sums of counts, means of shares and errors, and the greatest errors."""
+    """Combine the results of several trials: sums of counts, means of shares and errors, and maximum errors."""
     return TrialOutcome(
         sum(one.commands for one in outcomes),
         sum(one.aborted for one in outcomes),
@@ -132,14 +134,14 @@ def _errors_together(errors: Sequence[Error]) -> Error:
 
 
 class Change(NamedTuple):
-    """A line of the robot's log: since `applied` [s] the timeline has another path after `cut` [s]."""
+    """A line of the robot's log: at `applied` [s] the timeline got another path after `cut` [s]."""
 
     applied: float
     cut: float
 
 
 class DelayCourse:
-    """The course of a trial: the robot, its operator, and the line between them. `_now`: the wall clock of both [s]."""
+    """The course of a trial: the robot, its operator, and the line between them. `_now`: the common wall clock [s]."""
 
     def __init__(self, trial: Trial) -> None:
         self.trial, self._now = trial, 0.0
@@ -164,24 +166,26 @@ class DelayCourse:
         self.preview = preview.Preview(self.mirror, self.ahead)
         self.flags = Flags()
         self.changes: list[Change] = []
-        self.arrivals: list[float] = []  # the viewer's log: since when it knows each of them [s]
+        self.arrivals: list[float] = []  # the viewer's log: when each change arrived [s]
         self.commands = self.aborted = 0
 
         self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
         back = trial.ways.lines("frames")[1]
-        self.arrived = np.array([back.arrival(t) for t in self.looks.tolist()])  # of frames sent at the same times
-        self.buffer = ceil(_buffer(self.looks, self.arrived) * trial.rate)  # frames that wait
+        self.arrived = np.array(
+            [back.arrival(t) for t in self.looks.tolist()]
+        )  # arrival times of frames sent at the looks
+        self.buffer = ceil(_buffer(self.looks, self.arrived) * trial.rate)  # number of frames in the playout buffer
         seen = Strategy.DELTAS, Strategy.AHEAD, Strategy.PREVIEW
         shape = len(self.looks), trial.robot.joint_count
         self.seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
         self._unconfirmed = np.zeros(len(self.looks), dtype=bool)
-        self._seen_until = self._sent_until = 0  # looks of the viewer, and of who makes predicted frames
+        self._seen_until = self._sent_until = 0  # numbers of recorded looks and of recorded predicted frames
 
     def _at(self, t: float, act: Callable[[], None]) -> None:
         heapq.heappush(self._queue, (t, next(self._order), act))
 
     def run(self) -> None:
-        """Let the operator give commands, who does not react to what is seen, and let everything happen."""
+        """Run the trial. The operator gives commands without reacting to the display."""
         random, t = Random(f"{self.trial.ways.seed} operator"), FIRST
         places = [random_place(self.trial.robot, random) for _ in range(PLACES)]
         while t < self.trial.seconds:
@@ -203,7 +207,7 @@ class DelayCourse:
         self._at(self._forward.arrival(t), lambda: self._arrive(number, request, t))
 
     def _arrive(self, number: int, request: Move, t_iss: float) -> None:
-        """Give a command to the robot, which answers, and tells of the change."""
+        """Let a command arrive at the robot, which answers and reports the change."""
         self._predict()
         robot = self.robot
         robot.clock.advance(robot.clock.reached)
@@ -226,7 +230,7 @@ class DelayCourse:
         self.preview.refuse(number)
 
     def _hear(self, number: int, version: int, frames: Sequence[Frame]) -> None:
-        """Take the answer to a command and the changes that it made."""
+        """Receive the answer to a command and its changes."""
         self._look()
         self.preview.finish(number, version)
         for frame in frames:
@@ -239,7 +243,7 @@ class DelayCourse:
     # --- what is seen ---
 
     def _look(self) -> None:
-        """Record all looks before now that were not recorded yet: nothing that is known has changed since."""
+        """Record all looks before now that are not recorded yet. The known timeline has not changed since then."""
         rows = slice(self._seen_until, int(self.looks.searchsorted(self._now)))
         self._seen_until = rows.stop
         if rows.start == rows.stop:
@@ -251,7 +255,7 @@ class DelayCourse:
         self._unconfirmed[rows] = now + self.ahead >= self.preview.unconfirmed_from
 
     def _predict(self) -> None:
-        """Record all predicted frames before now that were not recorded yet."""
+        """Record all predicted frames before now that are not recorded yet."""
         rows = slice(self._sent_until, int(self.looks.searchsorted(self._now)))
         self._sent_until = rows.stop
         if rows.start < rows.stop:
@@ -266,11 +270,13 @@ class DelayCourse:
     # --- what came of it ---
 
     def outcome(self) -> TrialOutcome:
-        was = partial(joints_over, self.robot.arm, self.robot.timeline)  # the past has stayed, to the bit
+        was = partial(
+            joints_over, self.robot.arm, self.robot.timeline
+        )  # the past is bit-identical in the final timeline
         now, ahead = self.placed(was(self.looks)), self.placed(was(self.looks + self.ahead))
         deltas = self.placed(self.seen[Strategy.DELTAS])
-        shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # the last frame that has come
-        due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # one that is late is shown when it comes
+        shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # number of the last frame that has arrived
+        due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # a late frame is shown on arrival
         always = np.ones(len(self.looks), dtype=bool)
         compared = {
             Strategy.FRAMES: (now[shown], now, shown >= 0),
@@ -294,13 +300,13 @@ class DelayCourse:
         )
 
     def flagged(self) -> Flagged:
-        """Return at which looks something unknown had made wrong what deltas shows, (N,)."""
+        """Return for each look whether an unknown command had made deltas wrong, (N,)."""
         borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
         found: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return found
 
     def placed(self, joints: Floats) -> Floats:
-        """Add the place of the tool in three more columns [m] to joints (N, n) [rad; m]."""
+        """Return joints (N, n) [rad; m] with the position of the tool in three more columns [m]."""
         return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
     def error(self, seen: Floats, was: Floats) -> Error:
@@ -323,7 +329,7 @@ def random_place(robot: RobotModel, random: Random) -> Joints:
 
 
 def measure_delays(ways: DelayWays) -> TimeSync:
-    """Measure the delays both ways, before anything is commanded."""
+    """Measure the delays both ways before the first command."""
     sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
     for t0 in map(float, range(PINGS)):
         t1 = forward.arrival(t0)
@@ -332,7 +338,7 @@ def measure_delays(ways: DelayWays) -> TimeSync:
 
 
 def _buffer(sent: Floats, arrived: Floats) -> float:
-    """Return how long frames wait so that most are there in time [s], by the first of them."""
+    """Return how long frames must wait so that most arrive in time [s], judged by the first of them."""
     playout = Playout[None](window=MEASURED)
     for t, arrival in zip(sent[:MEASURED].tolist(), arrived[:MEASURED].tolist(), strict=True):
         playout.put(t, None, arrival)
@@ -343,8 +349,9 @@ def _buffer(sent: Floats, arrived: Floats) -> float:
 
 
 def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[FlagWindow, ...]:
-    """Return the times at which a viewer saw something wrong, by the logs of both sides: the robot had changes that the
-    viewer had not, and one of them was of an earlier time.
+    """Return the time windows in which a viewer saw something wrong, by the logs of both sides.
+
+    In such a window the robot had changes that the viewer had not, and one of them affected an earlier time.
     """
     applied = [it.applied for it in changes]
     borders = sorted({*applied, *arrived, *(it.cut for it in changes)})

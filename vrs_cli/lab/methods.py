@@ -1,7 +1,7 @@
-"""Viewers and controllers that users bring to `vrs lab experiment methods`, and those that they are compared with.
+"""Load viewers and controllers of users for `vrs lab experiment methods`, and provide those to compare with.
 
-A viewer shows a robot from frames that come late; a controller sends it set points that come late. Each is a class with
-two methods. A class of a user may derive from Predictor or RemoteController, or just have their methods.
+A viewer shows a robot from late frames; a controller sends it set points that arrive late. Each is a class with two
+methods. A user's class may derive from Predictor or RemoteController, or just have their methods.
 """
 
 from __future__ import annotations
@@ -25,48 +25,50 @@ from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
 
-MAX_CALL = 2.0  # [s] of one call
-MIN_CALLS = 25  # calls after which their mean time is judged
-CLOSE = 0.01  # [rad, m] from its set point: a robot has arrived (MoveAndWait)
+MAX_CALL = 2.0  # [s] maximum duration of one call
+MIN_CALLS = 25  # minimum number of calls before their mean time is judged
+CLOSE = 0.01  # [rad, m] maximum distance from the set point at which a robot has arrived (MoveAndWait)
 
 
 class Predictor:
-    """A viewer: it says where a robot is now, from positions that were sent a while ago.
+    """A viewer: it estimates where a robot is now from earlier positions.
 
-    `robot`: the model of the arm; its `lower`, `upper` [rad; m where a joint slides], `max_velocity` and
-    `max_acceleration` have n values each. `delay`: half of the round trip D_f + D_b, its median as measured before [s].
-    One object is made for each trial.
+    `robot`: the model of the arm; its `lower`, `upper` [rad; m if a joint slides], `max_velocity` and
+    `max_acceleration` have n values each. `delay`: half of the measured median round trip D_f + D_b [s]. Each trial
+    makes one object.
     """
 
     def __init__(self, robot: RobotModel, delay: float) -> None:
         self.robot, self.delay = robot, delay
 
     def receive(self, t: float, joints: Floats) -> None:
-        """Take a frame that has arrived: the robot stood at `joints` (n,) [rad; m] at time `t` [s]. Frames come in the
-        order of t; both sides have one clock.
+        """Receive a frame: the robot was at `joints` (n,) [rad; m] at time `t` [s]. Frames arrive in the order of t;
+        both sides share one clock.
         """
         raise NotImplementedError
 
     def predict(self, t: float) -> Floats:
-        """Return where the robot is at time `t` [s], (n,) [rad; m]. It is asked after at least one frame has come, at
-        times that grow, and at a time all frames have been received that have arrived by then.
+        """Return where the robot is at time `t` [s], (n,) [rad; m].
+
+        It is called after the first frame, with increasing times. All frames that arrived by then have been received.
         """
         raise NotImplementedError
 
 
 class RemoteController:
-    """A controller: it makes a robot behind a delay follow a goal that moves. For `robot` and `delay` see Predictor."""
+    """A controller: it makes a robot behind a delay follow a moving goal. For `robot` and `delay` see Predictor."""
 
     def __init__(self, robot: RobotModel, delay: float) -> None:
         self.robot, self.delay = robot, delay
 
     def receive(self, t: float, joints: Floats) -> None:
-        """Take a frame that has arrived: the robot stood at `joints` (n,) [rad; m] at time `t` [s]."""
+        """Receive a frame: the robot was at `joints` (n,) [rad; m] at time `t` [s]."""
         raise NotImplementedError
 
     def command(self, t: float, goal: Floats) -> Floats:
-        """Return the set point (n,) [rad; m] that is sent at time `t` [s], and arrives D_f later. `goal` (n,): where
-        the robot is to be at t. The robot follows set points inside its limits.
+        """Return the set point (n,) [rad; m] to send at time `t` [s]; it arrives D_f later.
+
+        `goal` (n,): the wanted joints at t. The robot follows set points within its limits.
         """
         raise NotImplementedError
 
@@ -75,7 +77,7 @@ class RemoteController:
 
 
 class LastFrame(Predictor):
-    """Show the last frame that came."""
+    """Show the last frame that arrived."""
 
     def receive(self, t: float, joints: Floats) -> None:  # noqa: ARG002
         self._joints = joints
@@ -85,7 +87,7 @@ class LastFrame(Predictor):
 
 
 class Extrapolated(Predictor):
-    """Go on at the velocity between the last two frames: dead reckoning (IEEE 1278.1, 1995)."""
+    """Continue at the velocity between the last two frames: dead reckoning (IEEE 1278.1, 1995)."""
 
     _last: tuple[float, Floats] | None = None
     _velocity: Floats | float = 0.0
@@ -96,13 +98,13 @@ class Extrapolated(Predictor):
         self._last = t, joints
 
     def predict(self, t: float) -> Floats:
-        assert self._last is not None  # a frame has come
+        assert self._last is not None  # at least one frame has arrived
         then, joints = self._last
         return joints + (t - then) * self._velocity
 
 
 class Direct(RemoteController):
-    """Send the goal as it is."""
+    """Send the goal unchanged."""
 
     def receive(self, t: float, joints: Floats) -> None:
         pass
@@ -112,7 +114,7 @@ class Direct(RemoteController):
 
 
 class GoalAhead(RemoteController):
-    """Send where the goal will be when the set point arrives, at its present velocity."""
+    """Send the goal extrapolated to the arrival of the set point, at its current velocity."""
 
     _last: tuple[float, Floats] | None = None
 
@@ -125,7 +127,7 @@ class GoalAhead(RemoteController):
 
 
 class MoveAndWait(RemoteController):
-    """Send the goal, and the next one when the robot was seen there: move and wait (Ferrell, 1965)."""
+    """Send the goal, then the next one after the robot has arrived there: move and wait (Ferrell, 1965)."""
 
     _sent: Floats | None = None
     _arrived = True
@@ -148,12 +150,13 @@ CONTROLLERS: dict[str, type[RemoteController]] = {"direct": Direct, "ahead": Goa
 
 
 class MethodError(UsageError, text="Cannot be tried"):
-    """A viewer or controller of a user cannot be loaded, or fails when it is tried. (The code is ours.)"""
+    """A viewer or controller of a user cannot be loaded, or fails in a trial. (The code is ours.)"""
 
 
 def load_method(text: str, base: type[Predictor | RemoteController]) -> type:
-    """Return the class of `module:Class` or `FILE.py:Class`; one of VIEWERS and CONTROLLERS by its name. Raises
-    MethodError for one that is not there, or lacks one of the methods of `base`.
+    """Return the class `module:Class` or `FILE.py:Class`, or one of VIEWERS and CONTROLLERS by name.
+
+    Raises MethodError if it does not exist or lacks a method of `base`.
     """
     known = VIEWERS if base is Predictor else CONTROLLERS
     if text in known:
@@ -177,7 +180,7 @@ def load_method(text: str, base: type[Predictor | RemoteController]) -> type:
 
 
 def _load_module(place: str) -> ModuleType:
-    """Import a module by its name or from a file. Raises MethodError for whatever goes wrong in it."""
+    """Import a module by its name or from a file. Raises MethodError for any failure in it."""
     folders = [str(Path(place).resolve().parent) if place.endswith(".py") else str(Path.cwd())]
     before, sys.path = sys.path, [*folders, *sys.path]
     try:
@@ -186,14 +189,14 @@ def _load_module(place: str) -> ModuleType:
         if not Path(place).is_file():
             raise MethodError(f"{place} is not there", "write module:Class or FILE.py:Class")
         spec = spec_from_file_location(f"_method_{Path(place).stem}", place)
-        assert spec is not None  # its name ends in .py
+        assert spec is not None  # because its name ends in .py
         assert spec.loader is not None
         module = module_from_spec(spec)
         spec.loader.exec_module(module)
         return module
     except MethodError:
         raise
-    except BaseException as error:  # whatever a user's module does when it is loaded, exit too
+    except BaseException as error:  # a user's module may raise anything, even SystemExit
         if isinstance(error, KeyboardInterrupt):
             raise
         raise MethodError(f"{place} cannot be loaded: {_told(error, place)}") from None
@@ -202,7 +205,7 @@ def _load_module(place: str) -> ModuleType:
 
 
 class Guarded:
-    """Call a viewer or controller of a user; whatever goes wrong in it is a MethodError of one line."""
+    """Calls a viewer or controller of a user; any failure becomes a MethodError of one line."""
 
     def __init__(
         self, text: str, base: type[Predictor | RemoteController], robot: RobotModel, delay: float, rate: float
@@ -215,18 +218,18 @@ class Guarded:
 
     @property
     def call_time(self) -> float:
-        """The mean time of a call [s]."""
+        """Return the mean time of a call [s]."""
         return self.spent / max(self._calls, 1)
 
     def receive(self, t: float, joints: Floats) -> None:
         self._call(f"receive({t:.3f})", lambda: self._method.receive(t, joints.copy()))
 
     def predict(self, t: float) -> Floats:
-        """Return joints (n,). Raises MethodError."""
+        """Return the viewer's joints (n,). Raises MethodError."""
         return self._joints(f"predict({t:.3f})", lambda: self._method.predict(t))
 
     def command(self, t: float, goal: Floats) -> Floats:
-        """Return joints (n,). Raises MethodError."""
+        """Return the controller's joints (n,). Raises MethodError."""
         return self._joints(f"command({t:.3f})", lambda: self._method.command(t, goal.copy()))
 
     def _joints(self, what: str, ask: Callable[[], object]) -> Floats:
@@ -267,7 +270,7 @@ class Guarded:
 
 
 def _told(error: BaseException, place: str = "") -> str:
-    """Return what was raised, and at which line of the user's file."""
+    """Describe an exception, with the line of the user's file."""
     rows = [
         row for row in extract_tb(error.__traceback__) if row.filename != __file__ and "importlib" not in row.filename
     ]
@@ -286,7 +289,7 @@ def _short(value: object) -> str:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError in what takes longer; where the system has no such alarm it goes on."""
+    """Raise TimeoutError in a block that takes longer; systems without such an alarm have no limit."""
     if not hasattr(signal, "setitimer") or current_thread() is not main_thread():
         yield
         return

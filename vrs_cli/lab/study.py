@@ -1,8 +1,8 @@
-"""A user study: who does which trials in which order, when a trial is over, and the file of results.
+"""Run a user study: the order of trials, when a trial is over, and the file of results.
 
-Participants drive a robot behind a line with delays, under several conditions; each begins with another condition.
-Nothing here waits or connects: `Judge` is told where the tool is, and `DryRun` is a scripted participant in virtual
-time.
+Participants drive a robot behind a line with delays under several conditions, each starting with another condition.
+Nothing here waits or connects: callers tell `Judge` where the tool is, and `DryRun` is a scripted participant in
+virtual time.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from vrs_cli.lab.delays import random_place
 from vrs_cli.net.delay_line import DelayError, DelayWays, parse_delays
 
 TASKS = ("target", "pick")
-HOLD = 0.5  # [s] that the tool stays at a place, until that counts
-FARTHER = 4.0  # times the tolerance: so far are two places of a trial from each other, at least
-MOST = 1000  # trials under a condition, and participants
-TRIES = 1000  # random places of which one is far enough
+HOLD = 0.5  # [s] that the tool must stay at a place
+FARTHER = 4.0  # times the tolerance: minimum distance between two places of a trial
+MOST = 1000  # maximum trials per condition, and maximum participants
+TRIES = 1000  # random places to try until one is far enough
 KEYS = ("robot", "task", "trials", "tolerance", "timeout", "seed")
 CONDITION_KEYS = ("name", "forward", "backward")
 
@@ -48,13 +48,13 @@ class Condition(Struct, frozen=True):
     backward: str = "0"
 
     def ways(self, seed: int) -> DelayWays:
-        """Return the lines of this condition."""
+        """Return the delay lines of this condition."""
         return DelayWays(parse_delays(self.forward), parse_delays(self.backward), seed)
 
 
 class Study(Struct, frozen=True):
-    """What is asked of participants. `trials`: under each condition; `tolerance` [m]; `timeout` [s]; `mark`: of the
-    file that says all this.
+    """The task of participants. `trials`: per condition. `tolerance` [m]. `timeout` [s]. `mark`: digest of the file of
+    the study.
     """
 
     robot: str
@@ -68,8 +68,9 @@ class Study(Struct, frozen=True):
 
 
 class Stage(NamedTuple):
-    """A part of a trial: the tool is brought to a place [m, in the world], which these joints reach [rad, m]. `hand`:
-    closed or open there; None: either.
+    """A part of a trial: bring the tool to a place in the world [m], which these joints reach [rad, m].
+
+    `hand`: required state of the hand there; None: either.
     """
 
     place: Vector
@@ -78,7 +79,7 @@ class Stage(NamedTuple):
 
 
 class StudyTrial(NamedTuple):
-    """One trial of a participant; `number` counts from 1 through all conditions."""
+    """One trial of a participant. `number` counts from 1 through all conditions."""
 
     number: int
     condition: Condition
@@ -86,11 +87,11 @@ class StudyTrial(NamedTuple):
 
 
 class StudyResult(NamedTuple):
-    """A row of the results: metres and seconds become mm and s there.
+    """A row of the results; the file has mm instead of m.
 
-    `reached`: in time; `time` [s]: until the tool came to the last place, or until the end. `error` [m]: how far from
-    that place it was at the end. `path`: the way of the tool, `direct`: the distance from place to place [m].
-    `entries`: how often the tool came within the tolerance; more than one a stage is an overshoot.
+    `reached`: whether in time. `time` [s]: until the tool came to the last place, or until the end. `error` [m]:
+    distance from that place at the end. `path` [m]: distance travelled by the tool. `direct` [m]: distance between the
+    places. `entries`: how often the tool came within the tolerance; more than one per stage is an overshoot.
     """
 
     reached: bool
@@ -102,7 +103,7 @@ class StudyResult(NamedTuple):
 
 
 def load_study(path: Path) -> Study:
-    """Read the TOML file of a study. Raises NonexistentFile, FileError, FileDamaged, and what is wrong with a robot."""
+    """Read the TOML file of a study. Raises NonexistentFile, FileError, FileDamaged, and the errors of a robot file."""
     try:
         text = path.read_text(encoding="utf-8")
         data = tomllib.loads(text)
@@ -163,9 +164,10 @@ def _whole(reader: DataReader, table: Mapping[str, object], name: str, usual: in
 
 
 def latin_order(count: int, participant: int) -> tuple[int, ...]:
-    """Return in which order participant 1, 2, ... has `count` conditions, counted from 0: the rows of a Latin square
-    that is balanced for what comes before (E. J. Williams, 1949). An odd count takes twice as many rows, the second
-    half backwards.
+    """Return the orders of `count` conditions, counted from 0, for participants 1, 2, ...
+
+    They are the rows of a Latin square balanced for carry-over effects (E. J. Williams, 1949). An odd count takes
+    twice as many rows, the second half backwards.
     """
     row, half = (participant - 1) % count, (participant - 1) // count
     zigzag = [(k + 1) // 2 if k % 2 else -(k // 2) for k in range(count)]  # 0, 1, -1, 2, -2, ...
@@ -174,12 +176,12 @@ def latin_order(count: int, participant: int) -> tuple[int, ...]:
 
 
 def pseudonym(participant: int) -> str:
-    """Return what a participant is called in the results."""
+    """Return the name of a participant in the results."""
     return f"P{participant:03d}"
 
 
 def study_trials(study: Study, participant: int) -> tuple[StudyTrial, ...]:
-    """Return all trials of a participant, in their order: the same whenever it is asked."""
+    """Return all trials of a participant in order; repeated calls give equal trials."""
     robot, found = Robot(load_robot(study.robot), units="SI"), list[StudyTrial]()
     for index in latin_order(len(study.conditions), participant):
         random = Random(f"{study.seed} {participant} {index}")
@@ -207,13 +209,13 @@ def _far_place(robot: Robot, random: Random, last: Vector | None, farther: float
 
 
 class Judge:
-    """Watches a trial. `begin` [s]; all times of the robot's clock."""
+    """Watches a trial. `begin` [s]; all times are those of the robot's clock."""
 
     def __init__(self, study: Study, trial: StudyTrial, begin: float) -> None:
         self._tolerance, self._until = study.tolerance, begin + study.timeout
         self._stages, self._begin, self._stage = trial.stages, begin, 0
         self._last: Vector | None = None
-        self._since: float | None = None  # when the tool came to the place of the stage
+        self._since: float | None = None  # when the tool arrived at the place of the stage
         self._inside = False
         self._path = self._direct = self._error = 0.0
         self._entries, self._now = 0, begin
@@ -221,11 +223,11 @@ class Judge:
 
     @property
     def stage(self) -> Stage:
-        """The stage that is to be done now."""
+        """Return the current stage."""
         return self._stages[min(self._stage, len(self._stages) - 1)]
 
     def take(self, t: float, tool: Vector, hand: float) -> None:
-        """Take where the tool is at t [s, m], and its hand (1 open, 0 closed)."""
+        """Record where the tool is at t [s, m], and its hand (1 open, 0 closed)."""
         if self._last is None:
             places = [tool, *(stage.place for stage in self._stages)]
             self._direct = sum(dist(a, b) for a, b in pairwise(places))
@@ -248,7 +250,7 @@ class Judge:
             self.over = True
 
     def result(self) -> StudyResult:
-        """Return what came of it, or of what there was of it."""
+        """Return the result of the trial so far."""
         reached = self._stage == len(self._stages)
         time = (self._since if reached and self._since is not None else self._now) - self._begin
         return StudyResult(reached, time, self._error, self._path, self._direct, self._entries)
@@ -263,10 +265,9 @@ COLUMNS = (
 
 
 class Results:
-    """The CSV file of a study: a row for each trial, on the disk before the next one begins.
+    """The CSV file of a study: one row per trial, on disk before the next trial begins.
 
-    A row that was cut by a kill is dropped, and its trial done again. Raises FileError; FileDamaged for a file of
-    another study.
+    A row cut by a kill is dropped, and its trial repeated. Raises FileError; FileDamaged for a file of another study.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -292,15 +293,15 @@ class Results:
             self._append(COLUMNS)
 
     def done(self, participant: int) -> frozenset[int]:
-        """Return the numbers of the trials that a participant has done."""
+        """Return the numbers of the trials that a participant has finished."""
         return frozenset(number for name, number in self._rows if name == pseudonym(participant))
 
     def next_participant(self, trials: int) -> int:
-        """Return the first participant who has not done so many trials."""
+        """Return the first participant who has finished fewer than `trials` trials."""
         return next(number for number in range(1, MOST + 1) if len(self.done(number)) < trials)
 
     def add(self, participant: int, trial: StudyTrial, it: StudyResult) -> None:
-        """Append a row, and wait until it is on the disk. Raises FileError."""
+        """Append a row, and wait until it is on disk. Raises FileError."""
         name, target = pseudonym(participant), trial.stages[-1].place
         lengths = (f"{1e3 * x:.1f}" for x in (it.error, it.path, it.direct))
         self._append(
@@ -326,14 +327,14 @@ class Results:
 # --- a scripted participant ------------------------------------------------------------------------------------------
 
 TICK = 0.05  # [s]
-REACTION = (0.6, 1.4)  # [s] from what is seen to a command, at least and at most
-MISSES, TREMBLES = 0.04, 0.001  # standard deviation: of the way of a joint, and [rad, m] beside that
-STILL = 1e-9  # [rad, m] from tick to tick: the robot is seen to stand
+REACTION = (0.6, 1.4)  # [s] minimum and maximum from a picture to a command
+MISSES, TREMBLES = 0.04, 0.001  # standard deviations: relative to the travel of a joint, and absolute [rad, m]
+STILL = 1e-9  # [rad, m] maximum change per tick of a robot that stands
 
 
 class DryRun:
-    """A scripted participant in virtual time, who sees the robot D_b late, waits until it stands, and commands the next
-    step, which arrives D_f later.
+    """A scripted participant in virtual time, who sees the robot D_b late, waits until it stands, and commands the
+    next stage, which arrives D_f later.
     """
 
     def __init__(self, study: Study, participant: int) -> None:
@@ -342,14 +343,14 @@ class DryRun:
         self._t = 0.0
 
     def do(self, trial: StudyTrial) -> StudyResult:
-        """Do one trial."""
+        """Run one trial."""
         begin = self._t
         judge = Judge(self._study, trial, begin)
         forward, backward = trial.condition.ways(self._study.seed).lines(trial.number)
         frames, commands = (
             deque[tuple[float, Joints]](),
             deque[tuple[float, Joints, str | None]](),
-        )  # and when they come
+        )  # each with its arrival [s]
         before: Joints | None = None
         seen: Joints | None = None
         ready = begin
@@ -376,13 +377,13 @@ class DryRun:
         return judge.result()
 
     def _aim(self, seen: Joints, goal: Joints) -> Joints:
-        """Return where the participant sends the robot."""
+        """Return the joints to which the participant sends the robot."""
         model = self._robot.held.arm.model
         aimed = (b + self._random.gauss(0.0, MISSES * abs(b - a) + TREMBLES) for a, b in zip(seen, goal, strict=True))
         return put_inside(tuple(aimed), model.lower, model.upper)
 
     def _command(self, t: float, aim: Joints, hand: str | None) -> None:
-        """Let a command arrive at t [s]: a motion, and at its end the hand."""
+        """Execute a command that arrives at t [s]: a motion, and at its end the hand."""
         robot = self._robot
         if t > robot.now:
             robot.do(f"DELAY {t - robot.now:.6f}")
@@ -392,8 +393,10 @@ class DryRun:
 
 
 def results_summary(path: Path) -> Iterator[tuple[str, int, float, float | None, float]]:
-    """Yield for each condition of a file of results how many trials it has, the share that was reached, and the means
-    of time [s] (of those) and error [mm]. Raises FileError.
+    """Yield for each condition in a file of results: its name, number of trials, share of successes, mean time of
+    successes [s] and mean error [mm].
+
+    Raises FileError.
     """
     try:
         rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))

@@ -1,8 +1,8 @@
-"""Try what an operator sees of a real arm: a body follows the robot's timeline, and disturbances befall it.
+"""Simulate what an operator sees of a real arm: a body follows the robot's timeline, and disturbances act on it.
 
-Commands, line and mirror are those of `lab.delays`. The body, which is where the robot really is, follows the robot's
-own timeline; its reports go back over the line. The operator sees it by its last report (frames), by reports that are
-extrapolated (predicted), or by the timeline at the present (timeline).
+Commands, line and mirror are those of `lab.delays`. The body is the real position; it follows the robot's own
+timeline, and its reports go back over the line. The operator sees the last report (frames), extrapolated reports
+(predicted), or the timeline at the current time (timeline).
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ try:
 except ImportError:  # mujoco is an extra
     MujocoArm = None  # type: ignore[assignment,misc]
 
-RATE = 25.0  # looks a second: 40 ms are five steps of each body
-BEGINS = 0.4  # of the trial, when the disturbance begins
-MISLED = 1.0  # [deg] that an operator should know of
-EVERY = 3  # a report in so many goes over the line as a frame: about 40 a second
-SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their begins
+RATE = 25.0  # looks per second: 40 ms are five steps of each body
+BEGINS = 0.4  # share of the trial before the disturbance begins
+MISLED = 1.0  # [deg] error that an operator should be warned of
+EVERY = 3  # each third report goes over the line as a frame: about 40 per second
+SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their start times
     "healthy": (),
     "push": (Push(lasting=0.5, force=(0.0, 150.0, 0.0)),),
     "payload": (Payload(mass=2.0),),
@@ -45,15 +45,17 @@ SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their begins
 
 
 class TwinTrial(Struct, frozen=True):
-    """One trial: commands over a line, and what befalls the body, by the robot's clock."""
+    """One trial: commands over a line, and disturbances of the body by the robot's clock."""
 
     trial: Trial
     disturbances: tuple[Disturbance, ...]
 
 
 class TwinCurves(Struct, frozen=True):
-    """The distances of the farthest joint [deg] at `times` [s]: of what is seen from where the body is, and of the body
-    from the robot's own timeline (`tracking`). `flagged`: something unknown had made the timeline wrong.
+    """Distances of the farthest joint [deg] at `times` [s].
+
+    `frames`, `predicted`, `timeline`: from the displayed robot to the body. `tracking`: from the body to the robot's
+    own timeline. `flagged`: whether an unknown command had made the timeline wrong.
     """
 
     times: tuple[float, ...]
@@ -67,10 +69,10 @@ class TwinCurves(Struct, frozen=True):
 class TwinOutcome(Struct, frozen=True):
     """The results of a trial.
 
-    `body`: the kind of body. `excess` [deg]: the greatest difference, at looks that are not flagged, between the error
-    of timeline and that of tracking. `alarm` [s]: from the begin of the disturbance until the operator hears of it
-    (nan: never); `cause`: what the alarm says. `false_alarms`: those before. `misled`: the share of looks at which
-    timeline is off by more than MISLED, nothing is flagged, and no alarm was heard.
+    `body`: the kind of body. `excess` [deg]: the maximum difference between the errors of timeline and tracking at
+    looks that are not flagged. `alarm` [s]: from the start of the disturbance until the operator gets the alarm (nan:
+    never). `cause`: its stated cause. `false_alarms`: alarms before the disturbance. `misled`: the share of looks with
+    an error of timeline above MISLED, no flag and no alarm yet.
     """
 
     body: str
@@ -83,13 +85,13 @@ class TwinOutcome(Struct, frozen=True):
 
 
 def twin_outcome(it: TwinTrial) -> TwinOutcome:
-    """Run a trial. Equal trials give equal results. Raises NotAvailable for what a body cannot suffer."""
+    """Run a trial. Equal trials give equal results. Raises NotAvailable if a body cannot have a disturbance."""
     course = DelayCourse(it.trial)
     course.run()
     true, reports, kind = _followed(course, it)
     looks, n = course.looks, it.trial.robot.joint_count
     backward = it.trial.ways.lines("reports")[1]
-    period = float(looks[-1]) / len(reports)  # its clock may be wrong, its rate is even
+    period = float(looks[-1]) / len(reports)  # the body's clock may be wrong, but its rate is even
     arrivals = [backward.arrival((k + 1) * period) for k in range(len(reports))]
     g = joints_over(course.robot.arm, course.robot.timeline, looks)
     scale = np.degrees([1.0 if kind is JointKind.REVOLUTE else 0.0 for kind in it.trial.robot.units.kinds])
@@ -137,7 +139,7 @@ def _followed(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report],
 
 
 def _body(arm: RobotArm, it: TwinTrial) -> tuple[MujocoArm | ServoArm, str]:
-    """Return an arm of MuJoCo; a servo arm without that package, and for a robot whose masses nobody says."""
+    """Return an arm of MuJoCo, or a servo arm if MuJoCo or the masses of the robot are missing."""
     seed = it.trial.ways.seed
     if MujocoArm is not None:
         try:
@@ -148,12 +150,12 @@ def _body(arm: RobotArm, it: TwinTrial) -> tuple[MujocoArm | ServoArm, str]:
 
 
 def _shown(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals: Sequence[float], n: int) -> Floats:
-    """Return what a viewer shows at each look, (N, n): before the first report has come, where the body began."""
+    """Return the joints that a viewer shows at each look, (N, n); before the first report, those of the start."""
     seen, received, last = np.zeros((len(looks), n)), 0, -1.0
     viewer.receive(last, np.array(reports[0].joints))
     for k, t in enumerate(looks.tolist()):
         while received < len(reports) and arrivals[received] <= t:
-            if reports[received].t > last:  # its clock may have been put back
+            if reports[received].t > last:  # the body's clock may have been set back
                 last = reports[received].t
                 viewer.receive(last, np.array(reports[received].joints))
             received += EVERY
@@ -162,15 +164,16 @@ def _shown(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals
 
 
 def _alarms(course: DelayCourse, reports: Sequence[Report]) -> list[tuple[int, DivergenceAlarm]]:
-    """Return the alarms that the server raises, with the numbers of the reports that raise them."""
+    """Return the alarms of the server, each with the number of its report."""
     watch = DivergenceWatch(course.robot.arm)
     alarms = ((k, watch.take(course.robot.timeline, report)) for k, report in enumerate(reports))
     return [(k, alarm) for k, alarm in alarms if alarm is not None]
 
 
 class TwinRow(Struct, frozen=True):
-    """The means over several trials: of errors [deg] by name (frames, predicted, timeline, tracking), and their
-    greatest; for the rest see TwinOutcome. `alarm`: the mean of those that were heard, of `alarms` of `trials`.
+    """Means over several trials: errors [deg] by name (frames, predicted, timeline, tracking), and their maxima.
+
+    `alarm`: the mean over the `alarms` trials with an alarm, of `trials`. For the other fields see TwinOutcome.
     """
 
     body: str
@@ -190,7 +193,7 @@ SEEN = ("frames", "predicted", "timeline", "tracking")
 
 
 def twin_row(outcomes: Sequence[TwinOutcome]) -> TwinRow:
-    """Return what several trials have in common."""
+    """Return the means of several trials."""
     heard = [it for it in outcomes if it.cause]
     causes = [it.cause for it in heard]
     return TwinRow(

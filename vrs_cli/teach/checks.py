@@ -1,4 +1,4 @@
-"""The kinds of checks, one frozen value each. Lengths in mm, angles in degrees, times in seconds, as in checks.toml."""
+"""Kinds of checks, one frozen value each. Lengths are in mm, angles in degrees, times in seconds, as in checks.toml."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.diagnostics import Dialect
 
 NO_OFFSET: Vector = (0.0, 0.0, 0.0)
-Pair = tuple[str, str]  # the names of two things that may touch
+Pair = tuple[str, str]  # names of two bodies that may touch
 
 
 # --- where things are at the end -------------------------------------------------------------------------------------
 
 
 class ToolAtCheck(BaseCheck, frozen=True, tag="tool_at"):
-    """Asks that the tool's tip is at the end at `at`, moved by `offset` [m]. `deg` None: any orientation."""
+    """Requires that the tool's tip ends at `at`, moved by `offset` [m]. `deg` None: any orientation."""
 
     at: Place
     mm: float
@@ -27,7 +27,7 @@ class ToolAtCheck(BaseCheck, frozen=True, tag="tool_at"):
 
 
 class PartAtCheck(BaseCheck, frozen=True, tag="part_at"):
-    """Asks that a part is at the end with its centre at `at`, moved by `offset` [m]. `deg` None: any orientation."""
+    """Requires that a part ends with its centre at `at`, moved by `offset` [m]. `deg` None: any orientation."""
 
     part: str
     at: Place
@@ -37,7 +37,7 @@ class PartAtCheck(BaseCheck, frozen=True, tag="part_at"):
 
 
 class HeldCheck(BaseCheck, frozen=True, tag="held"):
-    """Asks what the hand holds at the end; "": nothing."""
+    """Requires that the hand holds `part` at the end; "": nothing."""
 
     part: str = ""
 
@@ -46,15 +46,17 @@ class HeldCheck(BaseCheck, frozen=True, tag="held"):
 
 
 class PlacesCheck(BaseCheck, frozen=True, tag="places"):
-    """Places that the tool's tip passes, in this order, each no farther than `mm`."""
+    """Requires that the tool's tip passes these places in order, each within `mm`."""
 
     places: tuple[Place, ...]
     mm: float
 
 
 class PathCheck(BaseCheck, frozen=True, tag="path"):
-    """The tip goes along the straight line from one place to another, or (`via`) along the arc through a third.
-    `deg`: how far the tool may be turned from the orientation of the first place; None: any orientation.
+    """Requires that the tip moves on the straight line from one place to another, or (`via`) on the arc through a
+    third.
+
+    `deg`: maximum rotation of the tool from the orientation of the first place; None: any orientation.
     """
 
     begin: Place
@@ -65,7 +67,7 @@ class PathCheck(BaseCheck, frozen=True, tag="path"):
 
 
 class NoStopCheck(BaseCheck, frozen=True, tag="no_stop"):
-    """The arm goes from one place to another, each passed no farther than `mm`, and stops nowhere between them."""
+    """Requires that the arm moves from one place to another, each passed within `mm`, without a stop between them."""
 
     begin: Place
     end: Place
@@ -73,28 +75,30 @@ class NoStopCheck(BaseCheck, frozen=True, tag="no_stop"):
 
 
 class KeepOutCheck(BaseCheck, frozen=True, tag="keep_out"):
-    """A box about `at`, with these whole sizes [m], that the tool's tip does not enter."""
+    """Requires that the tool's tip does not enter a box around `at` with edges of `size` [m]."""
 
     at: Place
     size: Vector
 
 
 class ContactCheck(BaseCheck, frozen=True, tag="contact"):
-    """Nothing touches that should not. `allow`: pairs that may."""
+    """Requires that nothing touches. `allow`: pairs that may."""
 
     allow: tuple[Pair, ...] = ()
 
 
 class ClearanceCheck(BaseCheck, frozen=True, tag="clearance"):
-    """Nothing comes nearer to the arm and what it holds than `mm`. `allow`: pairs that may."""
+    """Requires a distance of at least `mm` between the arm, with the part that it holds, and everything else. `allow`:
+    pairs that may be closer.
+    """
 
     mm: float
     allow: tuple[Pair, ...] = ()
 
 
 class StretchCheck(BaseCheck, frozen=True):
-    """Holds only within `radius` mm of `around`, only on the way from `begin` to `end`, or only while the hand holds a
-    part, where these are given.
+    """A check limited to a stretch of the run: within `radius` mm of `around`, on the way from `begin` to `end`, or
+    while the hand holds a part.
     """
 
     around: Place | None = None
@@ -105,19 +109,21 @@ class StretchCheck(BaseCheck, frozen=True):
 
 
 class SpeedCheck(StretchCheck, frozen=True, tag="speed", kw_only=True):
-    """The tip is nowhere faster than `mm_s`."""
+    """Requires that the tip is never faster than `mm_s`."""
 
     mm_s: float
 
 
 class AccelerationCheck(StretchCheck, frozen=True, tag="acceleration", kw_only=True):
-    """The acceleration of the tip is nowhere more than `mm_s2`."""
+    """Requires that the acceleration of the tip never exceeds `mm_s2`."""
 
     mm_s2: float
 
 
 class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
-    """The tip goes where it goes in the model's run; `times`: at the same times, and turned like there (`deg`)."""
+    """Requires that the tip moves on the path of the model's run. `times`: also at the same times, and with the same
+    orientation within `deg`.
+    """
 
     mm: float
     deg: float | None = None
@@ -125,7 +131,7 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
     @property
     def needs_model(self) -> bool:
-        """Return True: the whole run is compared."""
+        """Return True, because the whole run is compared."""
         return True
 
 
@@ -133,7 +139,7 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
 
 class CycleTimeCheck(BaseCheck, frozen=True, tag="cycle_time"):
-    """The run, or the way from `begin` to `end`, lasts at most `most` seconds, and at least `least`."""
+    """Requires that the run, or the way from `begin` to `end`, takes at least `least` and at most `most` seconds."""
 
     most: float
     least: float = 0.0
@@ -142,8 +148,10 @@ class CycleTimeCheck(BaseCheck, frozen=True, tag="cycle_time"):
 
 
 class SignalChange(Struct, frozen=True):
-    """An output that comes on (negative: goes off), between the times `after` and `before` [s] of the run, or since the
-    input `since` comes on for the first time; and with the tip within `mm` of `near`, where that is given.
+    """An output that turns on (negative: off) between `after` and `before` [s] of the run, or since the input `since`
+    first turned on.
+
+    `near`: the tip must be within `mm` of this place.
     """
 
     signal: int
@@ -155,14 +163,14 @@ class SignalChange(Struct, frozen=True):
 
 
 class SignalsCheck(BaseCheck, frozen=True, tag="signals"):
-    """Changes of outputs, in this order. `only`: these outputs change at no other time."""
+    """Requires changes of outputs in this order. `only`: these outputs do not change at other times."""
 
     changes: tuple[SignalChange, ...]
     only: bool = False
 
 
 class TypedText(Struct, frozen=True):
-    """A line of TYPE that is wanted: the text, or a pattern. It comes between the times `after` and `before` [s]."""
+    """A required line of TYPE: a text or a pattern, typed between `after` and `before` [s]."""
 
     text: str
     pattern: bool = False
@@ -171,8 +179,8 @@ class TypedText(Struct, frozen=True):
 
 
 class TypedCheck(BaseCheck, frozen=True, tag="typed"):
-    """Lines that TYPE writes, in this order; those of the model's run where a ModelPlace stands alone. `only`: and no
-    others.
+    """Requires lines of TYPE in this order; a single ModelPlace stands for those of the model's run. `only`: no other
+    lines.
     """
 
     lines: tuple[TypedText | ModelPlace, ...]
@@ -180,20 +188,20 @@ class TypedCheck(BaseCheck, frozen=True, tag="typed"):
 
 
 class WordsCheck(BaseCheck, frozen=True, tag="words"):
-    """Words that the submission must use, and words that it must not use."""
+    """Requires some words in the submission, and forbids others."""
 
     use: tuple[str, ...] = ()
     avoid: tuple[str, ...] = ()
 
 
 class DialectCheck(BaseCheck, frozen=True, tag="dialect"):
-    """The submission uses nothing that a dialect does not have."""
+    """Requires that the submission uses only words of a dialect."""
 
     dialect: Dialect
 
 
 class NoErrorCheck(BaseCheck, frozen=True, tag="no_error"):
-    """The program ends without an error."""
+    """Requires that the program ends without an error."""
 
 
 AnyCheck = (

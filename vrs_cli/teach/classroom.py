@@ -1,4 +1,8 @@
-"""The robot of a lesson: one of this process, one served to a browser beside the prompt, or one behind a delay."""
+"""Provide the robot of a lesson, and rehearse lessons.
+
+The robot is in this process, served to a browser beside the prompt, or behind a delay. A rehearsal tries each step
+without lines, with its wrong lines, and with its model lines.
+"""
 
 from __future__ import annotations
 
@@ -28,13 +32,13 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
-LESSON = "lesson"  # the name of each robot: the page of one lesson goes on with that of the next
-CLOSING = 5.0  # [s] that the end of a line takes at most
+LESSON = "lesson"  # the same for all robots, so that an open page continues with the next lesson
+CLOSING = 5.0  # [s] maximum duration of closing a delay line
 
 
 class Classroom:
-    """The robot of one lesson, until the stack is left. `page`: where it has a page, None for none. `attended`: a
-    person is there. `rate`: seconds of a robot in real time in one second.
+    """The robot of one lesson, until the stack is closed. `page`: the files of its page; None: no page. `attended`:
+    whether a person is there. `rate`: robot seconds per second of a robot in real time.
     """
 
     def __init__(
@@ -57,7 +61,7 @@ class Classroom:
         self.local_robot, self.place = _served(lesson, stack, tell, page, attended=attended, rate=rate)
 
     def look(self, ask: Callable[[Session], T]) -> T:
-        """Ask the robot for something, between two things that it does."""
+        """Ask the robot for something between two of its actions."""
         if self.local_robot is not None:
             session = self.local_robot.session
             return session.actor.call(lambda: ask(session)).result()
@@ -65,7 +69,7 @@ class Classroom:
         return ask(self._session)
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
-        """Make the front end of a shell at the robot. Raises VrsError."""
+        """Make the front end of a shell for the robot. Raises VrsError."""
         front_end = self.place.front_end(terminal)
         if isinstance(front_end.port, LocalPort):
             self._session = front_end.port.session
@@ -88,7 +92,7 @@ def _served(
     attended: bool,
     rate: float,
 ) -> tuple[LocalRobot, Place]:
-    """Serve the robot of a lesson in a folder of its own, behind a line with the delays that the lesson wants."""
+    """Serve the robot of a lesson in its own folder, behind a line with the delays of the lesson."""
     from vrs_cli.net.client import Client, hello_of
     from vrs_cli.net.local_server import SHELL, LocalRobot
     from vrs_cli.net.socket_port import SocketPort
@@ -109,7 +113,7 @@ def _served(
 
 
 def _delayed(url: str, ways: DelayWays, stack: ExitStack) -> str:
-    """Put a line with delays before an address; return the address of its other end."""
+    """Put a line with delays before an address, and return the address of its other end."""
     from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
     from vrs_cli.net.socket_port import Loop
 
@@ -123,7 +127,7 @@ def _delayed(url: str, ways: DelayWays, stack: ExitStack) -> str:
 
 
 class LessonPlace:
-    """Where the shell of a lesson has its robot: a learner takes part. `first`: it is the first of the process."""
+    """The place of a lesson's robot for the shell, with a learner. `first`: it is the first of the process."""
 
     waits = True
 
@@ -139,22 +143,22 @@ class LessonPlace:
         return front_end
 
 
-HURRY = 4.0  # times as fast as in a lesson: a robot behind a delay, and its delays
+HURRY = 4.0  # speed of a robot behind a delay, and of its delays, relative to a lesson
 
 
 class Hurried(Struct, frozen=True):
-    """Delays of a line on which all is HURRY times as fast."""
+    """Delays of a line that runs HURRY times as fast."""
 
     delays: Delays
 
     def source(self, random: Random) -> Callable[[float], float]:
-        """Return a function from the time something is sent [s] to its delay [s]."""
+        """Return a function from the time of sending [s] to the delay [s]."""
         slow = self.delays.source(random)
         return lambda t: slow(t * HURRY) / HURRY
 
 
 def faults(lesson: Lesson) -> Iterator[str]:
-    """Yield what is wrong with the steps of a lesson: file, line, what would be right."""
+    """Yield the faults in the steps of a lesson: file, line, and how to fix them."""
     if lesson.delays is not None:
         forward, backward = lesson.delays
         lesson = structs.replace(lesson, delays=(Hurried(forward), Hurried(backward)))
@@ -189,7 +193,7 @@ def _failed(marks: Iterable[Mark]) -> list[Mark]:
 def _tried(
     lesson: Lesson, step: LessonStep, before: list[str], tries: Iterable[tuple[str, ...]]
 ) -> Iterator[tuple[Mark, ...]]:
-    """Yield the marks of a step after the lines of each try; before it stand the model lines of all earlier steps."""
+    """Yield the marks of a step after the lines of each try. The model lines of all earlier steps come first."""
     for lines in tries:
         with ExitStack() as stack:
             rate = HURRY if lesson.delays is not None else 1.0

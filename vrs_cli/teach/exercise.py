@@ -1,13 +1,12 @@
-"""An exercise: what students get, what it is graded with, and its variants.
+"""Read an exercise: the files for students, the files for grading, and its variants.
 
-NAME/exercise/text.md       what students read
-              cell.toml     the cell around the robot (optional)
-              given.v2      locations and programs that are given (optional)
-              signals.csv   when inputs change, as for `vrs run --signals` (optional)
-              start.v2      a skeleton to begin with (optional)
-NAME/teacher/checks.toml    title, robot, program, limits, rounding, checks, variants
-             model.v2       the model solution
-             wrong/*.v2     typical wrong submissions: `; fails: NAME OF CHECK` above the first program
+NAME/exercise has the files for students. text.md: the task. cell.toml: the cell around the robot (optional). given.v2:
+given locations and programs (optional). signals.csv: when inputs change, as for `vrs run --signals` (optional).
+start.v2: a skeleton program (optional).
+
+NAME/teacher has the files for grading. checks.toml: title, robot, program, limits, rounding, checks, variants.
+model.v2: the model solution. wrong/*.v2: typical wrong submissions, with `; fails: NAME OF CHECK` above the first
+program.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ KEYS = (
     *("title", "robot", "dialect", "program", "limits", "rounding_mm", "rounding_deg", "rounding_s"),
     *("check", "variant", "similar"),
 )
-LIMITS: Mapping[str, tuple[str, float]] = {  # fields of Limits, and the largest value
+LIMITS: Mapping[str, tuple[str, float]] = {  # key: field of Limits, and its maximum
     "time": ("max_time", 86_400.0),
     "steps": ("max_steps", 100_000_000),
     "elements": ("max_elements", 100_000_000),
@@ -55,7 +54,7 @@ _FAILS = re.compile(r"(?i)\s*;\s*fails\s*:\s*(.+?)\s*$")
 
 
 class WrongSubmission(Struct, frozen=True):
-    """A typical wrong submission. `fails`: the names of the checks that must fail, `text`: the program."""
+    """A typical wrong submission. `fails`: names of the checks that must fail. `text`: the program."""
 
     path: str
     fails: tuple[str, ...]
@@ -63,11 +62,11 @@ class WrongSubmission(Struct, frozen=True):
 
 
 class Exercise(Struct, frozen=True):
-    """An exercise, or a variant of it: `seed` is that of the variant, None where nothing was moved.
+    """An exercise, or a variant of it. `seed`: that of the variant; None if nothing was moved.
 
-    `robot`: its model. `program`: what is executed; None: the first program of a submission. `cell`, `inputs` and
-    `given`: what is around the robot, when inputs change, and what is given, as this variant has them. `solution`: the
-    text of the model solution. `similar`: from which similarity on submissions are listed, 0 to 1; None: never.
+    `robot`: its model. `program`: the program to run; None: the first one of a submission. `cell`, `inputs`, `given`:
+    the cell, the changes of inputs, and the given values of this variant. `solution`: the text of the model solution.
+    `similar`: the similarity from 0 to 1 from which submissions are listed; None: never.
     """
 
     name: str
@@ -90,7 +89,7 @@ class Exercise(Struct, frozen=True):
 
     @property
     def seeds(self) -> tuple[int | None, ...]:
-        """Return the seeds of all that a submission is graded with: None (nothing is moved), then the variants."""
+        """Return the seeds that a submission is graded with: None (nothing is moved), then those of the variants."""
         return (None, *(variant.seed for variant in self.variants))
 
     @property
@@ -100,16 +99,16 @@ class Exercise(Struct, frozen=True):
 
     @property
     def given_programs(self) -> frozenset[str]:
-        """Return the keys of the programs that are given."""
+        """Return the keys of the given programs."""
         return frozenset() if self.given is None else frozenset(one.program.key for one in self.given.programs)
 
     @property
     def needs_model(self) -> bool:
-        """Return whether a check compares with the model's run: `mark` wants its evidence then."""
+        """Return whether a check compares with the model's run, so that `mark` needs its evidence."""
         return any(check.needs_model for check in self.checks)
 
     def variant(self, seed: int | None) -> Exercise:
-        """Return the exercise with all moved as a seed says; None: as it is. Raises KeyError for an unknown seed."""
+        """Return the exercise as a seed changes it; None: unchanged. Raises KeyError for an unknown seed."""
         if seed is None:
             return self
         variant = next((one for one in self.variants if one.seed == seed), None)
@@ -119,29 +118,32 @@ class Exercise(Struct, frozen=True):
         return structs.replace(self, cell=around.cell, inputs=around.inputs, given=around.given, seed=seed)
 
     def give(self, station: Station) -> None:
-        """Put what is given into the memory of a station, in the place of what had its names: once before a submission
-        is loaded, so that it is analysed among these, and once after it. Raises ProgramInterlocked.
+        """Put the given programs and values into the memory of a station, replacing those with the same names.
+
+        Call it before a submission is loaded, so that it is analysed with them, and again afterwards. Raises
+        ProgramInterlocked.
         """
         if self.given is not None:
             station.take(self.given)
 
 
 def read_exercise(folder: str | Path) -> Exercise:
-    """Read an exercise. Raises NonexistentFile, and FileDamaged, which tells all mistakes at once, each with its file,
-    its line and what would be right.
+    """Read an exercise.
+
+    Raises NonexistentFile, and FileDamaged with all mistakes at once, each with its file, its line and the correction.
     """
     return _ExerciseReader(Path(folder)).read()
 
 
 class _ExerciseReader(SurroundingsReader):
-    """Reads the files of an exercise and collects the mistakes in them."""
+    """Reads the files of an exercise and collects their mistakes."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder / "exercise")
         self.folder, self.teacher = folder, folder / "teacher"
 
     def read(self) -> Exercise:
-        """Read all files. Raises as `read_exercise`."""
+        """Read all files. Raises the errors of `read_exercise`."""
         if not self.teacher.is_dir():
             hint = "an exercise is a folder with the folders exercise and teacher; vrs grade --new NAME makes one"
             raise NonexistentFile(f"{self.folder} is no exercise: it has no folder teacher", hint)
@@ -265,7 +267,7 @@ class _ExerciseReader(SurroundingsReader):
 
 
 def _names(table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the names of all checks of a file, those with mistakes too."""
+    """Yield the names of all checks of a file, including faulty ones."""
     rows = table.get("check", [])
     for row in rows if isinstance(rows, list) else ():
         name = row.get("name", row.get("kind")) if isinstance(row, dict) else None

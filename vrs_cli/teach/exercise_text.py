@@ -1,4 +1,7 @@
-"""Reads the values of checks.toml; each mistake is noted with its line and what would be right."""
+"""Read what exercises and lessons share: values of checks.toml, places, the robot, the cell, and given programs.
+
+Each mistake is recorded with its line and its correction.
+"""
 
 from __future__ import annotations
 
@@ -28,21 +31,21 @@ from vrs_cli.values.diagnostics import Dialect, Severity
 
 
 class FixedPlace(Struct, frozen=True, tag=True):
-    """T_world_place as numbers. `turned`: its orientation was given too."""
+    """A place given as numbers, T_world_place. `turned`: whether its orientation was given."""
 
     T: Transform
     turned: bool
 
 
 class GivenPlace(Struct, frozen=True, tag=True):
-    """A location of `given.v2`, or a compound of several, `pallet:corner`. `text`: as it was written."""
+    """A location of `given.v2`, or a compound of several, `pallet:corner`. `text`: as written."""
 
     text: str
     items: tuple[Item, ...]
 
 
 class ModelPlace(Struct, frozen=True, tag=True):
-    """The place that the model's run has."""
+    """The place where the model's run has it."""
 
 
 Place = FixedPlace | GivenPlace | ModelPlace
@@ -55,10 +58,10 @@ _LOCATION = re.compile(r"(?i)\s*([A-Z][A-Z0-9._]*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+){
 
 
 class ExerciseText(CellText):
-    """Reads values out of checks.toml, and goes on after each mistake.
+    """Reads values of checks.toml, and continues after each mistake.
 
-    `locations`: those that the exercise gives. `parts`, `bodies`: names in its cell, of parts and of all that an arm
-    can touch.
+    `locations`: those given by the exercise. `parts`, `bodies`: names of the parts, and of all bodies that an arm can
+    touch.
     """
 
     def __init__(
@@ -73,7 +76,7 @@ class ExerciseText(CellText):
         self.locations, self.parts, self.bodies = frozenset(locations), tuple(parts), tuple(bodies)
 
     def number(self, entry: CellEntry, key: str, least: float, most: float, unit: str = "") -> float:
-        """Read a number; `least` where it is wrong."""
+        """Read a number; return `least` if it is wrong."""
         given: Any = entry.given.get(key)
         if type(given) in (int, float) and least <= given <= most:
             return float(given)
@@ -89,7 +92,7 @@ class ExerciseText(CellText):
         return ""
 
     def list_of(self, entry: CellEntry, key: str, wanted: str) -> list[Any]:
-        """Read a list of one thing or more."""
+        """Read a list with at least one item."""
         given = entry.given.get(key)
         if isinstance(given, list) and 0 < len(given) <= MAX_LIST_ITEMS:
             return given
@@ -109,7 +112,7 @@ class ExerciseText(CellText):
         return self.name(entry, key, entry.given.get(key), self.parts, "part")
 
     def name(self, entry: CellEntry, key: str, given: Any, known: Sequence[str], what: str) -> str:
-        """Return one of the known names of things of the cell, in lower case; "" where it is none."""
+        """Return one of the known names of bodies in lower case; "" if it is unknown."""
         if isinstance(given, str) and given.lower() in known:
             return given.lower()
         there = f"there are {', '.join(known)}" if known else f"the cell has no {what}"
@@ -124,7 +127,7 @@ class ExerciseText(CellText):
     # --- places ---
 
     def exercise_place(self, entry: CellEntry, key: str) -> Place:
-        """Read a place; the origin where it is wrong."""
+        """Read a place; return the origin if it is wrong."""
         return self.place_of(entry, key, entry.given.get(key))
 
     def place_of(self, entry: CellEntry, key: str, given: Any) -> Place:
@@ -156,7 +159,7 @@ class ExerciseText(CellText):
 
 
 def item_of_text(text: str) -> Item | None:
-    """Return the variable that a text names, `corner` or `slot[2,1]`; None where it is no name."""
+    """Return the variable that a text names, `corner` or `slot[2,1]`; None if it is no name."""
     found = _LOCATION.fullmatch(text)
     if found is None:
         return None
@@ -177,8 +180,9 @@ Read = Callable[[ExerciseText, CellEntry, str], Any]
 
 
 class BaseCheck(Struct, frozen=True, kw_only=True):
-    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason. `needs`: names
-    of checks that must earn something, or this one earns nothing.
+    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason.
+
+    `needs`: names of checks that must earn something; otherwise this check earns nothing.
     """
 
     name: str
@@ -190,7 +194,7 @@ class BaseCheck(Struct, frozen=True, kw_only=True):
 
     @property
     def needs_model(self) -> bool:
-        """Return whether it compares with the run of the model solution."""
+        """Return whether the check compares with the run of the model solution."""
         return any(isinstance(one, ModelPlace) for name in self.__struct_fields__ for one in _flat(getattr(self, name)))
 
 
@@ -199,8 +203,10 @@ def _flat(value: Any) -> tuple[Any, ...]:
 
 
 class Key(NamedTuple):
-    """A key of a kind: how its value is read, what it means; `default`: what holds without it, REQUIRED: it must be
-    there. `field`: of the check, where that is called otherwise.
+    """A key of a kind of check: the function that reads it, and its meaning.
+
+    `default`: its value if it is missing; REQUIRED: it must not be missing. `field`: the field of the check, if its
+    name differs.
     """
 
     name: str
@@ -211,7 +217,9 @@ class Key(NamedTuple):
 
 
 class CheckKind(NamedTuple):
-    """A kind of check. `what`: what it looks at. `partial`: how a part of the points is earned; "": all or nothing."""
+    """A kind of check. `what`: the subject of the check. `partial`: how a part of the points is earned; "": all or
+    nothing.
+    """
 
     check: type[BaseCheck]
     what: str
@@ -222,17 +230,17 @@ class CheckKind(NamedTuple):
 REQUIRED = "required"
 
 
-MAX_PROGRAM_BYTES = 1_000_000  # of a submission, the model, and what is given
+MAX_PROGRAM_BYTES = 1_000_000  # maximum size of a submission, the model, and given.v2
 
 
 class SurroundingsReader:
-    """Reads the files in the folder `around` and collects the mistakes in them."""
+    """Reads the files in the folder `around` and collects their mistakes."""
 
     def __init__(self, around: Path) -> None:
         self.around, self.wrong = around, list[str]()
 
     def robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
-        """Load the robot, a built-in one or a file in the folder; None where there is none."""
+        """Load the robot, a built-in one or a file in the folder; return None if there is none."""
         given = table.get("robot", "puma560")
         if not isinstance(given, str):
             reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
@@ -245,7 +253,7 @@ class SurroundingsReader:
             return None
 
     def dialect(self, reader: ExerciseText, table: Mapping[str, Any]) -> Dialect:
-        """Read the dialect of what is typed and loaded."""
+        """Read the dialect of the session and of loaded programs."""
         entry = reader.whole._replace(given=table)
         if "dialect" not in table:
             return Dialect.VPLUS
@@ -280,12 +288,12 @@ class SurroundingsReader:
 
 
 def shipped(kind: str) -> Path:
-    """Return the folder of a kind, `exercises` or `lessons`."""
+    """Return the folder of shipped `exercises` or `lessons`."""
     return shipped_folder("programs") / kind
 
 
 def find_exercise(named: str) -> Path:
-    """Return the folder of an exercise: a folder, or a shipped one by its name. Raises NonexistentFile."""
+    """Return the folder of an exercise, given as a folder or as the name of a shipped one. Raises NonexistentFile."""
     if Path(named).is_dir():
         return Path(named)
     names = sorted(path.name for path in shipped("exercises").glob("*") if path.is_dir())

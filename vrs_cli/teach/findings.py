@@ -1,4 +1,4 @@
-"""What is wrong with an exercise that can be read: found by runs of its model, of wrong submissions and of mutants."""
+"""Find faults of an exercise by runs of its model, of wrong submissions, and of mutants: programs with one mistake."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import overlap_by
 
-Run = Callable[[Exercise, str], Evidence]  # runs a submission for a variant; raises VrsError where it cannot
-TOOL_REACH = 0.5  # [m] of a long tool, beyond the arm's
-OVERLAP = 2e-3  # [m] bodies that overlap by less touch
+Run = Callable[[Exercise, str], Evidence]  # runs a submission in a variant; raises VrsError if it cannot
+TOOL_REACH = 0.5  # [m] length of a long tool beyond the reach of the arm
+OVERLAP = 2e-3  # [m] bodies that overlap by less only touch
 
 
 class Finding(Struct, frozen=True):
-    """What is wrong: where (a file, with its line), what, and the remedy. `doubtful`: it may be meant so."""
+    """A fault: where (a file, with its line), what, and the remedy. `doubtful`: it may be intended."""
 
     where: str
     what: str
@@ -53,17 +53,17 @@ class Finding(Struct, frozen=True):
 
     @property
     def text(self) -> str:
-        """Return the line for people."""
+        """Return the line that people read."""
         return f"{self.where}: {'warning: ' if self.doubtful else ''}{self.what} ({self.remedy})"
 
 
 def findings_of(exercise: Exercise, run: Run) -> Iterator[Finding]:
-    """Yield all that is wrong with an exercise, as it is found."""
+    """Yield all faults of an exercise as they are found."""
     yield from _Inspection(exercise, run).findings()
 
 
 class _Inspection:
-    """The checking of one exercise. Runs of the model are kept: other runs are compared with them."""
+    """Inspects one exercise. Runs of the model are kept for comparison with other runs."""
 
     def __init__(self, exercise: Exercise, run: Run) -> None:
         self.exercise, self._run = exercise, run
@@ -71,11 +71,11 @@ class _Inspection:
         self._lines = _lines_of(self.path)
         self.variants = [exercise.variant(seed) for seed in exercise.seeds]
         self.models: dict[int | None, Evidence] = {}
-        self.failed = dict[str, str]()  # for each check that something wrong has failed: what
-        self.sound = True  # the model passes everything
+        self.failed = dict[str, str]()  # what has failed each check
+        self.sound = True  # whether the model passes everything
 
     def findings(self) -> Iterator[Finding]:
-        """Yield what is wrong."""
+        """Yield all faults."""
         yield from self._texts()
         yield from self._places()
         for variant in self.variants:
@@ -83,9 +83,9 @@ class _Inspection:
         for variant in self.variants:
             yield from self._model(variant)
             if not self.models:
-                break  # it is not executed in any other variant either
+                break  # it would fail in the other variants too
         if not self.sound:
-            return  # what the model does not pass, others need not either
+            return  # nothing else can be judged if the model fails
         yield from self._wrong_submissions()
         yield from self._numbers_copied()
         yield from self._mutants()
@@ -130,7 +130,7 @@ class _Inspection:
                         )
 
     def _soundness(self, variant: Exercise) -> Iterator[Finding]:
-        """Find parts that no longer stand where a variant moves them, or that are in other things."""
+        """Find parts that lose their support or overlap other bodies in a variant."""
         arm, scene = arm_for(variant.robot), variant.cell.scene
         if scene.empty:
             return
@@ -158,7 +158,7 @@ class _Inspection:
         return mark(variant, evidence, self.models[variant.seed])
 
     def _model(self, variant: Exercise) -> Iterator[Finding]:
-        """Run the model, which is to pass everything."""
+        """Run the model, which must pass everything."""
         path = str(Path(variant.folder, "teacher", "model.v2"))
         try:
             evidence = self.models[variant.seed] = self._run(variant, variant.solution)
@@ -167,7 +167,7 @@ class _Inspection:
             yield Finding(path, f"the model is not executed{_of(variant)}: {error}", "correct it")
             return
         for one in mark(variant, evidence, evidence):
-            if not one.passed and one.name not in self.failed:  # once is enough
+            if not one.passed and one.name not in self.failed:  # report each check once
                 self.sound, self.failed[one.name] = False, path
                 remedy = "correct the check or the model" if variant.seed is None else "move what belongs together"
                 what = f"{one.name}: the model fails it{_of(variant)}: {one.reason}"
@@ -175,7 +175,7 @@ class _Inspection:
         yield from self._unreachable(variant, evidence)
 
     def _unreachable(self, variant: Exercise, evidence: Evidence) -> Iterator[Finding]:
-        """Find given locations that the arm reaches in the exercise with a tool of the model, and not in a variant."""
+        """Find given locations that the model's tools reach in the exercise but not in a variant."""
         if variant.seed is None:
             return
         frames = tuple(dict.fromkeys(segment.motion.frames for segment in evidence.timeline))
@@ -190,7 +190,7 @@ class _Inspection:
                 )
 
     def _wrong_submissions(self) -> Iterator[Finding]:
-        """Run the wrong submissions: each is to fail the checks that it names, in any variant, and no others."""
+        """Run the wrong submissions. Each must fail the checks that it names, in any variant, and no others."""
         for wrong in self.exercise.wrong:
             failed = dict[str, str]()
             for variant in self.variants:
@@ -222,7 +222,7 @@ class _Inspection:
                 yield Finding(self.path, what, "move parts together with their locations, or farther", doubtful=True)
 
     def _mutants(self) -> Iterator[Finding]:
-        """Find checks that nothing fails: no wrong submission, and no mutant of the model."""
+        """Find checks that no wrong submission and no mutant of the model fails."""
         exercise = self.exercise
         wanted = {check.name for check in exercise.checks if check.points} - self.failed.keys()
         for mutant in mutants_of(exercise.solution, exercise.dialect, exercise.locations) if wanted else ():
@@ -285,22 +285,22 @@ def _usable(evidence: Evidence, T_robot_flange: Transform) -> bool:
 
 
 MAX_MUTANTS = 80
-SHIFT_MM = 50  # by which a location is wrong
+SHIFT_MM = 50  # displacement of a wrong location
 MOTIONS = ("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY")
 OTHER_WORD = {"MOVES": "MOVE", "MOVE": "MOVES", "APPROS": "APPRO", "APPRO": "APPROS", "DEPARTS": "DEPART"}
-ANYWHERE = "MOVE TRANS(99999)"  # a place that no arm reaches
+ANYWHERE = "MOVE TRANS(99999)"  # a place out of reach of every arm
 
 
 class Mutant(NamedTuple):
-    """A program with one mistake, and which one it is in words."""
+    """A program with one mistake, and the mistake in words."""
 
     what: str
     text: str
 
 
 def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> list[Mutant]:
-    """Return mutants of the first program of a text and of those behind it, at most MAX_MUTANTS. `locations`: those
-    that the exercise gives, which are shifted in turn.
+    """Return at most MAX_MUTANTS mutants of the programs of a text. `locations`: given locations, which are shifted in
+    turn.
     """
     file, _ = parse_file(text, dialect)
     programs = [part for part in file.parts if isinstance(part, Program)]
@@ -309,7 +309,7 @@ def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> 
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     whole = (*_ends(lines, programs[0]), *_begins(lines, programs[0], locations), *_stops(lines, programs))
     found = [*whole, *(mutant for program in programs for step in program.steps for mutant in _of_step(lines, step))]
-    if len(found) > MAX_MUTANTS:  # some of each part of the program
+    if len(found) > MAX_MUTANTS:  # keep some from each part of the program
         found = [found[k * len(found) // MAX_MUTANTS] for k in range(MAX_MUTANTS)]
     return found
 
@@ -334,7 +334,7 @@ def _of_step(lines: Sequence[str], step: Step) -> Iterator[Mutant]:
 
 
 def _reversed(source: str) -> str:
-    """Return a SIGNAL that does the opposite."""
+    """Return a SIGNAL line with the opposite states."""
 
     def other(found: re.Match[str]) -> str:
         return found[1] if found[0].startswith("-") else f"-{found[1]}"
@@ -343,7 +343,7 @@ def _reversed(source: str) -> str:
 
 
 def _begins(lines: Sequence[str], main: Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
-    """Yield mutants that begin otherwise: a location that is shifted, another speed."""
+    """Yield mutants with a change at the beginning: a shifted location, or another speed."""
     first = main.span.line
     for (name, index), value in locations.items():
         if isinstance(value, Transform):
@@ -364,7 +364,7 @@ def _begins(lines: Sequence[str], main: Program, locations: Mapping[Item, Value]
 
 
 def _ends(lines: Sequence[str], main: Program) -> Iterator[Mutant]:
-    """Yield mutants that end otherwise, or do nothing."""
+    """Yield mutants with a change at the end, or without steps."""
     last = max((step.span.line for step in main.steps), default=main.span.line)
     for what, line in (
         ("a motion out of reach", ANYWHERE),
@@ -384,7 +384,7 @@ def _ends(lines: Sequence[str], main: Program) -> Iterator[Mutant]:
 
 
 def _stops(lines: Sequence[str], programs: Iterable[Program]) -> Iterator[Mutant]:
-    """Yield mutants with a stop after each motion, with none, and with another way of all motions."""
+    """Yield mutants with a stop after each motion, without stops, and with another kind of motion."""
     motions = {
         step.span.line
         for program in programs
@@ -404,7 +404,7 @@ def _stops(lines: Sequence[str], programs: Iterable[Program]) -> Iterator[Mutant
 
 
 def copied_numbers(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> Mutant | None:
-    """Return the program with the numbers of given locations copied into it; None where it has no program."""
+    """Return the program with the numbers of given locations copied into it; None if it has no program."""
     file, _ = parse_file(text, dialect)
     main = next((part for part in file.parts if isinstance(part, Program)), None)
     if main is None:
@@ -419,10 +419,10 @@ def copied_numbers(text: str, dialect: Dialect, locations: Mapping[Item, Value])
 
 
 def _after(lines: Sequence[str], number: int, more: str) -> str:
-    """Return a text with more lines behind one of its lines, counted from 1."""
+    """Return a text with lines inserted after line `number`, counted from 1."""
     return "\n".join([*lines[:number], more, *lines[number:]])
 
 
 def _with_line(lines: Sequence[str], number: int, other: str) -> str:
-    """Return a text with another line in place of one."""
+    """Return a text with line `number` replaced."""
     return "\n".join([*lines[: number - 1], other, *islice(lines, number, None)])

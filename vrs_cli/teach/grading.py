@@ -1,4 +1,4 @@
-"""Grade submissions: the marks of each in all variants of an exercise, and what they come to."""
+"""Grade submissions: run each in all variants of an exercise, and collect its marks and points."""
 
 from __future__ import annotations
 
@@ -36,11 +36,13 @@ if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
 
 
-MAX_LINES = 2000  # of a program file: to read so many takes a fifth of a second
+MAX_LINES = 2000  # maximum lines of a program file: reading them takes 0.2 s
 
 
 class Submission(Struct, frozen=True):
-    """What a student handed in. `file`: the name of the file; `text`: the program. `unread`: why there is none."""
+    """A submission of a student. `file`: the name of the file. `text`: the program. `unread`: why the file was not
+    read.
+    """
 
     student: str
     file: str
@@ -49,12 +51,12 @@ class Submission(Struct, frozen=True):
 
 
 class NotExecuted(VrsError, text="Not executed"):
-    """A submission holds no program that can be executed."""
+    """A submission contains no program that can run."""
 
 
 class SubmissionRuns:
-    """The runs of one submission, one for each variant of an exercise: what is the same in all is done once.
-    `checkers`: of contacts, by the seeds of the variants; the first runs put them there.
+    """Runs one submission in the variants of an exercise, and shares work between the runs. `checkers`: contact
+    checkers by seed, filled by the first runs.
     """
 
     def __init__(self, submission: Submission, checkers: dict[int | None, Checker | None] | None = None) -> None:
@@ -63,8 +65,10 @@ class SubmissionRuns:
         self._loaded: LoadedFile | None = None
 
     def run(self, exercise: Exercise) -> Evidence:
-        """Run it in a variant, within the limits of the exercise, with its files in the current folder alone. An error
-        of the program is in the evidence. Raises NotExecuted.
+        """Run the submission in a variant within the limits of the exercise. It can use only the files of the current
+        folder.
+
+        An error of the program is in the evidence. Raises NotExecuted.
         """
         if self._lines > MAX_LINES:
             raise NotExecuted(f"the file has {self._lines} lines, and {MAX_LINES} are allowed")
@@ -86,11 +90,11 @@ class SubmissionRuns:
 
     @property
     def mistake(self) -> str:
-        """Return the first mistake in the file that was loaded, with its line; "" where there is none."""
+        """Return the first mistake in the loaded file, with its line; "" if there is none."""
         return "" if self._loaded is None else self._mistake(self._loaded)
 
     def _program(self, exercise: Exercise, station: Station, loaded: LoadedFile) -> str:
-        """The program that is executed. Raises NotExecuted."""
+        """Return the name of the program to run. Raises NotExecuted."""
         names = [one.program.name for one in loaded.programs]
         if exercise.program is None:
             if not names:
@@ -102,7 +106,7 @@ class SubmissionRuns:
         raise NotExecuted(self._mistake(loaded) or f"the file holds no program {exercise.program}{holds}")
 
     def _mistake(self, loaded: LoadedFile) -> str:
-        """The first mistake in the file with its line, and how many more there are; "" where there is none."""
+        """Return the first mistake in the file with its line, and the number of further ones; "" if there is none."""
         wrong = in_order(one for one in loaded.diagnostics if one.severity is Severity.ERROR)
         if not wrong:
             return ""
@@ -111,7 +115,7 @@ class SubmissionRuns:
 
 
 def _station(exercise: Exercise) -> Station:
-    """A robot in the surroundings of a variant, at whose terminal nobody is."""
+    """Return a station in the surroundings of a variant, with nobody at its terminal."""
     terminal = Notes()
     terminal.begin(_nobody)
     station = Station(
@@ -128,7 +132,7 @@ def _station(exercise: Exercise) -> Station:
 
 
 def _nobody(question: Question) -> None:
-    """Raises EndOfInput for PROMPT; other questions get no answer."""
+    """Raise EndOfInput for PROMPT; leave other questions without an answer."""
     if isinstance(question, LineWanted):
         raise EndOfInput("PROMPT has nothing to read", "nobody types while a program is graded")
 
@@ -137,8 +141,10 @@ MAX_REASON_CHARS = 1000
 
 
 class VariantMarks(Struct, frozen=True):
-    """The marks of a run in one variant. `seed` None: nothing was moved. `stopped`: the error that ended the program,
-    or why it was not executed; `limited`: it was a limit of the exercise.
+    """The marks of a run in one variant. `seed` None: nothing was moved.
+
+    `stopped`: the error that ended the program, or why it did not run. `limited`: whether that was a limit of the
+    exercise.
     """
 
     seed: int | None
@@ -148,9 +154,9 @@ class VariantMarks(Struct, frozen=True):
 
 
 class Grading(Struct, frozen=True):
-    """What came of a submission. `lost`: why it was not graded, "" where it was. `sha256`: of the program's text.
+    """The result of a submission. `lost`: why it was not graded, or "". `sha256`: digest of the program's text.
 
-    A program that reaches a limit is not run in the variants after that.
+    A program that reaches a limit does not run in the later variants.
     """
 
     student: str
@@ -161,9 +167,7 @@ class Grading(Struct, frozen=True):
 
     @property
     def marks(self) -> tuple[tuple[int | None, Mark], ...]:
-        """Return for each check its mark in the variant in which it earned least, the first of equals, and the seed of
-        that variant.
-        """
+        """Return for each check its lowest mark over all variants, with the seed of the first such variant."""
         rows = zip(*([(one.seed, found) for found in one.marks] for one in self.variants), strict=True)
         return tuple(min(row, key=lambda pair: pair[1].points) for row in rows)
 
@@ -174,15 +178,15 @@ class Grading(Struct, frozen=True):
 
     @property
     def stopped(self) -> str:
-        """Return the first error that ended the program in a variant, or why it was not executed."""
+        """Return the first error that ended the program in a variant, or why it did not run."""
         return next((one.stopped for one in self.variants if one.stopped), "")
 
 
 class Grader:
-    """Grades submissions for one exercise. It has its variants, and the model's evidence in each."""
+    """Grades submissions of one exercise, with its variants and the model's evidence in each."""
 
     def __init__(self, exercise: Exercise) -> None:
-        """Run the model solution in all variants. Raises FileDamaged where it cannot run."""
+        """Run the model solution in all variants. Raises FileDamaged if it cannot run."""
         self.exercise = exercise
         self._variants = tuple(exercise.variant(seed) for seed in exercise.seeds)
         self.models = dict[int | None, Evidence]()
@@ -194,15 +198,16 @@ class Grader:
             except NotExecuted as error:
                 path = Path(exercise.folder, "teacher", "model.v2")
                 raise FileDamaged(f"{path} is not executed: {error.detail}", "vrs check tells its mistakes") from None
-            mark(variant, model, model)  # what checks keep, such as models of physics, forked processes need not make
+            mark(variant, model, model)  # fills caches, such as models of physics, before processes are forked
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Another process reads the exercise again."""
+        """Let another process read the exercise again."""
         return _grader_of, (self.exercise.folder,)
 
     def runs(self, submission: Submission) -> tuple[Grading, tuple[Evidence | None, ...]]:
-        """Run a submission in all variants, each in an empty folder in the current one, and mark what it did. Also
-        return the evidence of each run, None where it was not executed.
+        """Run a submission in all variants, each in an empty subfolder of the current one, and mark it.
+
+        Also return the evidence of each run, None if it did not run.
         """
         grading = lost_grading(submission, submission.unread)
         marks, evidences = list[VariantMarks](), list[Evidence | None]()
@@ -245,7 +250,7 @@ def _grader_of(folder: str) -> Grader:
 
 
 def lost_grading(submission: Submission, why: str) -> Grading:
-    """Return the grading of a submission that was not graded, and why."""
+    """Return the grading of a submission that was not graded, with the reason."""
     digest = hashlib.sha256(submission.text.encode(errors="surrogatepass")).hexdigest()
     return Grading(submission.student, submission.file, digest, why)
 
@@ -256,5 +261,5 @@ def total_of(exercise: Exercise) -> float:
 
 
 def by_student(gradings: Sequence[Grading]) -> tuple[Grading, ...]:
-    """Return gradings in the order of their students' names."""
+    """Return gradings sorted by the names of their students."""
     return tuple(sorted(gradings, key=lambda one: (one.student.casefold(), one.student)))

@@ -1,4 +1,4 @@
-"""The table of kinds of checks: how checks.toml says each of them. Reading and documentation use it."""
+"""The table of kinds of checks: their keys in checks.toml. Readers and documentation use it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from vrs_cli.values.diagnostics import DIALECTS, Dialect
 
 MAX_POINTS = 1000.0
 MAX_SPEED = 1e6  # [mm/s], [mm/s2]
-WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # of the language
+WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # words of the language
 
 
 # --- reading values --------------------------------------------------------------------------------------------------
@@ -89,7 +89,7 @@ def _places(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Place, ...]
 
 
 def _pairs(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Pair, ...]:
-    """Read pairs of names of things that may touch."""
+    """Read pairs of names of bodies that may touch."""
     found = list[Pair]()
     for one in text.list_of(entry, key, 'a list of pairs, such as [["hand", "box"]]'):
         if not (isinstance(one, list) and len(one) == 2 and all(isinstance(name, str) for name in one)):
@@ -101,7 +101,7 @@ def _pairs(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Pair, ...]:
 
 
 def _words(text: ExerciseText, entry: CellEntry, key: str) -> tuple[str, ...]:
-    """Read words of the language, or the beginnings of instructions: `ENABLE CP`."""
+    """Read words of the language, or beginnings of instructions: `ENABLE CP`."""
     found = text.texts(entry, key)
     for one in found:
         word = one.upper().split()[0] if one.split() else ""
@@ -117,7 +117,7 @@ def _dialect(text: ExerciseText, entry: CellEntry, key: str) -> Dialect:
 
 
 def _span(text: ExerciseText, entry: CellEntry) -> tuple[float, float]:
-    """Read `after` and `before` of one thing in a list [s]."""
+    """Read `after` and `before` of a list item [s]."""
     after, before = (text.seconds(entry, key) for key in ("after", "before"))
     after, before = after or 0.0, LATEST if before is None else before
     if before < after:
@@ -333,7 +333,7 @@ COMMON_KEYS = (
 
 
 def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[AnyCheck, ...]:
-    """Read each [[check]] of a file of checks; mistakes go to `text`. Names are unique."""
+    """Read each [[check]] of a file; record mistakes in `text`. Names must be unique."""
     checks, entries = dict[str, AnyCheck](), dict[str, CellEntry]()
     given = table.get("check", [])
     for entry in text.entries("check", given, None):
@@ -358,7 +358,7 @@ def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[AnyCheck,
 
 
 def read_check(text: ExerciseText, entry: CellEntry) -> AnyCheck | None:
-    """Read one [[check]]; None where it is wrong."""
+    """Read one [[check]]; return None if it is wrong."""
     wrong = len(text.wrong)
     name = text.one_of(entry, "kind", KINDS)
     if name is None:
@@ -380,7 +380,7 @@ def read_check(text: ExerciseText, entry: CellEntry) -> AnyCheck | None:
 
 
 def _check_together(text: ExerciseText, entry: CellEntry, check: AnyCheck) -> None:
-    """Refuse values that do not fit each other."""
+    """Report values that contradict each other."""
     given = entry.given
     match check:
         case StretchCheck() if ("around" in given) is not ("radius" in given):

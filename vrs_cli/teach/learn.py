@@ -1,6 +1,7 @@
-"""A learner at the prompt: after each line the checks of the present step are asked; HINT and other words help.
+"""Guide a learner at the prompt: check the current step after each line, and carry out HINT and other words of
+lessons.
 
-Nothing here knows whether the robot is in this process, served, or behind a delay: `AskRobot` asks it.
+The robot may be in this process, served, or behind a delay; `AskRobot` hides the difference.
 """
 
 from __future__ import annotations
@@ -36,28 +37,28 @@ WORDS = (
 
 
 class AskRobot(Protocol):
-    """Asks the robot of a lesson for something, between two things that it does."""
+    """Asks the robot of a lesson for something between two of its actions."""
 
     def __call__(self, ask: Callable[[Session], T]) -> T: ...
 
 
 class LessonPrompt(Protocol):
-    """A prompt of a lesson: that of a shell, or of a robot that is served to browsers."""
+    """A prompt of a lesson: that of a shell, or of a robot served to browsers."""
 
     terminal: Terminal
 
     def take(self, text: str) -> None:
-        """Carry out a line; return when that is done."""
+        """Carry out a line, and return when it is done."""
 
     def status(self) -> PromptStatus:
-        """Return what stands around the prompt."""
+        """Return the texts around the prompt."""
 
 
 # --- where learners are -----------------------------------------------------------------------------------------------
 
 
 class LessonStanding(Struct, frozen=True):
-    """Where a learner is in a lesson: so many steps are passed."""
+    """The progress of a learner in a lesson: the number of passed steps."""
 
     passed: int = 0
     of: int = 0
@@ -67,15 +68,15 @@ class LessonStanding(Struct, frozen=True):
         return bool(self.of) and self.passed >= self.of
 
     def told(self) -> str:
-        """Return it in a word or three; "" where nothing is passed."""
+        """Return the progress in a few words; "" if nothing is passed."""
         return "done" if self.finished else f"{self.passed} of {self.of}" if self.passed else ""
 
 
 class LearnerRecord:
-    """Keeps the progress of a user in a file: JSON, {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
+    """Keeps the progress of a user in a JSON file: {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
 
-    Several shells may write it: each changes its own lesson only. Without a file nothing is kept. Raises FileDamaged
-    for a file that is no such record, FileError.
+    Several shells may write it; each changes only its own lesson. Without a file nothing is kept. Raises FileDamaged
+    for another kind of file, and FileError.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -99,17 +100,17 @@ class LearnerRecord:
         self.latest = latest if isinstance(latest, str) else ""
 
     def of(self, lesson: str) -> LessonStanding:
-        """Return where the learner is in a lesson."""
+        """Return the progress of the learner in a lesson."""
         return self._kept.get(lesson, LessonStanding())
 
     def keep(self, lesson: str, standing: LessonStanding) -> None:
-        """Keep where the learner is. Raises FileError."""
+        """Save the progress of the learner. Raises FileError."""
         if self._path is None:
             return
         try:
             self._read()
         except FileDamaged:
-            return  # it has become another file meanwhile
+            return  # meanwhile it became another kind of file
         self.latest, self._kept[lesson] = lesson, standing
         lessons = {name: {"passed": one.passed, "of": one.of} for name, one in self._kept.items()}
         text = json.dumps({"latest": lesson, "lessons": lessons}, indent=1) + "\n"
@@ -130,9 +131,9 @@ def _is_standing(found: Any) -> bool:
 
 
 class Learner:
-    """Leads a user through a lesson. `show` shows Markdown. `course`: the folders of all lessons, and their titles.
+    """Leads a user through a lesson. `show` shows Markdown. `course`: the folders of all lessons with their titles.
 
-    `wanted`: the folder of the lesson to which the user wants to go; the shell is left then.
+    `wanted`: the folder of the lesson to go to; the shell then ends.
     """
 
     def __init__(
@@ -149,8 +150,8 @@ class Learner:
         self._look, self._show, self._progress, self._course = look, show, progress, course
         self._at, self._hints = min(at, len(lesson.steps)), 0
         self._started, self._told = 0.0, ""
-        self._seen: object = None  # of the robot, when it was looked at last
-        self._busy = False  # lines of the lesson itself are carried out
+        self._seen: object = None  # state of the robot at the last check
+        self._busy = False  # whether lines of the lesson itself are running
         self._front_end: LessonPrompt
         self._words: Mapping[str, Callable[[], None]] = {
             "HINT": self._hint,
@@ -162,11 +163,11 @@ class Learner:
 
     @property
     def standing(self) -> LessonStanding:
-        """Return where the learner is."""
+        """Return the progress of the learner."""
         return LessonStanding(self._at, len(self.lesson.steps))
 
     def attach(self, front_end: FrontEnd) -> None:
-        """Take part in a shell: hear each line when it is done, and carry out the words of the lesson."""
+        """Take part in a shell: hear each finished line, and carry out the words of the lesson."""
         self._front_end, opening = front_end, front_end.opening
 
         def begin() -> None:
@@ -177,14 +178,14 @@ class Learner:
         front_end.opening, front_end.taken, front_end.kept_up = begin, self.look, self._look_again
 
     def join(self, prompt: LessonPrompt) -> None:
-        """Take part at a prompt that tells by itself when a line is done, and begin."""
+        """Take part at a prompt that reports finished lines itself, and begin."""
         self._front_end = prompt
         self._begin()
 
     # --- words of the lesson ------------------------------------------------------------------------------------------
 
     def take(self, text: str) -> bool:
-        """Carry out a line that is a word of the lesson; whether it is one."""
+        """Carry out a line if it is a word of the lesson; return whether it was."""
         words = text.partition(";")[0].split()
         match [words[0].upper() if words else "", *words[1:]]:
             case ["LESSON", *rest]:
@@ -196,7 +197,7 @@ class Learner:
         return True
 
     def _hint(self) -> None:
-        """Give the next hint: a nudge, the idea, the line."""
+        """Give the next hint: a nudge, the idea, then the line."""
         step = self._step
         if step is None:
             self._show("Nothing is left to do here.")
@@ -250,7 +251,7 @@ class Learner:
 
     @property
     def _typing(self) -> bool:
-        """Return whether a program is typed, and tell that it has to be ended first."""
+        """Return whether the user is typing a program; if so, say that it must be ended first."""
         if self._front_end.status().in_program:
             self._show("A program is being typed: end it first, with .END (or E in EDIT).")
             return True
@@ -260,11 +261,11 @@ class Learner:
 
     @property
     def _step(self) -> LessonStep | None:
-        """Return the present step; None where all are passed."""
+        """Return the current step; None if all are passed."""
         return self.lesson.steps[self._at] if self._at < len(self.lesson.steps) else None
 
     def _begin(self) -> None:
-        """Show the beginning, and bring the robot to where the steps that were passed before leave it."""
+        """Show the introduction, and bring the robot to the state after the passed steps."""
         lesson = self.lesson
         number = f"Lesson {lesson.number}: " if lesson.number else ""
         self._show(f"# {number}{lesson.title}\n\n{lesson.intro}\n\n{WORDS}")
@@ -275,7 +276,7 @@ class Learner:
         self._present()
 
     def _present(self) -> None:
-        """Show the present step, which begins now."""
+        """Show the current step and start it."""
         self._hints, self._started = 0, self._look(lambda session: session.engine.now)
         self._task()
         self._told = "" if self._step is None else _missing(self._marks(self._step))
@@ -300,7 +301,7 @@ class Learner:
         return f"LESSON goes on with the next one, {self._course[folder]}; EXIT leaves."
 
     def look(self) -> None:
-        """Ask the checks of the present step, now that a line is done; go on while they pass."""
+        """Check the current step after a line; go on while steps pass."""
         try:
             while not (self._busy or self._front_end.status().in_program) and (step := self._step):
                 marks = self._marks(step)
@@ -312,20 +313,20 @@ class Learner:
             self._front_end.terminal.show(internal_error(error))
 
     def _look_again(self) -> None:
-        """Ask the checks when the robot was moved otherwise than by a line here: by a program, or from the page."""
+        """Check again if the robot moved for another reason than a line here: a program, or the page."""
         seen = self._look(lambda session: (session.engine.timeline.version, session.running))
         if seen != self._seen:
             self._seen = seen
             self.look()
 
     def _marks(self, step: LessonStep) -> tuple[Mark, ...]:
-        """Return the marks of a step, now."""
+        """Return the current marks of a step."""
         evidence = self._look(evidence_of)
-        self._started = min(self._started, evidence.clock)  # UNDO takes the clock back
+        self._started = min(self._started, evidence.clock)  # UNDO may have set the clock back
         return marks_of(self.lesson, step, evidence, self._started)
 
     def _tell(self, step: LessonStep, marks: tuple[Mark, ...]) -> None:
-        """Tell what is missing, once: where a part of the step is done, or an answer is given that is not right."""
+        """Say once what is missing, if a part of the step is done or an answer is wrong."""
         values = {one.name: one.of.items[0] for one in step.checks if isinstance(one, VariableCheck)}
         given = self._look(lambda session: session.environment.values())
         answered = any(values.get(one.name) in given for one in marks if not one.passed)
@@ -343,9 +344,7 @@ class Learner:
         self._present()
 
     def _keep(self) -> None:
-        """Keep where the learner is; a lesson that was finished once stays so. A disk that cannot be written loses that
-        and nothing else, and is told once.
-        """
+        """Save the progress; a finished lesson stays finished. If the disk fails, warn once and go on."""
         before = self._progress.of(self.lesson.key)
         try:
             self._progress.keep(self.lesson.key, before if before.finished else self.standing)
@@ -364,7 +363,7 @@ class Learner:
             self._busy = False
 
     def _quietly(self, lines: list[str]) -> None:
-        """Carry out lines of which nothing is shown."""
+        """Carry out lines without showing anything."""
         terminal, self._front_end.terminal = self._front_end.terminal, Notes()
         try:
             self._carry_out(lines)
@@ -378,7 +377,7 @@ def marks_of(lesson: Lesson, step: LessonStep, evidence: Evidence, started: floa
 
 
 def _missing(marks: tuple[Mark, ...]) -> str:
-    """Return what the checks that fail say."""
+    """Return the reasons of the failed checks."""
     return "; ".join(one.reason for one in marks if not one.passed)
 
 

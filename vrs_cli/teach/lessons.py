@@ -1,9 +1,8 @@
-"""A lesson: its steps, each with a task, checks, hints and the lines that pass it.
+"""Read a lesson: its steps, each with a task, checks, hints and model lines.
 
-NN_name/lesson.md     # the title, what comes first, and ## the task of each step
-        checks.toml   summary, robot, dialect, [delay], [[step]], [[step.check]]
-        cell.toml     the cell around the robot (optional)
-        given.v2      locations and programs that are given (optional)
+NN_name/lesson.md: the title, the introduction, and ## the task of each step. checks.toml: summary, robot, dialect,
+[delay], [[step]], [[step.check]]. cell.toml: the cell around the robot (optional). given.v2: given locations and
+programs (optional).
 """
 
 from __future__ import annotations
@@ -40,8 +39,10 @@ _TASK = re.compile(r"## +(.+?)\s*$")
 
 
 class LessonStep(Struct, frozen=True):
-    """A step. `task`: what the learner reads, Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass
-    it. `wrong`: lines that do not. `passed`: what is said when it is passed. `line`: where it begins in checks.toml.
+    """A step. `task`: its text in Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass it.
+    `wrong`: lines that do not.
+
+    `passed`: the message when it is passed. `line`: where it begins in checks.toml.
     """
 
     name: str
@@ -56,8 +57,9 @@ class LessonStep(Struct, frozen=True):
 
 
 class Lesson(Struct, frozen=True):
-    """A lesson. `name`: that of its folder; `number`: where it stands in a course, 0 for one that stands in none.
-    `delays`: of commands and of answers, for a robot in real time at the other end of a line; None: one of a shell.
+    """A lesson. `name`: that of its folder. `number`: its place in a course; 0 outside of courses.
+
+    `delays`: of commands and of answers, for a robot in real time behind a delay line; None: a robot of the shell.
     """
 
     name: str
@@ -81,35 +83,35 @@ class Lesson(Struct, frozen=True):
 
     @property
     def key(self) -> str:
-        """Return the key of the learner's progress."""
+        """Return the key of the lesson in the learner's progress."""
         return progress_key(Path(self.folder))
 
 
 def lessons_folder() -> Path:
-    """Return the folder of the lessons of vrs."""
+    """Return the folder of the shipped lessons."""
     return shipped("lessons")
 
 
 def lesson_folders(folder: Path) -> tuple[Path, ...]:
-    """Return the folders of the lessons of a course, in their order."""
+    """Return the folders of the lessons of a course, in order."""
     found = [one for one in folder.iterdir() if _NUMBER.match(one.name) and one.is_dir()]
     return tuple(sorted(found, key=lambda one: number_of(one.name)))
 
 
 def number_of(name: str) -> int:
-    """Return the number at the beginning of a folder's name; 0 where there is none."""
+    """Return the number at the beginning of a folder's name; 0 if there is none."""
     found = _NUMBER.match(name)
     return 0 if found is None else int(found[1])
 
 
 def progress_key(folder: Path) -> str:
-    """Return the key of a lesson in the record of a user: the name of one of vrs, the path of a teacher's own."""
+    """Return the key of a lesson in the record of a user: the name of a shipped lesson, or the path of another."""
     found = folder.resolve()
     return found.name if found.parent == lessons_folder().resolve() else str(found)
 
 
 def chosen_folder(word: str, folders: tuple[Path, ...]) -> Path:
-    """Return the lesson that a word means: its number, its name, or a part of the name. Raises NonexistentFile."""
+    """Return the folder of the lesson with this number, name, or part of the name. Raises NonexistentFile."""
     if word.isdigit():
         found = tuple(one for one in folders if number_of(one.name) == int(word))
     else:
@@ -126,14 +128,15 @@ def chosen_folder(word: str, folders: tuple[Path, ...]) -> Path:
 
 
 def read_lesson(folder: str | Path) -> Lesson:
-    """Read a lesson. Raises NonexistentFile, and FileDamaged, which tells all mistakes at once, each with its file, its
-    line and what would be right.
+    """Read a lesson.
+
+    Raises NonexistentFile, and FileDamaged with all mistakes at once, each with its file, its line and the correction.
     """
     return _LessonReader(Path(folder)).read()
 
 
 def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
-    """Return the title of a lesson.md, what comes before the first step, and each step's line and task by its name."""
+    """Return the title and the introduction of a lesson.md, and each step's line and task by its name."""
     title, parts, name = "", list[str](), ""
     found = dict[str, tuple[int, list[str]]]()
     fenced = False
@@ -151,7 +154,7 @@ def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
 
 
 def _numbered(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
-    """Yield checks with names of their own: the second `joints` is called `joints 2`."""
+    """Yield checks with unique names: the second `joints` becomes `joints 2`."""
     names = list[str]()
     for check in checks:
         names.append(check.name)
@@ -160,7 +163,7 @@ def _numbered(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
 
 
 class _LessonReader(SurroundingsReader):
-    """Reads the files of a lesson and collects the mistakes in them."""
+    """Reads the files of a lesson and collects their mistakes."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
@@ -168,7 +171,7 @@ class _LessonReader(SurroundingsReader):
         self.text_file = folder / "lesson.md"
 
     def read(self) -> Lesson:
-        """Read all files. Raises as `read_lesson`."""
+        """Read all files. Raises the errors of `read_lesson`."""
         path = self.folder / "checks.toml"
         if not path.is_file() or not self.text_file.is_file():
             missing = self.text_file if path.is_file() else path
@@ -237,7 +240,7 @@ class _LessonReader(SurroundingsReader):
     def _steps(
         self, reader: ExerciseText, table: Mapping[str, Any], tasks: Mapping[str, tuple[int, str]]
     ) -> Iterator[LessonStep]:
-        """Read each [[step]], whose task stands in lesson.md below a heading of its name."""
+        """Read each [[step]], whose task is in lesson.md below a heading with its name."""
         given = table.get("step", [])
         if not given:
             reader.fault(reader.whole, "step", "there is none: write [[step]], and below it name = ...")

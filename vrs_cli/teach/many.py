@@ -1,4 +1,8 @@
-"""Grade many submissions at a time, each in a process of its own."""
+"""Grade many submissions at a time, each in its own process; or on a cluster.
+
+On a Dask cluster each task grades a batch of submissions in its own process, which forks as on one machine: `python -m
+vrs_cli.teach.many FOLDER`.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +31,14 @@ FENCE = Fence(cpu=30.0, wall=120.0)
 
 
 class Graded(NamedTuple):
-    """A grading, and the replay for its page, where one was asked for and there is one."""
+    """A grading, with the replay for its page if one was wanted and exists."""
 
     grading: Grading
     replay: Replay | None = None
 
 
 class GradingWork:
-    """The work on one submission, in a process of its own. `replays`: make replays for pages too."""
+    """Grades one submission in its own process. `replays`: also make replays for pages."""
 
     def __init__(self, grader: Grader, *, replays: bool) -> None:
         self._grader, self._replays = grader, replays
@@ -47,13 +51,13 @@ class GradingWork:
 
 
 def object_of(one: Graded) -> dict[str, object]:
-    """Return an object of JSON for `graded_from`."""
+    """Return a graded submission as a JSON object for `graded_from`."""
     replay = None if one.replay is None else structs.asdict(one.replay)
     return {"grading": grading_object(one.grading), "replay": replay}
 
 
 def graded_from(data: bytes | str) -> Graded:
-    """Return what `GradingWork` has made, from its JSON."""
+    """Return the graded submission from its JSON."""
     found = json.loads(data)
     replay = found["replay"]
     shown = None if replay is None else Replay(**{**replay, "curves": tuple(replay["curves"])})
@@ -63,7 +67,9 @@ def graded_from(data: bytes | str) -> Graded:
 def grade_many(
     grader: Grader, submissions: Sequence[Submission], jobs: int, *, replays: bool = False, fence: Fence = FENCE
 ) -> Generator[Graded, None, None]:
-    """Grade submissions, so many at a time; yields as they end, in any order. When it is closed all processes end."""
+    """Grade submissions, `jobs` at a time; yield results as they finish, in any order. Closing the generator ends all
+    processes.
+    """
     yield from (Graded(lost_grading(one, one.unread)) for one in submissions if one.unread)
     readable = [one for one in submissions if not one.unread]
     for worked in work_apart(GradingWork(grader, replays=replays), readable, jobs, fence):
@@ -73,10 +79,10 @@ def grade_many(
             yield graded_from(worked.result)
 
 
-SCHEDULER_TIMEOUT_S = 15  # [s] for the scheduler, and for its first worker
-MIN_BATCH, MAX_BATCH = 4, 32  # submissions: each batch begins with a process of its own
+SCHEDULER_TIMEOUT_S = 15  # [s] maximum wait for the scheduler, and for its first worker
+MIN_BATCH, MAX_BATCH = 4, 32  # submissions of a batch, which starts its own process
 BATCHES_A_CORE = 4
-MAX_MESSAGE_CHARS = 500  # characters of what a process that failed has said
+MAX_MESSAGE_CHARS = 500  # maximum characters of the message of a failed process
 
 
 class ClusterError(UsageError, text="No cluster"):
@@ -86,7 +92,8 @@ class ClusterError(UsageError, text="No cluster"):
 def grade_on_cluster(
     address: str, exercise: Exercise, submissions: Sequence[Submission], *, replays: bool
 ) -> Generator[Graded, None, None]:
-    """Grade submissions on the workers of a scheduler; yields as they end. When it is closed all tasks are cancelled.
+    """Grade submissions on the workers of a scheduler; yield results as they finish. Closing the generator cancels all
+    tasks.
 
     Raises ClusterError.
     """
@@ -114,7 +121,7 @@ def grade_on_cluster(
 
 
 def _client(address: str) -> Any:
-    """Raises ClusterError."""
+    """Connect to the scheduler. Raises ClusterError."""
     if find_spec("distributed") is None:
         raise ClusterError("--dask needs distributed, which is not installed", how_to_install("dask distributed"))
     distributed: Any = import_module("distributed")
@@ -125,14 +132,16 @@ def _client(address: str) -> Any:
 
 
 def _cores(client: Any) -> int:
-    """The cores of all workers. Raises ClusterError where there is none, or a worker has another vrs."""
+    """Return the number of cores of all workers. Raises ClusterError if there are none, or if a worker has another
+    version of vrs.
+    """
     try:
         client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT_S)
     except TimeoutError:
         raise ClusterError("the scheduler has no workers", "dask worker ADDRESS starts one") from None
     try:
         versions = client.run(_version)
-    except Exception as error:  # whatever a worker without vrs says
+    except Exception as error:  # a worker without vrs may raise anything
         raise ClusterError(f"a worker has no vrs: {error}", "install the same vrs on all machines") from None
     others = {worker: one for worker, one in versions.items() if one != __version__}
     if others:
@@ -147,7 +156,7 @@ def _version() -> str:
 
 
 def _files_of(folder: Path) -> dict[str, bytes]:
-    """All files of an exercise, by their paths in its folder: a worker may have no such folder."""
+    """Return all files of an exercise by their paths in its folder, because a worker may not have that folder."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for part in ("exercise", "teacher")
@@ -160,7 +169,7 @@ def _files_of(folder: Path) -> dict[str, bytes]:
 
 
 def grade_batch(files: Mapping[str, bytes], name: str, submissions: list[dict[str, str]], replays: bool) -> list[str]:
-    """Grade a batch in a process of its own: a worker has threads, and does not fork. Return JSON for `graded_from`."""
+    """Grade a batch in its own process, because a worker has threads and must not fork. Return JSON for `graded_from`."""
     with TemporaryDirectory(prefix="vrs-grade-", ignore_cleanup_errors=True) as root:
         folder = Path(root, name)
         for path, content in files.items():
@@ -174,7 +183,7 @@ def grade_batch(files: Mapping[str, bytes], name: str, submissions: list[dict[st
 
 
 def main(folder: str, replays: bool) -> None:
-    """Grade the submissions on standard input, and print an object of each on a line."""
+    """Grade the submissions from standard input, and print one JSON object per line."""
     submissions = [Submission(**one) for one in json.load(sys.stdin)]
     for one in grade_many(Grader(read_exercise(folder)), submissions, 1, replays=replays, fence=FENCE):
         print(json.dumps(object_of(one)))

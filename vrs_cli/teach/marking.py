@@ -1,4 +1,4 @@
-"""Marks for the evidence of a run: one for each check. Reads no file, clock or terminal."""
+"""Mark the evidence of a run: one mark per check. This module reads no file, clock or terminal."""
 
 from __future__ import annotations
 
@@ -57,8 +57,10 @@ POINT_STEP = 0.01
 
 
 class Mark(Struct, frozen=True):
-    """The mark of one check: `points` of `of`, in words why, and `at` the time that shows it [s] (None: no one time).
-    `hint` is empty where all points were earned.
+    """The mark of one check: `points` of `of`, and the reason. `at`: the time that shows the reason [s]; None: no
+    single time.
+
+    `hint` is empty if all points were earned.
     """
 
     name: str
@@ -75,7 +77,7 @@ class Mark(Struct, frozen=True):
         return self.points == self.of
 
     def for_student(self, number: int) -> Mark:
-        """Return the mark as students see it, `number` in the list; of a hidden check they see the points alone."""
+        """Return the mark as students see it, `number` in the list. A hidden check shows only its points."""
         if not self.hidden:
             return self
         return structs.replace(self, name=f"Hidden check {number}", reason="", at=None, hint="")
@@ -105,14 +107,15 @@ JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
 
 
 def mark(exercise: Exercise, evidence: Evidence, model: Evidence | None = None) -> tuple[Mark, ...]:
-    """Return the marks of a run for an exercise, or for a variant of it, in the order of its checks. `model`: the
-    evidence of the model solution in the same variant, where `exercise.needs_model`.
+    """Return the marks of a run for an exercise or a variant, in the order of its checks.
+
+    `model`: the evidence of the model solution in the same variant, if `exercise.needs_model`.
     """
     return mark_checks(exercise.checks, evidence, Basis(exercise.rounding, exercise.locations, model))
 
 
 def mark_checks(checks: Sequence[AnyCheck], evidence: Evidence, basis: Basis) -> tuple[Mark, ...]:
-    """Return the marks of some checks. A run may still go on: what has not happened yet fails."""
+    """Return the marks of some checks. If the run still goes on, a condition not yet met counts as failed."""
     run = JudgedRun(evidence, basis)
     verdicts = {check.name.lower(): _verdict(check, run) for check in checks}
     marks = []

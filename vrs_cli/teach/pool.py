@@ -1,5 +1,6 @@
-"""A pool of processes: each item is worked on in a process of its own, forked from this one, which is warm; in an empty
-folder, behind limits of the system. Where a process cannot be forked safely, a new one is started for each item.
+"""Process items in separate processes, each forked from this warm one, in an empty folder with limits of the system.
+
+If forking is unsafe, each item gets a new process.
 """
 
 from __future__ import annotations
@@ -21,19 +22,21 @@ from typing import Any, NamedTuple, TypeVar
 
 from msgspec import Struct
 
-FORK = "fork" in get_all_start_methods() and sys.platform != "darwin"  # where libraries of the system break in it
+FORK = "fork" in get_all_start_methods() and sys.platform != "darwin"  # libraries of macOS break when forked
 MAX_RESULT_BYTES = 64_000_000
-RESULT, ERROR = b"+", b"-"  # the first byte of what a process sends
-NO_MEMORY = 71  # the status of a process that was given no more memory
-GRACE = 2.0  # [s] the parent waits longer than a process that ends itself
-RARE = (100_000, 50, 100)  # thresholds of the garbage collector in a process that ends soon
+RESULT, ERROR = b"+", b"-"  # first byte of the message of a process
+NO_MEMORY = 71  # exit status of a process that ran out of memory
+GRACE = 2.0  # [s] that the parent waits after the deadline of a process
+RARE = (100_000, 50, 100)  # rare garbage collection, because the process ends soon
 
 Item = TypeVar("Item")
 
 
 class Fence(Struct, frozen=True):
-    """Limits of the system for one process: time of the processor and on the wall [s], bytes of memory beyond what the
-    parent has, bytes of a file. They end what the limits of the interpreter have not ended.
+    """Limits of the system for one process: processor time and wall time [s], memory beyond that of the parent, and
+    size of a file [bytes].
+
+    They stop what the limits of the interpreter did not stop.
     """
 
     cpu: float = 60.0
@@ -43,7 +46,7 @@ class Fence(Struct, frozen=True):
 
 
 class Worked(NamedTuple):
-    """What came of an item: its result, or why there is none. `number`: of the item, from 0."""
+    """The result of an item, or why there is none (`lost`). `number`: of the item, from 0."""
 
     number: int
     result: bytes
@@ -51,17 +54,17 @@ class Worked(NamedTuple):
 
 
 def core_count() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def work_apart(
     work: Callable[[Item], bytes], items: Sequence[Item], jobs: int, fence: Fence
 ) -> Generator[Worked, None, None]:
-    """Work on all items, so many at a time; yields as they end. A process that is killed costs its item alone.
+    """Process all items, `jobs` at a time; yield results as they finish. A killed process loses only its own item.
 
-    `work` is called in an empty folder, which is removed afterwards. Where there is no fork it is pickled. When the
-    iterator is closed, all processes are ended.
+    `work` is called in an empty folder, which is removed afterwards. Without fork it is pickled. Closing the generator
+    ends all processes.
     """
     context: Any = get_context("fork" if FORK else "spawn")
     waiting, running = deque(enumerate(items)), dict[Any, _Process]()
@@ -76,7 +79,7 @@ def work_apart(
                     process = context.Process(target=_run_apart, args=(work, item, sending, folder, fence), daemon=True)
                     with _signals_held():
                         process.start()
-                    sending.close()  # so that its end is seen when the process is gone
+                    sending.close()  # so that the pipe closes when the process is gone
                     running[receiving] = _Process(number, process, folder, time.monotonic() + fence.wall + GRACE)
                 due = min(one.deadline for one in running.values())
                 for receiving in wait(list(running), max(due - time.monotonic(), 0.0)):
@@ -91,7 +94,7 @@ def work_apart(
 
 
 class _Process(NamedTuple):
-    """A process at work: the item, its folder, when it is ended [s, monotonic]."""
+    """A running process: its item, its folder, and its deadline [s, monotonic]."""
 
     number: int
     process: Any
@@ -99,7 +102,7 @@ class _Process(NamedTuple):
     deadline: float
 
     def taken(self, receiving: Any, fence: Fence) -> Worked:
-        """Return what came of it; the process has sent a result, or has ended."""
+        """Return the result of a process that has sent one or has ended."""
         try:
             sent = receiving.recv_bytes(MAX_RESULT_BYTES)
         except (EOFError, OSError):
@@ -115,7 +118,7 @@ class _Process(NamedTuple):
         return Worked(self.number, b"", why)
 
     def end(self) -> None:
-        """End it, and all processes of its group."""
+        """Kill the process and its group."""
         if hasattr(os, "killpg"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.process.pid, signal.SIGKILL)
@@ -124,7 +127,7 @@ class _Process(NamedTuple):
 
 
 def _why(status: int | None, late: bool, fence: Fence) -> str:
-    """Say why a process ended without a result."""
+    """Describe why a process ended without a result."""
     if status == NO_MEMORY:
         return f"it needed more than {fence.memory // 1_000_000} MB of memory"
     by = -(status or 0)
@@ -139,8 +142,8 @@ def _why(status: int | None, late: bool, fence: Fence) -> str:
 
 @contextmanager
 def _shared_memory() -> Iterator[None]:
-    """Let forked processes share what there is now: the garbage collector leaves it alone. Objects that the caller has
-    frozen stay frozen.
+    """Share the current memory with forked processes: the garbage collector leaves its objects alone. Objects that the
+    caller froze stay frozen.
     """
     if not FORK:
         yield
@@ -157,7 +160,7 @@ def _shared_memory() -> Iterator[None]:
 
 @contextmanager
 def _signals_held() -> Iterator[None]:
-    """Let signals wait: what a handler raises while a process is forked is lost."""
+    """Block signals during a fork, because an exception of their handler would be lost."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -172,20 +175,20 @@ def _signals_held() -> Iterator[None]:
 
 
 def _run_apart(work: Callable[[Item], bytes], item: Item, sending: Any, folder: Path, fence: Fence) -> None:
-    """Work on an item, and send the result."""
+    """Process an item, and send the result."""
     try:
         _confine(folder, fence)
         sent = RESULT + work(item)
     except MemoryError:
         os._exit(NO_MEMORY)
-    except Exception as error:  # of vrs itself: it costs this item alone
+    except Exception as error:  # a fault of vrs itself loses only this item
         sent = ERROR + f"vrs itself failed: {type(error).__name__}: {error}"[:1000].encode(errors="replace")
     sending.send_bytes(sent)
     sending.close()
 
 
 def _confine(folder: Path, fence: Fence) -> None:
-    """Enter the folder, with a session of processes of its own, no terminal, and the limits of the system."""
+    """Enter the folder, with its own session, without a terminal, and with the limits of the system."""
     os.chdir(folder)
     os.umask(0o077)
     gc.set_threshold(*RARE)
@@ -194,28 +197,28 @@ def _confine(folder: Path, fence: Fence) -> None:
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
         os.dup2(nothing, stream)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
     for name in ("SIGTERM", "SIGALRM", "SIGXCPU", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_DFL)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
     if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, fence.wall)  # it holds even where the parent is gone
+        signal.setitimer(signal.ITIMER_REAL, fence.wall)  # works even if the parent is gone
     try:
         import resource
-    except ImportError:  # Windows: the parent's deadline alone
+    except ImportError:  # Windows has only the parent's deadline
         return
     _limit(resource.RLIMIT_CPU, max(1, round(fence.cpu)))
     _limit(resource.RLIMIT_FSIZE, fence.file)
     _limit(resource.RLIMIT_CORE, 0)
-    with suppress(OSError, ValueError):  # only Linux says how much there is now, and keeps such a limit
+    with suppress(OSError, ValueError):  # only Linux reports the current size and enforces this limit
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         _limit(resource.RLIMIT_AS, pages * resource.getpagesize() + fence.memory)
 
 
 def _limit(what: int, most: int) -> None:
-    """Lower a limit of this process; one that is lower already stays."""
+    """Lower a limit of this process; never raise it."""
     import resource
 
     _, hard = resource.getrlimit(what)

@@ -1,5 +1,5 @@
-"""Propose an exercise from a solution: what the solution did becomes checks with tolerances, and a teacher removes what
-is not wanted.
+"""Propose an exercise from a solution: measured results become checks with tolerances, and the teacher removes
+unwanted ones.
 """
 
 from __future__ import annotations
@@ -40,21 +40,24 @@ from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.world.settings import WorldSettings
 
-NEAR = 1e-4  # [m] the tool is at a location
-LEAST_MOVED = 1e-3  # [m] a part that has moved by less was not moved
-PART_NEAR = 0.06  # [m] a location so near to a part belongs to it
-MOVABLE = 0.4  # [m] a fixture that is no larger is moved in a variant, a larger one is a table
-OVER = 0.25  # [m] a location so much above a fixture belongs to it
+NEAR = 1e-4  # [m] maximum distance of the tool from a location that it reaches
+LEAST_MOVED = 1e-3  # [m] a part displaced by less counts as not moved
+PART_NEAR = 0.06  # [m] a location this close to a part belongs to it
+MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger one is a table
+OVER = 0.25  # [m] a location up to this height above a fixture belongs to it
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5
-SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # times what was measured
-NOTABLE = ("FRAME", "REACT", "REACTI", "WAIT", "CALL", "SHIFT", "FOR", "WHILE", "CASE")  # words that a task may ask for
-STEPS = ("[30, 30, 0]\nturn = 15", "[10, 10, 0]\nturn = 5")  # of a variant: the first in which the solution passes
+SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # times the measured value
+NOTABLE = ("FRAME", "REACT", "REACTI", "WAIT", "CALL", "SHIFT", "FOR", "WHILE", "CASE")  # words that a task may require
+STEPS = (
+    "[30, 30, 0]\nturn = 15",
+    "[10, 10, 0]\nturn = 5",
+)  # amounts of a variant, in the order of trial
 SEEDS = (1, 2, 3)
 NUMBER = re.compile(r"\s*-?\d+(\.\d+)?")
 
 
 class Proposed(NamedTuple):
-    """A check as it is written: its name, the comment above it, and the lines below `[[check]]`."""
+    """A proposed check: its name, the comment above it, and the lines below `[[check]]`."""
 
     name: str
     comment: str
@@ -66,8 +69,9 @@ class Proposed(NamedTuple):
 
 
 def propose(name: str, solution: str, cell: str | None = None) -> tuple[Path, list[str]]:
-    """Write the exercise `name` (a new folder) from a solution; return the folder, and what there is to tell. Raises
-    FileExists, NonexistentFile, FileDamaged where the solution has mistakes or stops with an error, and FileError.
+    """Write the exercise `name` (a new folder) from a solution; return the folder, and messages for the teacher.
+
+    Raises FileExists, NonexistentFile, FileError, and FileDamaged if the solution has mistakes or stops with an error.
     """
     target = Path(name)
     if target.exists() or target.is_symlink():
@@ -108,7 +112,7 @@ class _Proposal:
             raise FileDamaged(f"{path} holds no program", "a program begins with .PROGRAM name")
 
     def write(self) -> list[str]:
-        """Write all files. Return what there is to tell."""
+        """Write all files. Return messages for the teacher."""
         for folder in (self.exercise_folder, self.teacher / "wrong"):
             folder.mkdir(parents=True)
         self._split()
@@ -142,7 +146,7 @@ class _Proposal:
         return read_exercise(self.folder)
 
     def _split(self) -> None:
-        """Write the programs as the model solution, and the values of the file as what is given."""
+        """Write the programs as the model solution, and the values of the file as given.v2."""
         given = [part for part in self.file.parts if isinstance(part, ast.Section)]
         solution = [part for part in self.file.parts if not isinstance(part, ast.Section)]
         self._put(self.teacher / "model.v2", print_file(ast.File(tuple(solution))))
@@ -180,7 +184,7 @@ class _Proposal:
             return SubmissionRuns(Submission("", "model.v2", text)).run(exercise)
 
     def _failing(self, checks: Sequence[Proposed]) -> tuple[tuple[Proposed, ...], list[tuple[str, str]]]:
-        """Return the checks that the solution passes and that some mistake in it fails, and programs with mistakes."""
+        """Return the checks that the solution passes and some mistake fails, and programs with mistakes."""
         exercise = self._read()
         model = self._run(exercise, exercise.solution)
         passed = {one.name for one in mark(exercise, model, model) if one.passed}
@@ -200,7 +204,7 @@ class _Proposal:
         return tuple(one for one in checks if one.name in passed & found), wrong
 
     def _variants(self, checks: Sequence[Proposed], groups: Sequence[Sequence[str]]) -> str:
-        """Return variants in which the solution passes all checks, "" where there are none."""
+        """Return the text of variants in which the solution passes all checks; "" if there are none."""
         for step in STEPS if groups else ():
             rows = [f"[[variant.group]]\nmove = [{', '.join(map(_quoted, names))}]\nby = {step}\n" for names in groups]
             text = "\n# What belongs together moves together, so that copied numbers fail.\n[[variant]]\n"
@@ -274,7 +278,7 @@ NO_ERROR = Proposed("no error", "The program ends without an error.", ('kind = "
 
 
 def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
-    """Yield checks that a run passes, with what was measured and some tolerance."""
+    """Yield checks that a run passes, with measured values and a tolerance."""
     judged = JudgedRun(run, Basis(exercise.rounding, exercise.locations, run))
     passed = list(_passed(exercise, run))
     names = list(dict.fromkeys(name for name, _ in passed))[:MAX_PLACES]
@@ -320,7 +324,7 @@ def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
 
 
 def _passed(exercise: Exercise, run: Evidence) -> Iterator[tuple[str, bool]]:
-    """Yield the given places at which motions ended, in order, and whether the motion there was straight."""
+    """Yield the given places at which motions ended, in order, and whether each motion was straight."""
     last = ""
     for one in run.commands:
         if one.end is None or one.end <= one.executed:
@@ -337,7 +341,7 @@ def _tool(run: Evidence, t: float) -> Transform:
 
 
 def _place_name(exercise: Exercise, place: Vector) -> str | None:
-    """Return the given location that is at a place."""
+    """Return the name of the given location at a place."""
     for item, value in exercise.locations.items():
         if isinstance(value, Transform) and dist(position(value), place) <= NEAR:
             return _name(item)
@@ -350,7 +354,7 @@ def _straight(passed: Sequence[tuple[str, bool]]) -> list[tuple[str, str]]:
 
 
 def _moved_parts(run: Evidence) -> list[tuple[str, Transform]]:
-    """Return the parts that are elsewhere in the end, or were not there in the beginning, and where they are."""
+    """Return the parts with another place at the end, or without one at the beginning, and their final poses."""
     course, found = run.course, list[tuple[str, Transform]]()
     for name in () if course is None else course.parts():
         state = final_part(run, name)
@@ -364,7 +368,7 @@ def _moved_parts(run: Evidence) -> list[tuple[str, Transform]]:
 
 
 def _ends(run: Evidence, needs: tuple[str, ...]) -> Iterator[Proposed]:
-    """Yield checks of where parts and the tool are in the end."""
+    """Yield checks of the final places of parts and tool."""
     moved = _moved_parts(run)
     for name, pose in moved:
         lines = ('kind = "part_at"', f"part = {_quoted(name)}", 'at = "model"', "mm = 2", "deg = 2", "points = 2")
@@ -400,7 +404,7 @@ def _typed(run: Evidence) -> Iterator[Proposed]:
 
 
 def _typed_line(line: str) -> str:
-    """Return a line as it is wanted: exactly, or as a pattern where it has numbers."""
+    """Return a line as a check requires it: exact text, or a pattern if it has numbers."""
     if NUMBER.search(line) is None:
         return _quoted(line)
     pieces, last = [], 0
@@ -411,7 +415,7 @@ def _typed_line(line: str) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Return a pattern of a text; blanks stay as they are."""
+    """Return a pattern that matches a text; blanks stay unchanged."""
     return re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", text)
 
 
@@ -440,8 +444,8 @@ def _rates(judged: JudgedRun, needs: tuple[str, ...]) -> Iterator[Proposed]:
 
 
 def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]) -> Iterator[tuple[str, ...]]:
-    """Yield names of locations, parts and small fixtures that a variant moves together: those that are at one place,
-    and the points of one FRAME.
+    """Yield names of locations, parts and small fixtures that a variant moves together: those at one place, and the
+    points of one FRAME.
     """
     text = "\n".join(print_file(ast.File((program,))) for program in programs)
     tools = {word.lower() for word in re.findall(r"(?im)^\s*(?:\d+\s+)?(?:TOOL|BASE)\s+([a-z][\w.]*)", text)}
@@ -508,7 +512,7 @@ def _numbers(T: Transform) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a string of TOML."""
+    """Return a text as a TOML string."""
     if "'" not in text and text.isprintable() and ('"' in text or "\\" in text):
         return f"'{text}'"
     plain = text.replace("\\", "\\\\").replace('"', '\\"')

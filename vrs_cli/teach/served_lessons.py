@@ -1,6 +1,6 @@
-"""Lessons of a class in browsers: the second robot of each student has one, and a learner who takes part in it.
+"""Serve lessons to the browsers of a class: the second robot of each student has a lesson and a learner.
 
-Each lesson has a robot of its own, so another lesson is another robot of the same name. A learner waits for the robot,
+Each lesson has its own robot, so another lesson replaces the robot under the same name. A learner waits for its robot,
 so each has a thread.
 """
 
@@ -32,20 +32,21 @@ from vrs_cli.values.questions import PromptStatus
 from vrs_cli.values.replies import Farewell, Reply
 
 T = TypeVar("T")
-LESSON_ROBOT = "-2"  # how the name of the robot for lessons ends: the second of a student
+LESSON_ROBOT = "-2"  # end of the name of a student's second robot, which is for lessons
 WORDS = frozenset(("HINT", "AGAIN", "SKIP", "BACK", "LESSONS", "LESSON"))
-MAX_KEPT = 20  # texts of the present step, for who comes later
-LINE_SECONDS = 60.0  # in which a line of a lesson is done
+MAX_KEPT = 20  # maximum texts of the current step that are kept for clients that connect later
+LINE_SECONDS = 60.0  # [s] maximum duration of a line of a lesson
 
 
 def student_of(robot: str) -> str | None:
-    """Return the student whose robot for lessons this is; None if it is another robot."""
+    """Return the student whose robot for lessons has this name; None for another robot."""
     return robot.removesuffix(LESSON_ROBOT) if robot.endswith(LESSON_ROBOT) else None
 
 
 class ServedLessons:
-    """The lessons of all students. `folder` keeps where each is. `begin_anew`: has a robot begin anew, with another
-    lesson; `tell` takes messages for whoever runs the server.
+    """The lessons of all students. `folder` keeps their progress.
+
+    `begin_anew` restarts a robot with another lesson. `tell` takes messages for the person who runs the server.
     """
 
     def __init__(self, folder: Path, begin_anew: Callable[[str, str], None], tell: Callable[[str], None]) -> None:
@@ -53,14 +54,14 @@ class ServedLessons:
         found = {one: read_lesson(one) for one in lesson_folders(lessons_folder())}
         self._course = {
             one: lesson for one, lesson in found.items() if lesson.delays is None
-        }  # no line is delayed here
+        }  # served robots have no delay line
         self._wanted: dict[str, Path] = {}
         self._tutors: dict[str, Tutor] = {}
 
     # --- robots ---
 
     def plan(self, robot: str, plan: Plan) -> Plan:
-        """Return the plan of a robot: for lessons that of the lesson that the student wants, or has not finished."""
+        """Return the plan of a robot: for lessons, that of the wanted or the first unfinished lesson."""
         student = student_of(robot)
         if student is None:
             return plan
@@ -69,7 +70,7 @@ class ServedLessons:
         return replace(plan, model=lesson.robot, journal=None, realtime=None, cell=cell, one_user=True, idle=inf)
 
     def opened(self, room: Room) -> None:
-        """Take part at a robot for lessons."""
+        """Start a learner at a robot for lessons."""
         student = student_of(room.name)
         if student is None:
             return
@@ -93,7 +94,7 @@ class ServedLessons:
             return LearnerRecord(None)
 
     def _next(self, record: LearnerRecord) -> Path:
-        """Return the lesson that is not finished, from the latest one on; the first where all are."""
+        """Return the first unfinished lesson from the latest one on; the first lesson if all are finished."""
         folders = [*self._course]
         keys = [progress_key(one) for one in folders]
         start = keys.index(record.latest) if record.latest in keys else 0
@@ -103,13 +104,13 @@ class ServedLessons:
     # --- clients ---
 
     def enter(self, client: ClientSession) -> None:
-        """Begin the lesson, or tell who comes later what was said of the present step."""
+        """Begin the lesson, or send the texts of the current step to a client that connects later."""
         tutor = self._at(client)
         if tutor is not None:
             tutor.enter(client)
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line that is a word of lessons; return whether it is one."""
+        """Carry out a line if it is a word of lessons; return whether it was."""
         first = line.text.partition(";")[0].split()[:1]
         tutor = self._at(client)
         if tutor is None or not first or first[0].upper() not in WORDS:
@@ -118,7 +119,7 @@ class ServedLessons:
         return True
 
     def standing(self, student: str) -> tuple[str, int, int]:
-        """Return the title of the lesson at which a student is, the steps that are passed, and how many there are."""
+        """Return the title of a student's lesson, the number of passed steps, and the number of all steps."""
         tutor = self._tutors.get(student)
         if tutor is None or not tutor.begun:
             return "", 0, 0
@@ -131,9 +132,7 @@ class ServedLessons:
 
 
 class Tutor:
-    """A learner at a robot that is served, in a thread of its own. `goes` is called with the folder of the lesson to
-    which the student wants to go.
-    """
+    """A learner at a served robot, in its own thread. `goes` is called with the folder of the lesson to go to."""
 
     def __init__(self, room: Room, lesson: Lesson, record: LearnerRecord, course: dict[Path, str]) -> None:
         self.lesson, self.begun = lesson, False
@@ -142,9 +141,9 @@ class Tutor:
         standing = record.of(lesson.key)
         begin = 0 if standing.finished else standing.passed
         self._learner = Learner(lesson, self._look, self._show, record, course, begin)
-        self._said: list[messages.LessonText] = []  # of the present step
+        self._said: list[messages.LessonText] = []  # texts of the current step
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
-        self._looks = False  # a look is in the queue
+        self._looks = False  # whether a check is queued
         room.ended = self._line_ended
         Thread(target=self._serve, name=f"lesson of {room.name}", daemon=True).start()
 
@@ -153,12 +152,13 @@ class Tutor:
         return self._learner.standing
 
     def end(self) -> None:
-        """Have the thread end: the robot is another one now."""
+        """End the thread, because the robot was replaced."""
         self._work.put(None)
 
     # --- in the thread of the connections ---
 
     def enter(self, client: ClientSession) -> None:
+        """Begin the lesson, or send the texts of the current step to a client that connects later."""
         if self.begun:
             for said in self._said:
                 client.tell(said)
@@ -201,7 +201,7 @@ class Tutor:
         return session.actor.call(lambda: ask(session)).result()
 
     def _show(self, text: str) -> None:
-        """Tell everybody at the robot what the lesson says."""
+        """Show a text of the lesson to all clients of the robot."""
         standing = self._learner.standing
         said = messages.LessonText(text, self.lesson.title, min(standing.passed + 1, standing.of), standing.of)
 
@@ -223,7 +223,7 @@ def _give(session: Session, lesson: Lesson) -> None:
 
 
 class _ServedPrompt:
-    """The prompt of a lesson at a robot that is served: what its own lines say is told to all who are there."""
+    """The prompt of a lesson at a served robot. Replies to its lines go to all clients."""
 
     def __init__(self, room: Room) -> None:
         self._room = room
@@ -245,14 +245,14 @@ class _ServedPrompt:
         ended.wait(LINE_SECONDS)
 
     def status(self) -> PromptStatus:
-        """Return what stands around the prompt of a student who types a program, else around that of the lesson."""
+        """Return the texts around the prompt: of a student who types a program, else of the lesson."""
         clients = tuple(self._room.clients.values())
         typing = any(client.conversation.in_program for client in clients) or self._user.conversation.in_program
         return PromptStatus(in_program=typing)
 
 
 class _Told(Notes):
-    """A terminal that tells all who are at a robot."""
+    """A terminal that sends to all clients of a robot."""
 
     def __init__(self, room: Room) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Kinds of checks that look at the state of a robot: joints, variables, settings, one motion of its timeline."""
+"""Kinds of checks of a robot's state: joints, variables, settings, one motion of its timeline."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CONFIGURATIONS = ("RIGHTY", "LEFTY", "ABOVE", "BELOW", "FLIP", "NOFLIP")
 
 
 class When(Enum):
-    """When joints are looked at: at the end, or at the end of any motion of the step."""
+    """When joints are checked: at the end of the run, or at the end of any motion of the step."""
 
     END = "end"
     PASSED = "passed"
@@ -40,15 +40,15 @@ class ValueRange(Struct, frozen=True):
 
 
 class Named(Struct, frozen=True):
-    """A variable, or the parts of a compound location. `text`: as it was written."""
+    """A variable, or the parts of a compound location. `text`: as written."""
 
     text: str
     items: tuple[Item, ...]
 
 
 class JointsCheck(BaseCheck, frozen=True, tag="joints"):
-    """Joints [deg, mm], None for one that does not count. `time`: when they are looked at [s], in place of `when`.
-    `count`: at the ends of so many motions.
+    """Requires joints [deg, mm]; None: any value. `time`: check them at this time [s], in place of `when`. `count`: at
+    the ends of this many motions.
     """
 
     at: tuple[float | None, ...]
@@ -59,7 +59,7 @@ class JointsCheck(BaseCheck, frozen=True, tag="joints"):
 
 
 class VariableCheck(BaseCheck, frozen=True, tag="variable"):
-    """The value of a real variable, or of a string."""
+    """Requires a value of a real variable or a string."""
 
     of: Named
     value: float | str
@@ -67,7 +67,7 @@ class VariableCheck(BaseCheck, frozen=True, tag="variable"):
 
 
 class LocationCheck(BaseCheck, frozen=True, tag="location"):
-    """The value of a location, or of a compound `table:corner`. `deg` None: its orientation does not count."""
+    """Requires a value of a location, or of a compound `table:corner`. `deg` None: any orientation."""
 
     of: Named
     at: Place
@@ -76,23 +76,24 @@ class LocationCheck(BaseCheck, frozen=True, tag="location"):
 
 
 class ConfigurationCheck(BaseCheck, frozen=True, tag="configuration"):
-    """Words that describe the arm at the end."""
+    """Requires words that describe the arm at the end."""
 
     words: tuple[str, ...]
 
 
 class SettingCheck(BaseCheck, frozen=True, tag="setting"):
-    """The state of a switch (ON or OFF), or the value of a parameter."""
+    """Requires a state of a switch (ON or OFF), or a value of a parameter."""
 
     of: str
     value: float | str
 
 
 class MotionCheck(BaseCheck, frozen=True, tag="motion"):
-    """One motion of the step; `last`: the one that was commanded last. All that is given holds for it.
+    """Requires one motion of the step with all given properties. `last`: only the motion commanded last counts.
 
-    `seconds`: how long it takes; `mm`: how far apart its ends are; `joints`: so many turn at least; `begins` [s];
-    `lead`: it begins so long after it was commanded [s]; `displaced`: whether it begins at another time than asked.
+    `seconds`: its duration. `mm`: the distance between its ends. `joints`: the minimum number of joints that turn.
+    `begins` [s]. `lead`: from its command to its start [s]. `displaced`: whether it starts at another time than
+    requested.
     """
 
     last: bool = False
@@ -107,27 +108,27 @@ class MotionCheck(BaseCheck, frozen=True, tag="motion"):
 
 
 class PhasesCheck(BaseCheck, frozen=True, tag="phases"):
-    """Phases of segments that follow each other on the timeline. `only`: and there are no others."""
+    """Requires phases of consecutive segments of the timeline. `only`: no other phases."""
 
     order: tuple[Phase, ...]
     only: bool = False
 
 
 class PassesCheck(BaseCheck, frozen=True, tag="passes"):
-    """How near the tool comes to a place in the step."""
+    """Requires that the tool passes near a place in the step."""
 
     at: Place
     mm: ValueRange
 
 
 class UndoneCheck(BaseCheck, frozen=True, tag="undone"):
-    """Commands that are taken back, and that REDO would do again."""
+    """Requires a number of undone commands, which REDO would repeat."""
 
     commands: int
 
 
 class ProgramCheck(BaseCheck, frozen=True, tag="program"):
-    """A program that is in memory."""
+    """Requires a program in memory."""
 
     of: str
 

@@ -1,11 +1,15 @@
-"""The tool's tip over time, with bounds that prove what happens between two looks.
+"""Compute the path of the tool's tip over time, and search it for extremes, with bounds that prove the result between
+two looks.
 
 On each segment of the timeline the tip, its velocity and its acceleration are curves c(t). Their second derivatives
 have a bound M, so that between two looks at t and t + h a curve is within M h^2 / 8 of the straight line between them.
 On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated one M follows from the
-extremes of the joints' derivatives and the lengths of the links: a vector of length l, carried by rotations whose
-angles have derivatives of at most x1, x2, ... in sum, has an n-th derivative of at most l B_n(x1, ..., xn), with the
+extremes of the joints' derivatives and the lengths of the links. A vector of length l is carried by rotations whose
+angles have derivatives of at most x1, x2, ... in sum. Its n-th derivative is at most l B_n(x1, ..., xn), with the
 complete Bell polynomials B_n (Comtet, "Advanced Combinatorics", 1974, section 3.3).
+
+A measure is a convex function of a vector that changes by no more than the vector moves. A search halves the pieces
+with the best bounds first (branch and bound).
 """
 
 from __future__ import annotations
@@ -29,8 +33,8 @@ from vrs_cli.trajectory.timeline import Timeline
 
 
 class Piece(NamedTuple):
-    """A curve from `start` to `finish` [s]: `at` tells where it is, so many seconds after `start`. `bend`: the most
-    that the length of its second derivative can be.
+    """A curve from `start` to `finish` [s]. `at`: its place by seconds after `start`. `bend`: a bound of the length of
+    its second derivative.
     """
 
     start: float
@@ -40,7 +44,7 @@ class Piece(NamedTuple):
 
 
 class TurningPiece(NamedTuple):
-    """The tool's orientation from `start` to `finish` [s]. `rate`: the most that it turns [rad/s]."""
+    """The tool's orientation from `start` to `finish` [s]. `rate`: a bound of its angular speed [rad/s]."""
 
     start: float
     finish: float
@@ -49,7 +53,7 @@ class TurningPiece(NamedTuple):
 
 
 def turning_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float) -> list[TurningPiece]:
-    """Return the orientation of the tool from one time to another [s]."""
+    """Return the orientation of the tool between two times [s]."""
     found = []
     for segment, since, until in stretches(timeline, begin, end):
         path, stands = segment.path, segment.phase is Phase.REST or since >= segment.finish
@@ -59,14 +63,14 @@ def turning_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float) 
             rate = sum(max(-low, high) for (low, high), turns in rates if turns)
         elif not stands and not isinstance(path, JointPath):
             rate = sum(most(derivative(turn.angle), segment.duration) for turn in path.turns)
-            if arm.model.task is not ArmTask.POSE:  # the arm turns the tool as it can
+            if arm.model.task is not ArmTask.POSE:  # the arm turns the tool as its joints allow
                 rate = sum(arm.model.max_velocity)
         found.append(TurningPiece(since, until, _pose_of(arm, segment, since - segment.start), rate))
     return found
 
 
 def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float], Transform]:
-    """Return T_world_tool by the seconds since `first` in a segment; at rest where that is over."""
+    """Return a function from the seconds since `first` in a segment to T_world_tool; after the segment the tool rests."""
     path, frames, lasting = segment.path, segment.motion.frames, segment.duration
     if isinstance(path, JointPath):
         return lambda s: world_pose(arm, frames, path.joints(min(first + s, lasting)))
@@ -77,8 +81,8 @@ def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float],
 
 
 def tip_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float, order: int = 0) -> list[Piece]:
-    """Return the place of the tool's tip in the world [m] from one time to another [s]; with `order` 1 or 2 its
-    velocity [m/s] or acceleration [m/s2], with the directions of the robot's frame.
+    """Return the position of the tool's tip in the world [m] between two times [s]; with `order` 1 or 2 its velocity
+    [m/s] or acceleration [m/s2], in directions of the robot's frame.
     """
     return [
         piece
@@ -88,8 +92,8 @@ def tip_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float, orde
 
 
 def stretches(timeline: Timeline, begin: float, end: float) -> Iterator[tuple[Segment, float, float]]:
-    """Yield what is in force from one time to another [s]: a segment, from when, until when. In a gap it is the segment
-    before it, at whose end the robot stands.
+    """Yield each segment between two times, with the start and the end of its validity [s]. In a gap the robot rests
+    at the end of the segment before.
     """
     index, since = timeline.index_at(begin), begin
     while True:
@@ -115,7 +119,7 @@ def _piece(arm: RobotArm, segment: Segment, since: float, until: float, order: i
 
 
 def _curve(arm: RobotArm, segment: Segment, order: int) -> tuple[Callable[[float], Vector], float]:
-    """Return the curve of a moving segment, and the most of its second derivative."""
+    """Return the curve of a moving segment, and a bound of its second derivative."""
     path, tool = segment.path, segment.motion.frames.tool
     if not isinstance(path, JointPath):
         rows = [_derived(a, order) for a in path.position]
@@ -152,8 +156,8 @@ def _derived(a: Polynomial, order: int) -> Polynomial:
 
 
 def carried(model: RobotModel, T_flange_tool: Transform, bounds: Sequence[Sequence[float]]) -> float:
-    """Return the most that the last derivative of the tip's place can be. `bounds`: for each order of derivative, from
-    1 on, the most of each joint [rad, m].
+    """Return a bound of the last derivative of the tip's position. `bounds`: for each order of derivative, from 1 on,
+    the bound of each joint [rad, m].
     """
     order, sums, total = len(bounds), [0.0] * len(bounds), 0.0
     for i, link in enumerate(model.links, 1):
@@ -169,7 +173,7 @@ def carried(model: RobotModel, T_flange_tool: Transform, bounds: Sequence[Sequen
 
 
 def _bell(x: Sequence[float]) -> float:
-    """Return the complete Bell polynomial of x1, ..., xn; 1 of none."""
+    """Return the complete Bell polynomial of x1, ..., xn; 1 without arguments."""
     found = [1.0]
     for n in range(len(x)):
         found.append(sum(comb(n, k) * found[n - k] * x[k] for k in range(n + 1)))
@@ -178,11 +182,13 @@ def _bell(x: Sequence[float]) -> float:
 
 # --- where the robot stands ------------------------------------------------------------------------------------------
 
-STILL = 1e-6  # [rad/s, m/s] a joint that is no faster stands
+STILL = 1e-6  # [rad/s, m/s] maximum rate of a joint that stands
 
 
 def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, float]]:
-    """Return from when to when the arm stands between two times [s]; both are one where it goes on at once."""
+    """Return the intervals in which the arm stands between two times [s]. An interval of zero length is a stop without
+    a rest.
+    """
     found = list[tuple[float, float]]()
     for segment, since, until in stretches(timeline, begin, end):
         if segment.phase is Phase.REST or since >= segment.finish:
@@ -202,22 +208,22 @@ def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, flo
 
 
 def _stands(segment: Segment, s: float) -> bool:
-    """Return whether the arm stands for an instant, s seconds into a segment."""
+    """Return whether the arm stands at `s` seconds into a segment."""
     path = segment.path
     rates = path.velocity(s) if isinstance(path, JointPath) else path.twist(s)
     return all(abs(rate) <= STILL for rate in rates)
 
 
-NOISE = 1e-9  # of a measure: machines may differ by less, and all of them are to find the same
+NOISE = 1e-9  # of a measure: smaller differences between machines are ignored, so that all find the same result
 NOISE_DIGITS = 9
-SHORTEST = 1e-5  # [s] a piece is not halved any more
-INSTANT = 1e-4  # [s] to which times are found at which a measure crosses a value
+SHORTEST = 1e-5  # [s] minimum length of a piece that is halved
+INSTANT = 1e-4  # [s] precision of the time at which a measure crosses a value
 
 Measure = Callable[[Vector], float]
 
 
 class Extreme(NamedTuple):
-    """A value of a measure, when it was found [s], and where the curve is then."""
+    """An extreme value of a measure, its time [s], and the position of the curve."""
 
     value: float
     t: float
@@ -225,7 +231,7 @@ class Extreme(NamedTuple):
 
 
 class _End(NamedTuple):
-    """A look at a curve: how long after the start of its piece [s], where it is, the measure there."""
+    """A look at a curve: seconds after the start of its piece, the position, and the measure."""
 
     s: float
     c: Vector
@@ -233,15 +239,15 @@ class _End(NamedTuple):
 
 
 def greatest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Extreme:
-    """Return the greatest value of a convex measure, to a precision; one that is no more than `enough` where none is.
-    Raises ValueError for no piece.
+    """Return the maximum of a convex measure, to a precision. If none exceeds `enough`, return a value up to `enough`.
+    Raises ValueError without pieces.
     """
     return _best(pieces, measure, lambda a, b: max(a.m, b.m), precision, enough)
 
 
 def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough: float = inf) -> Extreme:
-    """Return the nearest approach to a target, to a precision; one that is no less than `enough` where none is nearer.
-    Raises ValueError for no piece.
+    """Return the closest approach to a target, to a precision. If none is below `enough`, return a value of at least
+    `enough`. Raises ValueError without pieces.
     """
     found = _best(
         pieces,
@@ -254,7 +260,7 @@ def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough
 
 
 def least(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = inf) -> Extreme:
-    """Return the least value of a measure, as `nearest` does."""
+    """Return the minimum of a measure, with the rules of `nearest`."""
     found = _best(pieces, lambda c: -measure(c), lambda a, b: 0.5 * (a.m + b.m + dist(a.c, b.c)), precision, -enough)
     return found._replace(value=-found.value)
 
@@ -267,8 +273,8 @@ def farthest(
     enough: float = -inf,
     between: Callable[[Vector, Vector], float] = lambda _a, _b: inf,
 ) -> Extreme:
-    """Return the greatest value of a measure that need not be convex, as `greatest` does. `between`: another bound of
-    the measure on the straight line between two places.
+    """Return the maximum of a measure that may be non-convex, with the rules of `greatest`. `between`: another bound
+    of the measure on the straight line between two positions.
     """
     return _best(
         pieces,
@@ -286,7 +292,7 @@ def _best(
     precision: float,
     enough: float,
 ) -> Extreme:
-    """Return the greatest value. `on_line`: the most that it can be on the straight line between two looks."""
+    """Return the maximum. `on_line`: a bound of the measure on the straight line between two looks."""
     best: Extreme | None = None
     waiting = list[tuple[float, int, _End, _End]]()
 
@@ -318,15 +324,16 @@ def _best(
 
 
 def _most(piece: Piece, a: _End, b: _End, on_line: Callable[[_End, _End], float]) -> float:
-    """Return the most that the measure can be between two looks."""
+    """Return an upper bound of the measure between two looks."""
     return round(on_line(a, b) + 0.125 * piece.bend * (b.s - a.s) ** 2, NOISE_DIGITS)
 
 
 def most_turned(
     pieces: Sequence[TurningPiece], others: Sequence[TurningPiece], precision: float, *, enough: float
 ) -> tuple[float, float]:
-    """Return by which angle two orientations differ at most [rad], to a precision, and when [s]; an angle that is no
-    more than `enough` where none is. Both go from and to the same times.
+    """Return the maximum angle between two orientations [rad], to a precision, and its time [s].
+
+    If none exceeds `enough`, return an angle up to `enough`. Both must cover the same times.
     """
     cuts = sorted({t for piece in (*pieces, *others) for t in (piece.start, piece.finish)})
     best, when = -inf, cuts[0]
@@ -357,21 +364,21 @@ def most_turned(
 
 
 def within(pieces: Sequence[Piece], target: Vector, radius: float, precision: float) -> list[tuple[float, float]]:
-    """Return the times from which to which a curve is no farther than `radius` from a target [s], in order."""
+    """Return the intervals in which a curve is within `radius` of a target [s], in order."""
     return _spans(
         pieces, lambda c: dist(c, target), lambda a, b: distance_from_line(target, a.c, b.c), radius, precision
     )
 
 
 def below(pieces: Sequence[Piece], measure: Measure, most: float, precision: float) -> list[tuple[float, float]]:
-    """Return the times from which to which a convex measure is no more than a value [s], in order."""
+    """Return the intervals in which a convex measure is at most `limit` [s], in order."""
     return _spans(pieces, measure, lambda a, b: 0.5 * (a.m + b.m - dist(a.c, b.c)), most, precision)
 
 
 def _spans(
     pieces: Sequence[Piece], measure: Measure, on_line: Callable[[_End, _End], float], most: float, precision: float
 ) -> list[tuple[float, float]]:
-    """Return when a measure is no more than a value. `on_line`: the least that it can be between two looks."""
+    """Return the intervals in which a measure is at most `limit`. `on_line`: a lower bound between two looks."""
     found = list[tuple[float, float]]()
 
     def add(since: float, until: float) -> None:
@@ -402,7 +409,7 @@ def _spans(
 
 
 def clipped(pieces: Sequence[Piece], begin: float, end: float) -> list[Piece]:
-    """Return the part of a curve from one time to another [s]."""
+    """Return the part of a curve between two times [s]."""
     found = list[Piece]()
     for piece in pieces:
         since, until = max(piece.start, begin), min(piece.finish, end)

@@ -1,11 +1,13 @@
-"""Variants of an exercise: what a seed moves, and by how much.
+"""Compute variants of an exercise: what a seed moves, and by how much.
 
-A variant moves groups of things, each group as one rigid body: shifted in the world, and turned about the vertical
-through the first thing that the group names. Its times change by one amount, and so do its values. The amounts come
-from Python's `random.Random(seed)`: for each group, in the order of the file, six draws of `random()` give numbers
-from -1 to 1 for X, Y, Z, the turn, the time and the value. Shifts are rounded to 0.01 mm, turns to 0.01 deg, times and
-values to 0.001. Where a group shuffles, its feeders bring their parts in an order that follows from one more draw for
-each part.
+A variant moves groups of things, each group as one rigid body: it shifts the group in the world, and turns it about
+the vertical through the first thing that the group names. All times of the group change by one amount, and all its
+values by another.
+
+The amounts come from Python's `random.Random(seed)`: for each group, in the order of the file, six calls of `random()`
+give numbers from -1 to 1 for X, Y, Z, the turn, the time and the value. Shifts are rounded to 0.01 mm, turns to 0.01
+deg, times and values to 0.001. If a group shuffles, one more call for each part gives the order in which its feeders
+bring the parts.
 """
 
 from __future__ import annotations
@@ -46,8 +48,8 @@ MM_STEP, DEG_STEP, S_STEP, VALUE_STEP = 0.01, 0.01, 0.001, 0.001
 class Group(Struct, frozen=True):
     """Things that change together. `names`: of locations, parts, fixtures, sensors, signals and reals.
 
-    The most by which they change: `by` along X, Y, Z [m], `turn` about the vertical [rad], `later` [s], `value`;
-    `whole`: by whole numbers.
+    The maximum changes: `by` along X, Y, Z [m], `turn` about the vertical [rad], `later` [s], `value`. `whole`: only
+    whole numbers.
     """
 
     names: tuple[str, ...]
@@ -67,7 +69,7 @@ class Variant(Struct, frozen=True):
 
 
 class Change(NamedTuple):
-    """By how much a group changes: a motion in the world, seconds, and a value."""
+    """The change of a group: a motion in the world, seconds, and a value."""
 
     T: Transform
     later: float
@@ -75,7 +77,7 @@ class Change(NamedTuple):
 
 
 class Situation(Struct, frozen=True):
-    """All that a variant can change: what is around the robot, when inputs change, and what is given."""
+    """All that a variant can change: the cell, the changes of inputs, and the given values."""
 
     cell: Cell
     inputs: Inputs
@@ -83,7 +85,7 @@ class Situation(Struct, frozen=True):
 
 
 def moved(around: Situation, variant: Variant) -> Situation:
-    """Return the surroundings with all that a variant changes."""
+    """Return the situation with all changes of a variant."""
     draws = Random(variant.seed)
     for group in variant.groups:
         shares = [2.0 * draws.random() - 1.0 for _ in range(6)]
@@ -94,7 +96,7 @@ def moved(around: Situation, variant: Variant) -> Situation:
 
 
 def _shuffled(cell: Cell, group: Group, draws: Random) -> Cell:
-    """Return a cell of which the feeders of a group bring their parts in another order."""
+    """Return a cell in which the feeders of a group bring their parts in another order."""
     signals = _signals(cell, frozenset(name.lower() for name in group.names))
     feeders = tuple(
         structs.replace(one, parts=tuple(sorted(one.parts, key=lambda _: draws.random())))
@@ -106,7 +108,7 @@ def _shuffled(cell: Cell, group: Group, draws: Random) -> Cell:
 
 
 def _changed(around: Situation, group: Group, shares: list[float]) -> Situation:
-    """Return the surroundings after the change of one group."""
+    """Return the situation after the change of one group."""
     x, y, z, turn, later, value = shares
     shift = [1e-3 * _in_steps(1e3 * most * share, MM_STEP) for most, share in zip(group.by, (x, y, z), strict=True)]
     angle = radians(_in_steps(degrees(group.turn) * turn, DEG_STEP))
@@ -130,7 +132,7 @@ def _in_steps(value: float, step: float) -> float:
 
 
 def place_of(around: Situation, name: str) -> Vector | None:
-    """Return the place of what a group names [m]; None for what has none."""
+    """Return the position of a named thing [m]; None if it has none."""
     scene, key = around.cell.scene, name.lower()
     for part in scene.parts:
         if part.name == key:
@@ -152,7 +154,7 @@ def place_of(around: Situation, name: str) -> Vector | None:
 
 
 def items_named(given: LoadedFile | None, name: str) -> tuple[Item, ...]:
-    """Return the given variables that a name means: one, or all elements of an array."""
+    """Return the given variables with a name: one, or all elements of an array."""
     if given is None or (item := item_of_text(name)) is None:
         return ()
     known = given.variables.values()
@@ -220,7 +222,7 @@ def _moved_sensor(sensor: Sensor, T: Transform) -> Sensor:
 
 
 def _changed_feeder(feeder: Feeder, names: frozenset[str], signals: frozenset[int], change: Change) -> Feeder:
-    """A feeder brings its parts to the moved place where one of them is in the group."""
+    """Return a feeder that brings its parts to the moved place if one of them is in the group."""
     place = feeder.T_world_part
     if place is not None and names & frozenset(feeder.parts):
         feeder = structs.replace(feeder, T_world_part=compose(change.T, place))
@@ -253,7 +255,7 @@ def _signals(cell: Cell, names: frozenset[str]) -> frozenset[int]:
 
 
 def read_variants(text: ExerciseText, table: Mapping[str, Any], around: Situation) -> tuple[Variant, ...]:
-    """Read each [[variant]]; mistakes go to `text`."""
+    """Read each [[variant]]; record mistakes in `text`."""
     variants = list[Variant]()
     for entry in text.entries("variant", table.get("variant", []), ("seed", "group", *GROUP_KEYS)):
         seeds = _seeds(text, entry)
@@ -319,7 +321,7 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
 
 
 def _is_valued(around: Situation, name: str) -> bool:
-    """Return whether a name is that of a given real, or of a real in the table of a rule."""
+    """Return whether a name is a given real, or a real in the table of a rule."""
     values: list[Value | None] = []
     if around.given is not None:
         values = [around.given.variables.value(item) for item in items_named(around.given, name)]

@@ -1,4 +1,8 @@
-"""What every check is judged by: the evidence, and beside it the rounding, the given locations and the model's run."""
+"""Hold what checks judge: the evidence of a run, the rounding of measured values, and verdicts.
+
+A value is rounded before it is compared, so that the last bits of a float decide nothing. It passes if it exceeds its
+threshold by at most the rounding. Numbers here have the units of an exercise: mm, degrees, seconds.
+"""
 
 from __future__ import annotations
 
@@ -32,13 +36,13 @@ if TYPE_CHECKING:
 
 
 class Evidence(Struct, frozen=True):
-    """A run, or what there is of it so far.
+    """A run, or its part so far.
 
-    `started`: when the run began [s]; `clock`: the robot's time now [s]. `typed`: lines with the times at which they
-    ended. `course`: of parts, sensors and rules; None where the cell has none. `contacts`: that were told, with the
-    texts of their motions. `fault`: of the program; `outcome` None while it runs. `steps`: that programs have done.
-    `programs`: of the submission that may run, as trees, without those that the exercise gives. `dialect`: in which
-    they are read. `undone`: the commands that are taken back, and that REDO would do again.
+    `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: lines with the times of their ends.
+    `course`: of parts, sensors and rules; None if the cell has none. `contacts`: reported contacts with the texts of
+    their motions. `fault`: the error of the program. `outcome`: None while it runs. `steps`: number of executed steps.
+    `programs`: parsed programs of the submission that may run, without those of the exercise. `dialect`: of these
+    programs. `undone`: the undone commands, which REDO would repeat.
     """
 
     arm: RobotArm
@@ -61,7 +65,7 @@ class Evidence(Struct, frozen=True):
 
     @property
     def end(self) -> float:
-        """Return when the run is over: the clock, the last motion or the last event [s]."""
+        """Return when the run is over: after the clock, the last motion and the last event [s]."""
         return max(self.clock, self.timeline.last)
 
 
@@ -72,10 +76,10 @@ def evidence_of(
     given: frozenset[str] = frozenset(),
     typed: tuple[TypedLine, ...] | None = None,
 ) -> Evidence:
-    """Return the evidence that a station has now. `result`: of the run, None while it goes on or where somebody types.
+    """Return the current evidence of a station. `result`: of the run; None while it runs or in a session.
 
-    `given`: the keys of the programs that the exercise gives. `typed`: all lines of a session, where it has had several
-    runs; by default those of the last run.
+    `given`: keys of the programs that the exercise gives. `typed`: all lines of a session with several runs; by
+    default those of the last run.
     """
     engine, driver = station.engine, station.driver
     known = {key: one.program for key, one in station.environment.programs.items()}
@@ -102,13 +106,13 @@ def evidence_of(
     )
 
 
-NOISE_DIGITS = 6  # of a value counted in roundings: what lies behind them is noise of floats
-NOISE = 5e-7  # roundings: half of the last such digit
-SLACK = 1e-6  # roundings
+NOISE_DIGITS = 6  # digits of a value in units of the rounding; later digits are noise of floats
+NOISE = 5e-7  # [roundings] half of the last of these digits
+SLACK = 1e-6  # [roundings] tolerance of a comparison
 
 
 class Rounding(Struct, frozen=True):
-    """The step to which values are rounded: lengths [mm], angles [deg], times [s]."""
+    """The steps of rounding: lengths [mm], angles [deg], times [s]."""
 
     mm: float = 0.1
     deg: float = 0.1
@@ -116,7 +120,9 @@ class Rounding(Struct, frozen=True):
 
 
 class Verdict(Struct, frozen=True):
-    """`share`: the part of the points that is earned, from 0 to 1. `at`: the time that shows the reason [s]."""
+    """The result of a check. `share`: the earned part of the points, from 0 to 1. `at`: the time that shows the reason
+    [s].
+    """
 
     share: float
     reason: str
@@ -124,28 +130,28 @@ class Verdict(Struct, frozen=True):
 
 
 def rounded(value: float, step: float) -> float:
-    """Return the nearest multiple of a step, half a step upwards; noise of floats next to a half decides nothing."""
+    """Return the nearest multiple of a step; halves go up, within the noise of floats."""
     count = floor(round(value / step, NOISE_DIGITS) + 0.5)
     return round(count * step, 12) + 0.0
 
 
 def exceeds(value: float, most: float, step: float) -> bool:
-    """Return whether a value, rounded to a step, is more than the step above what is allowed."""
+    """Return whether a value, rounded to a step, is above the limit by more than one step."""
     return rounded(value, step) / step > most / step + 1.0 + SLACK
 
 
 def largest(most: float, step: float) -> float:
-    """Return the value from which on values exceed what is allowed; `exceeds` draws the same line."""
+    """Return the value above which `exceeds` is true."""
     return (floor(most / step + 1.0 + SLACK) + 0.5 - NOISE) * step
 
 
 def smallest(least: float, step: float) -> float:
-    """Return the value below which values fall short of what is wanted."""
+    """Return the value below which `falls_short` is true."""
     return -largest(-least, step)
 
 
 def falls_short(value: float, least: float, step: float) -> bool:
-    """Return whether a value, rounded to a step, is more than the step below what is wanted."""
+    """Return whether a value, rounded to a step, is below the limit by more than one step."""
     return exceeds(-value, -least, step)
 
 
@@ -156,19 +162,19 @@ def written(value: float, step: float) -> str:
 
 
 def written_place(place: Vector, step: float) -> str:
-    """Return a place given in metres as `[0.0, 550.0, -250.0]` in mm."""
+    """Return a position given in metres as `[0.0, 550.0, -250.0]` in mm."""
     return f"[{', '.join(written(1000.0 * x, step) for x in place)}]"
 
 
-HALF = 0.5  # of the points: for what is nearly right
-NEAR = 5.0  # times the distance that is allowed: nearly right
-MORE = 1.1  # times a limit of speed or time: nearly right
-PRECISION = 0.1  # of the rounding: searches are so precise
+HALF = 0.5  # of the points: for a nearly correct result
+NEAR = 5.0  # times the allowed distance: still nearly correct
+MORE = 1.1  # times a limit of speed or time: still nearly correct
+PRECISION = 0.1  # of the rounding: precision of searches
 
 
 class Basis(Struct, frozen=True):
-    """`locations`: that are given, as the variant has them. `model`: the evidence of the model's run in this variant;
-    None where no check compares with it.
+    """What a run is compared with. `locations`: the given ones of the variant. `model`: the evidence of the model's
+    run in this variant; None if no check needs it.
     """
 
     rounding: Rounding = Rounding()
@@ -176,7 +182,7 @@ class Basis(Struct, frozen=True):
     model: Evidence | None = None
 
     def place(self, place: Place, of_model: Transform | None = None) -> Transform:
-        """Return T_world_place; `of_model`: where the model's run has it. Raises ValueError where that is not known."""
+        """Return T_world_place. `of_model`: its place in the model's run. Raises ValueError if it is unknown."""
         if isinstance(place, FixedPlace):
             return place.T
         if not isinstance(place, GivenPlace):
@@ -193,12 +199,12 @@ class Basis(Struct, frozen=True):
         return found
 
     def point(self, place: Place) -> Vector:
-        """Return where a place is in the world [m]."""
+        """Return the position of a place in the world [m]."""
         return position(self.place(place))
 
 
 class JudgedRun(Struct, frozen=True, dict=True):
-    """A run that checks judge. What several of them need is computed once."""
+    """A run that checks judge. Shared values are computed once."""
 
     evidence: Evidence
     basis: Basis
@@ -215,29 +221,29 @@ class JudgedRun(Struct, frozen=True, dict=True):
 
     @property
     def precision(self) -> float:
-        """Return how precise searches for lengths are [m]."""
+        """Return the precision of searches for lengths [m]."""
         return 1e-3 * PRECISION * self.mm
 
     def said(self, place: Vector) -> str:
-        """Return a place in mm, for a reason."""
+        """Return a position in mm as the text of a reason."""
         return written_place(place, self.mm)
 
     @cached_property
     def tip(self) -> list[Piece]:
-        """The place of the tool's tip in the course of the run."""
+        """Return the position of the tool's tip over the run."""
         return self.pieces(0)
 
     @cached_property
     def velocity(self) -> list[Piece]:
-        """The velocity of the tip."""
+        """Return the velocity of the tip over the run."""
         return self.pieces(1)
 
     @cached_property
     def acceleration(self) -> list[Piece]:
-        """The acceleration of the tip."""
+        """Return the acceleration of the tip over the run."""
         return self.pieces(2)
 
     def pieces(self, order: int) -> list[Piece]:
-        """Return the tip's place, or a derivative of it, from the beginning of the run to its end."""
+        """Return the tip's position over the whole run, or its derivative of an order."""
         it = self.evidence
         return tip_pieces(it.arm, it.timeline, it.started, it.end, order)

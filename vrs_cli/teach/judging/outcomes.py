@@ -52,7 +52,7 @@ def _final_tool(evidence: Evidence) -> Transform:
 
 
 def judge_part_at(check: PartAtCheck, run: JudgedRun) -> Verdict:
-    """Judge where a part is at the end; one that still falls, where it comes to lie."""
+    """Judge where a part is at the end. A falling part counts where it comes to rest."""
     evidence, model = run.evidence, run.basis.model
     in_model = None if model is None else final_part(model, check.part)
     wanted = run.basis.place(check.at, None if in_model is None else in_model.pose)
@@ -66,7 +66,7 @@ def judge_part_at(check: PartAtCheck, run: JudgedRun) -> Verdict:
 
 
 def final_part(evidence: Evidence, name: str) -> PartState | None:
-    """Return a part at the end of a run; None where the cell has no such part."""
+    """Return the state of a part at the end of a run; None if the cell has no such part."""
     course = evidence.course
     if course is None or name not in course.parts():
         return None
@@ -77,7 +77,7 @@ def final_part(evidence: Evidence, name: str) -> PartState | None:
 def _nearness(
     what: str, found: Transform, place: Transform, check: ToolAtCheck | PartAtCheck, run: JudgedRun
 ) -> Verdict:
-    """Compare a pose with the one that is wanted."""
+    """Compare a pose with the required one."""
     wanted = at_position(place, *added(position(place), check.offset))
     step, turn_step = run.mm, run.basis.rounding.deg
     far, share = 1000.0 * distance(found, wanted), 1.0
@@ -102,11 +102,11 @@ def judge_held(check: HeldCheck, run: JudgedRun) -> Verdict:
     return Verdict(0.0, f"{text}, {f'the {check.part}' if check.part else 'nothing'} is wanted", end)
 
 
-ENDED = (RunOutcome.ABORTED, RunOutcome.PAUSED, RunOutcome.HALTED)  # before the program has come to its end
+ENDED = (RunOutcome.ABORTED, RunOutcome.PAUSED, RunOutcome.HALTED)  # outcomes of programs that did not reach their end
 
 
 def judge_no_error(_check: NoErrorCheck, run: JudgedRun) -> Verdict:
-    """Judge whether the program ended without an error; one that still runs has had none."""
+    """Judge whether the program ended without an error; a running program has none so far."""
     evidence = run.evidence
     if (wrong := stopped_early(evidence, run.s)) is not None:
         return Verdict(0.0, wrong, evidence.clock)
@@ -114,7 +114,7 @@ def judge_no_error(_check: NoErrorCheck, run: JudgedRun) -> Verdict:
 
 
 def stopped_early(evidence: Evidence, step: float) -> str | None:
-    """Return how a program ended before its end; None where it did not."""
+    """Describe why a program did not reach its end; return None if it did."""
     fault = evidence.fault
     if fault is not None:
         line = f"in line {fault.line}, {fault.source.strip()}" if fault.line else f"at step {fault.step}"
@@ -125,7 +125,7 @@ def stopped_early(evidence: Evidence, step: float) -> str | None:
 
 
 def judge_cycle_time(check: CycleTimeCheck, run: JudgedRun) -> Verdict:
-    """Judge how long a run took, until the arm stood, or the quickest way from one place to another."""
+    """Judge how long a run took until the arm stood, or the fastest way from one place to another."""
     if check.begin is not None and check.end is not None:
         return _time_between(check, run, run.basis.point(check.begin), run.basis.point(check.end))
     evidence, step = run.evidence, run.s
@@ -136,7 +136,7 @@ def judge_cycle_time(check: CycleTimeCheck, run: JudgedRun) -> Verdict:
 
 
 def _time_between(check: CycleTimeCheck, run: JudgedRun, a: Vector, b: Vector) -> Verdict:
-    """Judge the quickest of the ways from one place to another."""
+    """Judge the fastest way from one place to another."""
     found = windows(run, a, b, PASSED_MM)
     if not found:
         return did_not_go(run, a, b, PASSED_MM)
@@ -154,7 +154,7 @@ def _time_verdict(what: str, seconds: float, started: float, check: CycleTimeChe
     return Verdict(HALF if not exceeds(seconds, MORE * check.most, step) else 0.0, text, started + check.most)
 
 
-KEPT_CHECKERS = 32  # models of physics that are kept: one for each variant and check
+KEPT_CHECKERS = 32  # models of physics to keep: one for each variant and check
 
 
 @lru_cache(KEPT_CHECKERS)
@@ -165,7 +165,7 @@ def _checker(arm: RobotArm, scene: CellScene, clearance: float, allow: tuple[Pai
 
 
 def first_contact(run: JudgedRun, clearance: float, allow: tuple[Pair, ...]) -> Contact | None:
-    """Return the first contact in the whole run; `clearance` [m]: what comes nearer than that counts as well."""
+    """Return the first contact in the whole run. `clearance` [m]: closer approaches count as contacts."""
     from vrs_cli.contacts.stages import stages
 
     it = run.evidence
@@ -178,8 +178,8 @@ def first_contact(run: JudgedRun, clearance: float, allow: tuple[Pair, ...]) -> 
 def judge_contact(check: ContactCheck, run: JudgedRun) -> Verdict:
     """Judge whether anything touched that should not.
 
-    Where no motion was told to touch and none was inserted before another, nothing did: each motion was looked at when
-    it was commanded. Otherwise the whole run is looked at again, as it was in the end.
+    Each motion was checked when it was commanded. If no contact was reported and no motion was inserted before
+    another, there was none. Otherwise the final run is checked again.
     """
     it = run.evidence
     found = None
@@ -191,7 +191,7 @@ def judge_contact(check: ContactCheck, run: JudgedRun) -> Verdict:
 
 
 def judge_clearance(check: ClearanceCheck, run: JudgedRun) -> Verdict:
-    """Judge how near things came to the arm."""
+    """Judge how close things came to the arm."""
     wanted = written(check.mm, run.mm)
     found = first_contact(run, 1e-3 * max(smallest(check.mm, run.mm), 0.0), check.allow)
     if found is None:
@@ -201,7 +201,7 @@ def judge_clearance(check: ClearanceCheck, run: JudgedRun) -> Verdict:
 
 
 def _said(contact: Contact, run: JudgedRun) -> str:
-    """Return a contact as a reason. Where two faces touch, any place of them may be found: the tip's is told."""
+    """Describe a contact. Two touching faces have many contact points, so the text names the position of the tip."""
     it = run.evidence
     tip = position(position_at(it.arm, it.timeline, contact.t).T_world_tool)
     when = f"at {written(contact.t, run.s)} s with the tool at {run.said(tip)}"

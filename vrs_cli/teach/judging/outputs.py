@@ -1,4 +1,4 @@
-"""Judge what a program puts out: signals, typed lines, and the words of its text."""
+"""Judge the output of a program: signals, typed lines, and the words of its text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vrs_cli.values.numbers import count
 
 
 class OutputChange(NamedTuple):
-    """An output came on, or (negative) went off, so many seconds after the run began."""
+    """An output turned on, or (negative) off, `t` seconds after the run began."""
 
     t: float
     signal: int
@@ -44,7 +44,7 @@ def output_changes(run: JudgedRun) -> list[OutputChange]:
 
 
 def came_on(signal: int, run: JudgedRun) -> float | None:
-    """Return when an input came on for the first time [s since the run began]; None where it did not."""
+    """Return when an input first turned on [s since the run began]; None if it did not."""
     it = run.evidence
     found = [t for t, value in it.timeline.changes(signal) if value > 0.0 and it.started <= t <= it.end]
     t = it.started
@@ -76,7 +76,7 @@ def judge_signals(check: SignalsCheck, run: JudgedRun) -> Verdict:
 
 
 def _wrong(wanted: SignalChange, seen: OutputChange, run: JudgedRun) -> str | None:
-    """Return what is wrong with a change, None where it is the one that is wanted; "" where it is another signal."""
+    """Describe why a change is not the required one; return None if it is, and "" for another signal."""
     if seen.signal != wanted.signal:
         return ""
     when, step = written(seen.t, run.s), run.s
@@ -102,7 +102,7 @@ def _wrong(wanted: SignalChange, seen: OutputChange, run: JudgedRun) -> str | No
 
 
 def _missing(wanted: SignalChange, rest: Sequence[OutputChange], found: int, total: int, run: JudgedRun) -> str:
-    """Return the reason for a change that was not found."""
+    """Return the reason for a required change that was not found."""
     name, done = f"signal {abs(wanted.signal)}", f"{found} of {count(total, 'change')} right"
     for seen in rest:
         if wrong := _wrong(wanted, seen, run):
@@ -122,7 +122,7 @@ MAX_SHOWN_CHARS = 60
 
 
 def judge_words(check: WordsCheck, run: JudgedRun) -> Verdict:
-    """Judge which words a submission uses, in programs that may run."""
+    """Judge the words in those programs of a submission that may run."""
     used = frozenset(word for program in run.evidence.programs for one in program.statements for word in words_of(one))
     missing = [word for word in check.use if not _uses(run.evidence.programs, used, word)]
     wrong = [word for word in check.avoid if _uses(run.evidence.programs, used, word)]
@@ -141,7 +141,7 @@ def _listed(words: list[str]) -> str:
 
 
 def _uses(programs: Iterable[Program], used: Container[str], word: str) -> bool:
-    """Return whether programs use a word, or an instruction that begins so: `ENABLE CP`."""
+    """Return whether programs use a word, or an instruction that begins with these words: `ENABLE CP`."""
     wanted = " ".join(word.upper().split())
     if " " not in wanted:
         return wanted in used
@@ -184,7 +184,7 @@ def words_of(statement: Statement) -> Iterator[str]:
 
 
 def judge_dialect(check: DialectCheck, run: JudgedRun) -> Verdict:
-    """Judge whether a submission has only what a dialect has."""
+    """Judge whether a submission uses only words of a dialect."""
     for program in run.evidence.programs:
         for found in beyond(replace(program, dialect=check.dialect)):
             return Verdict(0.0, f"line {found.span.line}: {found.detail}{f' ({found.hint})' if found.hint else ''}")
@@ -213,7 +213,7 @@ def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
 
 
 def _wanted_lines(check: TypedCheck, run: JudgedRun) -> list[TypedText]:
-    """Return the lines that are wanted. Raises ValueError where those of the model's run are, and are not known."""
+    """Return the required lines. Raises ValueError if they are those of an unknown model's run."""
     if not check.needs_model:
         return [one for one in check.lines if isinstance(one, TypedText)]
     if run.basis.model is None:
@@ -224,9 +224,7 @@ def _wanted_lines(check: TypedCheck, run: JudgedRun) -> list[TypedText]:
 def _next_match(
     typed: tuple[TypedLine, ...], first: int, wanted: TypedText, step: float
 ) -> tuple[int, TypedLine | None]:
-    """Return the number of the line after the next one that is wanted, -1 for none; and a line that would be right at
-    another time.
-    """
+    """Return the number of the line after the next match, -1 for none; and a line that matches at a wrong time."""
     other: TypedLine | None = None
     for number in range(first, len(typed)):
         line = typed[number]
@@ -239,14 +237,14 @@ def _next_match(
 
 
 def _matches(text: str, wanted: TypedText) -> bool:
-    """Return whether a line is the wanted text, blanks at both ends aside, or fits the pattern as a whole."""
+    """Return whether a line equals the required text without outer blanks, or matches the pattern as a whole."""
     if wanted.pattern:
         return re.fullmatch(wanted.text, text.strip()) is not None
     return text.strip() == wanted.text.strip()
 
 
 def _missing_lines(wanted: TypedText, found: int, total: int, other: TypedLine | None, step: float) -> str:
-    """Return the reason for a line that was not found."""
+    """Return the reason for a required line that was not found."""
     if other is not None:
         bounds = [f"at {written(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
         bounds += [f"by {written(wanted.before, step)} s"] if wanted.before < LATEST else []
@@ -257,6 +255,6 @@ def _missing_lines(wanted: TypedText, found: int, total: int, other: TypedLine |
 
 
 def shown(text: str) -> str:
-    """Return a text in quotes, cut where it is long."""
+    """Return a text in quotes, truncated if it is long."""
     cut = text.strip() if len(text.strip()) <= MAX_SHOWN_CHARS else f"{text.strip()[: MAX_SHOWN_CHARS - 3]}..."
     return f'"{cut}"'

@@ -1,4 +1,4 @@
-"""Judges the state of a robot: joints, variables, settings, one motion, the timeline."""
+"""Judge the state of a robot: joints, variables, settings, one motion, the timeline."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from vrs_cli.teach.state_checks import (
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.commands import Motion, MotionKind
 
-PATH_ERROR = 1e-5  # [m] of the lines that stand for the way of the tool
+PATH_ERROR = 1e-5  # [m] error of the lines that approximate the path of the tool
 MOVES = (MotionKind.JOINT, MotionKind.STRAIGHT)
 
 
 def _verdict(right: bool, reason: str, at: float | None = None) -> Verdict:
-    """Return all points or none: what is asked of a state is so, or is not."""
+    """Return a verdict with all points or none."""
     return Verdict(float(right), reason, at)
 
 
@@ -130,7 +130,7 @@ def judge_program(check: ProgramCheck, run: JudgedRun) -> Verdict:
 
 
 def judge_undone(check: UndoneCheck, run: JudgedRun) -> Verdict:
-    """Judge how many commands are taken back."""
+    """Judge how many commands are undone."""
     evidence = run.evidence
     return _verdict(evidence.undone >= check.commands, f"commands taken back: {evidence.undone}")
 
@@ -139,7 +139,7 @@ def judge_undone(check: UndoneCheck, run: JudgedRun) -> Verdict:
 
 
 class CommandedMotion(Struct, frozen=True):
-    """A motion as it is on the timeline: what was commanded, and when it begins and ends [s]."""
+    """A motion on the timeline: its command, its start and its end [s]."""
 
     motion: Motion
     begin: float
@@ -147,8 +147,8 @@ class CommandedMotion(Struct, frozen=True):
 
 
 def commanded(evidence: Evidence) -> list[CommandedMotion]:
-    """Return the motions that begin in the step, in the order of their commands. A motion that another one cuts ends
-    there.
+    """Return the motions that begin in the step, in the order of their commands. A motion ends where another one cuts
+    it.
     """
     found = dict[int, CommandedMotion]()
     for segment in evidence.timeline:
@@ -172,7 +172,7 @@ def judge_motion(check: MotionCheck, run: JudgedRun) -> Verdict:
 
 
 def _wrong(check: MotionCheck, one: CommandedMotion, evidence: Evidence, basis: Basis) -> str:
-    """Return what a motion does not fulfil; empty where it does."""
+    """Describe the requirements that a motion does not meet; return "" if it meets all."""
     arm, timeline, step = evidence.arm, evidence.timeline, basis.rounding.s
     if check.space not in (None, one.motion.kind):
         return f"{one.motion.text} is a motion in {one.motion.kind.value} space"
@@ -205,7 +205,7 @@ def _inside(value: float, span: ValueRange, step: float) -> bool:
 
 
 def judge_phases(check: PhasesCheck, run: JudgedRun) -> Verdict:
-    """Judge the phases of the segments, without those of no length."""
+    """Judge the phases of the segments, ignoring those of zero length."""
     evidence = run.evidence
     phases = [one.phase for one in evidence.timeline if one.motion.number and one.duration > 0.0]
     order, length = list(check.order), len(check.order)
@@ -220,7 +220,7 @@ def _shortened(phases: list[Phase]) -> Iterator[str]:
 
 
 def judge_passes(check: PassesCheck, run: JudgedRun) -> Verdict:
-    """Judge how near the tool comes to a place in the step."""
+    """Judge how close the tool comes to a place in the step."""
     evidence, basis = run.evidence, run.basis
     place = position(basis.place(check.at))
     near, t = _nearest(evidence, place)
@@ -232,7 +232,7 @@ def judge_passes(check: PassesCheck, run: JudgedRun) -> Verdict:
 
 
 def _nearest(evidence: Evidence, place: Vector) -> tuple[float, float]:
-    """Return the least distance of the tool's tip from a place [m], and the time [s]."""
+    """Return the minimum distance of the tool's tip from a position [m], and its time [s]."""
     lines = ToolPath(evidence.arm, PATH_ERROR).lines(evidence.timeline, evidence.started, evidence.end)
     found = (inf, evidence.started)
     for line in lines:

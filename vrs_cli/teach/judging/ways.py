@@ -1,4 +1,4 @@
-"""Judges the way of the tool's tip: places, lines and arcs, stops, boxes, speeds, and the way of the model."""
+"""Judge the path of the tool's tip: places, lines and arcs, stops, boxes, speeds, and the path of the model."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ from vrs_cli.teach.tip import (
 from vrs_cli.values.numbers import count
 from vrs_cli.values.world import SpanKind
 
-Window = tuple[float, float]  # from when to when [s]
-PASSED_MM = 1.0  # so near to a place the tip has passed it, where a check does not say how near
-FLAT = 1e-6  # [m] three places this near to one line make no arc
+Window = tuple[float, float]  # start and end [s]
+PASSED_MM = 1.0  # distance at which the tip passes a place, if a check gives none
+FLAT = 1e-6  # [m] three places this close to one line define no arc
 
 
 def _reach(mm: float, run: JudgedRun) -> float:
-    """Return how near to a place the tip has to be to have passed it [m]."""
+    """Return the distance at which the tip passes a place [m]."""
     return 1e-3 * largest(mm, run.mm)
 
 
@@ -99,8 +99,8 @@ def judge_places(check: PlacesCheck, run: JudgedRun) -> Verdict:
 
 
 def windows(run: JudgedRun, a: Vector, b: Vector, mm: float) -> list[Window]:
-    """Return from when to when the tip goes from one place to another: since it left the first for the last time, until
-    it came to the second.
+    """Return the intervals in which the tip moves from one place to another: from its last time at the first place to
+    its arrival at the second.
     """
     reach = _reach(mm, run)
     left, came = (within(run.tip, place, reach, run.precision) for place in (a, b))
@@ -114,7 +114,7 @@ def windows(run: JudgedRun, a: Vector, b: Vector, mm: float) -> list[Window]:
 
 
 def did_not_go(run: JudgedRun, a: Vector, b: Vector, mm: float) -> Verdict:
-    """Return the verdict where the tip never went from one place to another."""
+    """Return the verdict of a tip that never went from one place to another."""
     for what, place in (("beginning", a), ("end", b)):
         near = nearest(run.tip, place, run.precision)
         if near.value > _reach(mm, run):
@@ -127,7 +127,7 @@ def did_not_go(run: JudgedRun, a: Vector, b: Vector, mm: float) -> Verdict:
 
 
 def judge_path(check: PathCheck, run: JudgedRun) -> Verdict:
-    """Judge how far the tip was from a line or an arc, in the best of its passes."""
+    """Judge how far the tip was from a line or an arc, in its best pass."""
     a, b = run.basis.point(check.begin), run.basis.point(check.end)
     found = windows(run, a, b, check.mm)
     if not found:
@@ -149,7 +149,7 @@ def judge_path(check: PathCheck, run: JudgedRun) -> Verdict:
 
 
 def _orientation(most: float, text: str, place: Place, found: list[Window], run: JudgedRun) -> Verdict:
-    """Judge how far the tool was turned from the orientation of a place, in the best of its passes."""
+    """Judge how far the tool turned from the orientation of a place, in its best pass."""
     wanted, step, it = run.basis.place(place), run.basis.rounding.deg, run.evidence
     off, t = min(
         most_turned(
@@ -173,7 +173,9 @@ def _worst(run: JudgedRun, window: Window, search: Callable[..., Extreme], measu
 
 
 def arc_measure(a: Vector, via: Vector, b: Vector) -> Measure:
-    """Return the distance from the arc from a through another place to b. Raises ValueError for places on one line."""
+    """Return a function for the distance from the arc from a through another place to b. Raises ValueError for places
+    on one line.
+    """
     u, v = subtracted(via, a), subtracted(b, a)
     normal = cross(u, v)
     square = dot(normal, normal)
@@ -183,7 +185,7 @@ def arc_measure(a: Vector, via: Vector, b: Vector) -> Measure:
     centre = added(a, scaled(toward, 0.5 / square))
     n, x = unit(normal), unit(subtracted(a, centre))
     y, radius = cross(n, x), dist(a, centre)
-    turn = _angle(subtracted(b, centre), x, y)  # from a to b by way of the third place: it lies ahead, as n has it
+    turn = _angle(subtracted(b, centre), x, y)  # the turn from a to b through the third place, positive about n
 
     def measure(p: Vector) -> float:
         r = subtracted(p, centre)
@@ -196,7 +198,7 @@ def arc_measure(a: Vector, via: Vector, b: Vector) -> Measure:
 
 
 def _angle(r: Vector, x: Vector, y: Vector) -> float:
-    """Return how far a direction is turned from x towards y, from 0 to a whole turn [rad]."""
+    """Return the angle of a direction from x towards y, from 0 to 2 pi [rad]."""
     across, up = dot(r, x), dot(r, y)
     size = hypot(across, up)
     if size == 0.0:
@@ -206,7 +208,7 @@ def _angle(r: Vector, x: Vector, y: Vector) -> float:
 
 
 def judge_no_stop(check: NoStopCheck, run: JudgedRun) -> Verdict:
-    """Judge whether the arm stopped between two places, in the best of its passes."""
+    """Judge whether the arm stopped between two places, in its best pass."""
     a, b = run.basis.point(check.begin), run.basis.point(check.end)
     found = windows(run, a, b, check.mm)
     if not found:
@@ -226,12 +228,12 @@ def judge_no_stop(check: NoStopCheck, run: JudgedRun) -> Verdict:
 
 
 def judge_keep_out(check: KeepOutCheck, run: JudgedRun) -> Verdict:
-    """Judge whether the tip entered a box, by more than the rounding."""
+    """Judge whether the tip entered a box by more than the rounding."""
     T_box_world = inverse(run.basis.place(check.at))
     half = tuple(0.5 * size for size in check.size)
 
     def outside(p: Vector) -> float:
-        """How far a place is outside of the box, along its axes; less than 0 inside."""
+        """Return the distance from the box along its axes; negative inside."""
         return max(abs(x) - h for x, h in zip(moved_point(T_box_world, p), half, strict=True))
 
     limit = 1e-3 * largest(0.0, run.mm)
@@ -293,7 +295,7 @@ def _judge_rate(
 
 
 def _held_spans(run: JudgedRun, part: str) -> list[Window]:
-    """Return from when to when the hand held a part."""
+    """Return the intervals in which the hand held a part."""
     course, end = run.evidence.course, run.evidence.end
     if course is None:
         return []
@@ -302,17 +304,17 @@ def _held_spans(run: JudgedRun, part: str) -> list[Window]:
 
 
 def _common(a: Sequence[Window], b: Sequence[Window]) -> list[Window]:
-    """Return the times that two lists have in common."""
+    """Return the common times of two lists of intervals."""
     both = ((max(one[0], other[0]), min(one[1], other[1])) for one in a for other in b)
     return [span for span in both if span[1] > span[0]]
 
 
-COARSE = 0.25  # of the distance that is allowed: straight lines along a path are so near to it at first
-FINE = 0.5  # of the rounding: the same, where that does not decide
+COARSE = 0.25  # of the allowed distance: first error of the lines that approximate a path
+FINE = 0.5  # of the rounding: error of these lines if the first one does not decide
 
 
 def judge_like_model(check: LikeModelCheck, run: JudgedRun) -> Verdict:
-    """Judge the way of the tip by that of the model."""
+    """Judge the path of the tip by that of the model."""
     model = run.basis.model
     if model is None:
         raise ValueError("the model's run is not known")
@@ -320,7 +322,7 @@ def judge_like_model(check: LikeModelCheck, run: JudgedRun) -> Verdict:
 
 
 def _at_same_times(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Verdict:
-    """Compare place and orientation at each time since the beginning of both runs."""
+    """Compare position and orientation at each time since the beginning of both runs."""
     evidence = run.evidence
     lasting = max(evidence.end - evidence.started, model.end - model.started)
     ours, theirs = (tip_pieces(it.arm, it.timeline, it.started, it.started + lasting) for it in (evidence, model))
@@ -354,7 +356,7 @@ def _later(piece: Piece, seconds: float) -> Piece:
 
 
 def _differences(a: Sequence[Piece], b: Sequence[Piece]) -> list[Piece]:
-    """Return how far two curves are apart, as a curve."""
+    """Return the difference of two curves as a curve."""
     cuts = sorted({t for piece in (*a, *b) for t in (piece.start, piece.finish)})
     if len(cuts) == 1:
         cuts *= 2
@@ -374,8 +376,8 @@ def _difference(a: Piece, b: Piece, since: float) -> Callable[[float], Vector]:
 
 
 def _on_same_path(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Verdict:
-    """Compare both paths, whatever the times: each is to be near the other. Most runs are near enough already to coarse
-    lines along the paths.
+    """Compare both paths regardless of time: each must be close to the other. Coarse lines along the paths decide most
+    runs.
     """
     theirs = tip_pieces(model.arm, model.timeline, model.started, model.end)
     limit, share = 1e-3 * largest(check.mm, run.mm), 1.0
@@ -396,8 +398,8 @@ def _on_same_path(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Ver
 
 
 def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, error: float, limit: float) -> Extreme:
-    """Return how far a curve goes at most from lines along the path of another, which are as near to it as `error`
-    [m]; what is below `limit` less that error need not be exact.
+    """Return the maximum distance of a curve from lines that approximate another path within `error` [m]. It need not
+    be exact below `limit` minus `error`.
     """
     lines = [(a, b, dist(a, b)) for a, b in pairwise(path_points(path, error))]
     recent, known = lines[0], dict[Vector, tuple[Vector, Vector, float]]()
@@ -413,17 +415,17 @@ def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, error:
         return best
 
     def between(p: Vector, q: Vector) -> float:
-        """The distance from one line is convex: on the way from p to q it is greatest at an end."""
+        """Return a bound for the line from p to q: the distance from one line is convex, so its maximum is at an end."""
         return min(max(distance_from_line(end, *known[near][:2]) for end in (p, q)) for near in (p, q))
 
     return farthest(pieces, measure, run.precision, enough=limit - error - run.precision, between=between)
 
 
 def path_points(pieces: Sequence[Piece], error: float) -> list[Vector]:
-    """Return a path as the ends of straight lines, none of which is farther than `error` [m] from it."""
+    """Return the ends of straight lines that approximate a path within `error` [m]."""
     places = [(pieces[0].start, pieces[0].at(0.0))]
     for piece in pieces:
         lasting = piece.finish - piece.start
-        count = ceil(lasting * sqrt(piece.bend / (4.0 * error))) or 1  # each bends by half the error at most
+        count = ceil(lasting * sqrt(piece.bend / (4.0 * error))) or 1  # each bends by at most half the error
         places += [(piece.start + s, piece.at(s)) for s in (lasting * k / count for k in range(1, count + 1))]
     return [p for _, p in thin_out(places, 0.5 * error)]

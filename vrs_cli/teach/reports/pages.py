@@ -1,7 +1,7 @@
-"""Pages of HTML: one for each student, with the marks, curves and a replay of the moment that failed; one for teachers.
+"""Write HTML pages: one for each student with marks, curves and a replay of the failed time, and one for teachers.
 
-In the folder of students the viewer is one file for all, and each student's recording a file of its own. Students get
-that folder; the teacher's page is beside it.
+The students' folder has one viewer for all, and one recording per student. Students get that folder; the teacher's
+page is beside it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from vrs_cli.teach.judging.basis import Evidence
 from vrs_cli.teach.reports.results import Likeness
 from vrs_cli.teach.reports.students import ShownMark, file_stem, plain, points_text, shown_marks
 
-BEFORE, AFTER = 3.0, 1.0  # [s] of a replay, round its moment
-LONGEST = 20.0  # [s] of a replay without a moment: the end of the run
+BEFORE, AFTER = 3.0, 1.0  # [s] of a replay before and after its failed time
+LONGEST = 20.0  # [s] of a replay without a failed time: the end of the run
 PLOTS = (("TOOL",), ("POSITION",), ("SPEED",))
 STUDENTS, REPLAYS, VIEWER, TEACHER = "students", "replays", "viewer.html", "teacher.html"
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-src 'self' file:"
@@ -41,8 +41,8 @@ STYLE = (
 
 
 class Replay(Struct, frozen=True):
-    """The run that a page shows: in which variant it was (0: nothing was moved), the moment [s] that shows why points
-    were lost, None where there is no such, curves as SVG, and the recording for the viewer.
+    """The run that a page shows: its variant (0: nothing was moved), the time [s] that shows why points were lost or
+    None, curves as SVG, and the recording for the viewer.
     """
 
     variant: int
@@ -52,8 +52,8 @@ class Replay(Struct, frozen=True):
 
 
 def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | None]) -> Replay | None:
-    """Return the run in which the first open check failed that has a moment, else the first that failed, else the first
-    run; None where nothing was executed.
+    """Return the run in which the first open check with a time failed; else the first failed run, else the first run.
+    None if nothing ran.
     """
     lost = [one for one in shown_marks(exercise, grading) if not one.passed and one.reason]
     failed = next((one for one in lost if one.at is not None), lost[0] if lost else None)
@@ -72,10 +72,10 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
 
 
 class Pages:
-    """Writes pages into a folder: `add` that of a student, `finish` what all share and the teacher's."""
+    """Writes pages into a folder: `add` writes that of a student, `finish` the common files and the teacher's page."""
 
     def __init__(self, folder: Path, exercise: Exercise) -> None:
-        """Raises FileError where the folder cannot be made."""
+        """Make the folder. Raises FileError if that is impossible."""
         self._folder, self._exercise = folder, exercise
         self._files, self._taken = dict[str, str](), {Path(VIEWER).stem}
         try:
@@ -106,7 +106,7 @@ class Pages:
 
 
 def student_page(exercise: Exercise, grading: Grading, replay: Replay | None, stem: str) -> str:
-    """Return the page of a student: of hidden checks only the points of all together."""
+    """Return the page of a student; hidden checks show only their total points."""
     title = f"{plain(exercise.title)}: {plain(grading.student)}"
     if grading.lost:
         why = f'<p class="lost">Not graded: {escape(plain(grading.lost))}.</p><p>This is no mark.</p>'
@@ -145,7 +145,7 @@ def _mark_row(one: ShownMark) -> str:
 def teacher_page(
     exercise: Exercise, gradings: Sequence[Grading], alike: Sequence[Likeness], digest: str, files: dict[str, str]
 ) -> str:
-    """Return the page for teachers: all marks with their reasons, hidden ones too, and similar submissions."""
+    """Return the page for teachers: all marks with their reasons, including hidden ones, and similar submissions."""
     checks = "".join(
         f'<th class="n">{escape(plain(one.name))}{" (hidden)" if one.hidden else ""}</th>' for one in exercise.checks
     )

@@ -1,4 +1,10 @@
-"""All results as one JSON object, for teachers, with a digest; and a grading as an object and back."""
+"""Write all results for teachers as JSON, CSV and JUnit's XML, and find similar submissions.
+
+Submissions are compared by their words without comments and blanks. Each run of `RUN` words is one unit; each name in
+it is replaced by its first position in the run, so that renaming changes nothing. Runs that the exercise gives do not
+count. Winnowing keeps some of the runs, always the same of equal runs (Schleimer, Wilkerson, Aiken, SIGMOD 2003). The
+similarity is twice the number of common runs divided by the sum of both numbers (Dice).
+"""
 
 from __future__ import annotations
 
@@ -19,15 +25,15 @@ from vrs_cli.teach.grading import Grading, VariantMarks, total_of
 from vrs_cli.teach.marking import Mark
 from vrs_cli.teach.reports.students import cell, plain, points_text
 
-RUN = 8  # words
-WINDOW = 4  # of so many runs in a row one is kept
-LEAST_RUNS = 5  # a submission with fewer is too short to be compared
-MAX_CHARS = 20_000  # of one submission: the first ones
+RUN = 8  # words of one run
+WINDOW = 4  # winnowing keeps one of this many consecutive runs
+LEAST_RUNS = 5  # minimum runs of a submission that is compared
+MAX_CHARS = 20_000  # maximum characters compared, from the beginning
 DECIMALS = 2
 
 
 class Likeness(Struct, frozen=True):
-    """Two students whose submissions are alike, the first before the second in order; `similarity` from 0 to 1."""
+    """Two students with similar submissions, in order of name. `similarity`: from 0 to 1."""
 
     first: str
     second: str
@@ -35,7 +41,9 @@ class Likeness(Struct, frozen=True):
 
 
 def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None) -> tuple[Likeness, ...]:
-    """Return the pairs of students whose texts are alike by `least` or more, the most alike first; None: no pairs.
+    """Return the pairs of students whose texts have a similarity of at least `least`, the most similar first; None: no
+    pairs.
+
     `given`: texts that the exercise gives.
     """
     if least is None:
@@ -59,7 +67,7 @@ def _dice(first: frozenset[int], second: frozenset[int]) -> float:
 
 
 def _words(text: str) -> list[tuple[bool, str]]:
-    """The first words of a text, and whether each is a name."""
+    """Return the first words of a text, and whether each is a name."""
     lines = text[:MAX_CHARS].splitlines()
     variables = variables_in(lines)
     return [
@@ -72,7 +80,7 @@ def _words(text: str) -> list[tuple[bool, str]]:
 
 
 def _runs(words: Sequence[tuple[bool, str]]) -> list[int]:
-    """A number for each run of words: of equal runs the same, whatever their names are."""
+    """Return a number for each run of words; equal for runs that differ only in names."""
     found = []
     for begin in range(len(words) - RUN + 1):
         names = dict[str, str]()
@@ -85,7 +93,7 @@ def _runs(words: Sequence[tuple[bool, str]]) -> list[int]:
 
 
 def _winnowed(runs: Sequence[int]) -> frozenset[int]:
-    """The least of each `WINDOW` runs in a row."""
+    """Return the minimum of each `WINDOW` consecutive runs."""
     if len(runs) <= WINDOW:
         return frozenset(runs)
     return frozenset(min(runs[begin : begin + WINDOW]) for begin in range(len(runs) - WINDOW + 1))
@@ -96,7 +104,7 @@ Object = dict[str, Any]
 
 
 def results_object(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> Object:
-    """Return all results, with `digest`: the SHA-256 of the canonical JSON of all the rest."""
+    """Return all results, with `digest`: the SHA-256 of the canonical JSON of all other fields."""
     found = {
         "format": FORMAT,
         "exercise": {
@@ -113,17 +121,17 @@ def results_object(exercise: Exercise, gradings: Sequence[Grading], alike: Itera
 
 
 def canonical_json(found: Object) -> str:
-    """Return JSON with sorted keys, without blanks, in ASCII: the same for equal objects."""
+    """Return JSON with sorted keys, without blanks, in ASCII: equal objects give equal text."""
     return json.dumps(found, sort_keys=True, separators=(",", ":"))
 
 
 def written_json(found: object) -> str:
-    """Return JSON as a file has it."""
+    """Return JSON as it is written to a file."""
     return json.dumps(found, indent=2, ensure_ascii=True) + "\n"
 
 
 def _summary(grading: Grading, exercise: Exercise) -> Object:
-    """A submission, with what its marks come to."""
+    """Return a submission with the totals of its marks."""
     checks = [{**structs.asdict(found), "seed": seed} for seed, found in grading.marks]
     graded = not grading.lost
     return {
@@ -143,7 +151,7 @@ def _summary(grading: Grading, exercise: Exercise) -> Object:
 
 
 def grading_object(grading: Grading) -> Object:
-    """Return a grading as an object of JSON."""
+    """Return a grading as a JSON object."""
     variants = [
         {**structs.asdict(one), "marks": [structs.asdict(found) for found in one.marks]} for one in grading.variants
     ]
@@ -151,7 +159,7 @@ def grading_object(grading: Grading) -> Object:
 
 
 def grading_from(found: Mapping[str, Any]) -> Grading:
-    """Return the grading of an object."""
+    """Return the grading from its JSON object."""
     variants = tuple(
         VariantMarks(**{**one, "marks": tuple(Mark(**each) for each in one["marks"])}) for one in found["variants"]
     )
@@ -159,7 +167,7 @@ def grading_from(found: Mapping[str, Any]) -> Grading:
 
 
 def gradebook(exercise: Exercise, gradings: Sequence[Grading]) -> str:
-    """Return a table of CSV (RFC 4180): a row for each student, with the points of each check, hidden ones too."""
+    """Return a CSV table (RFC 4180) with a row per student and the points of each check, including hidden ones."""
     stream = StringIO()
     table = csv.writer(stream)
     names = (cell(one.name) for one in exercise.checks)
@@ -174,8 +182,8 @@ def gradebook(exercise: Exercise, gradings: Sequence[Grading]) -> str:
 
 
 def junit(exercise: Exercise, gradings: Sequence[Grading]) -> str:
-    """Return the XML of JUnit (junit-10.xsd of Jenkins): a suite for each student, a case for each check. What was not
-    graded is an error, a check without all its points a failure.
+    """Return JUnit's XML (junit-10.xsd of Jenkins): a suite per student, a case per check. An ungraded submission is
+    an error; a check without all points is a failure.
     """
     lines, tests, failed, errors = list[str](), 0, 0, 0
     for one in gradings:

@@ -1,7 +1,7 @@
-"""What students may see of their marks, and it as JSON for Gradescope and check50.
+"""Show students their marks, also as JSON for Gradescope and check50; text of students is made harmless.
 
-Of hidden checks only the points of all together are told. Sources: "Autograder Specifications" of Gradescope, "JSON
-specification" of check50 3.
+Hidden checks show only their total points. Sources: "Autograder Specifications" of Gradescope, "JSON specification" of
+check50 3.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from vrs_cli.teach.grading import Grading
 from vrs_cli.teach.judging.basis import rounded
 from vrs_cli.teach.marking import POINT_STEP
 
-JOINERS = "\u200c\u200d"  # letters of some scripts are written with them
-FORMULA = ("=", "+", "-", "@", "\t", "\r")  # spreadsheets compute what begins so
+JOINERS = "\u200c\u200d"  # joiners, which some scripts need
+FORMULA = ("=", "+", "-", "@", "\t", "\r")  # first characters of formulas in spreadsheets
 _SLUG = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 def plain(text: str) -> str:
-    """Return a text of one line: blanks for ends of lines, and characters that have no look as `^[` or `<U+202E>`."""
+    """Return a text as one line: blanks for line ends, and invisible characters as `^[` or `<U+202E>`."""
     return "".join(one if one.isprintable() or one in JOINERS else _shown(one) for one in text)
 
 
@@ -36,7 +36,7 @@ def _shown(character: str) -> str:
 
 
 def cell(text: str) -> str:
-    """Return a text as a cell of a table of CSV: one that a spreadsheet would compute begins with an apostrophe."""
+    """Return a text as a cell of a CSV table; a text that a spreadsheet would compute gets an apostrophe."""
     return f"'{plain(text)}" if text.lstrip().startswith(FORMULA) or text.startswith(FORMULA) else plain(text)
 
 
@@ -46,7 +46,7 @@ def points_text(points: float) -> str:
 
 
 def file_stem(name: str, taken: set[str]) -> str:
-    """Return a name for a file that is good on every system, and none of those `taken`, to which it is added."""
+    """Return a file name that is valid on every system and not in `taken`, and add it to `taken`."""
     stem = _SLUG.sub("_", name)[:60].strip(".") or "_"
     if stem.split(".")[0].casefold() in DEVICES:
         stem = f"_{stem}"
@@ -59,13 +59,13 @@ def file_stem(name: str, taken: set[str]) -> str:
 
 
 OTHER_CHECKS = "other checks"
-CHECK50_VERSION = "3.0.0"  # whose specification it follows
+CHECK50_VERSION = "3.0.0"  # version of the specification
 Object = dict[str, Any]
 
 
 class ShownMark(Struct, frozen=True):
-    """A mark as its student sees it. `variant`: in which variant it was earned, 0 where nothing was moved; `at`: the
-    time that shows the reason [s].
+    """A mark as its student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time that
+    shows the reason [s].
     """
 
     name: str
@@ -83,7 +83,7 @@ class ShownMark(Struct, frozen=True):
 
     @property
     def said(self) -> str:
-        """Return the reason, and in which variant it was."""
+        """Return the reason, and its variant."""
         place = f" (in variant {self.variant}, where the exercise has moved things)" if self.variant else ""
         return f"{self.reason}{place}" if self.reason else ""
 
@@ -132,7 +132,7 @@ def gradescope(exercise: Exercise, grading: Grading) -> Object:
 
 
 def check50(exercise: Exercise, grading: Grading) -> Object:
-    """Return the JSON that check50 writes with `-o json`, of one submission."""
+    """Return the JSON of one submission as `check50 -o json` writes it."""
     marks = shown_marks(exercise, grading)
     names, results = set[str](), list[Object]()
     if grading.lost:
@@ -158,7 +158,7 @@ def check50(exercise: Exercise, grading: Grading) -> Object:
 
 
 def _identifier(name: str, taken: set[str]) -> str:
-    """A name such as a function of Python has, and none of those `taken`, to which it is added."""
+    """Return a name for a Python function that is not in `taken`, and add it to `taken`."""
     stem = re.sub(r"\W+", "_", name.lower(), flags=re.ASCII).strip("_") or "check"
     found, number = stem, 1
     while found in taken:
