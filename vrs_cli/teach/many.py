@@ -169,7 +169,10 @@ def _files_of(folder: Path) -> dict[str, bytes]:
 
 
 def grade_batch(files: Mapping[str, bytes], name: str, submissions: list[dict[str, str]], replays: bool) -> list[str]:
-    """Grade a batch in its own process, because a worker has threads and must not fork. Return JSON for `graded_from`."""
+    """Grade a batch in its own process, because a worker has threads and must not fork.
+
+    Return JSON for `graded_from`.
+    """
     with TemporaryDirectory(prefix="vrs-grade-", ignore_cleanup_errors=True) as root:
         folder = Path(root, name)
         for path, content in files.items():

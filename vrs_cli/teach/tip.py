@@ -70,7 +70,7 @@ def turning_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float) 
 
 
 def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float], Transform]:
-    """Return a function from the seconds since `first` in a segment to T_world_tool; after the segment the tool rests."""
+    """Return a function from the seconds since `first` in a segment to T_world_tool; afterwards the tool rests."""
     path, frames, lasting = segment.path, segment.motion.frames, segment.duration
     if isinstance(path, JointPath):
         return lambda s: world_pose(arm, frames, path.joints(min(first + s, lasting)))

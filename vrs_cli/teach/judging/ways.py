@@ -415,7 +415,7 @@ def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, error:
         return best
 
     def between(p: Vector, q: Vector) -> float:
-        """Return a bound for the line from p to q: the distance from one line is convex, so its maximum is at an end."""
+        """Return a bound for the line from p to q. The distance from one line is convex, so its maximum is at an end."""
         return min(max(distance_from_line(end, *known[near][:2]) for end in (p, q)) for near in (p, q))
 
     return farthest(pieces, measure, run.precision, enough=limit - error - run.precision, between=between)
