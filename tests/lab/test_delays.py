@@ -202,7 +202,7 @@ def test_the_figures_of_a_short_trial_are_those_that_were_recorded(policy: str) 
 def test_the_looks_of_a_trial_begin_with_it_and_errors_are_in_degrees_and_millimetres() -> None:
     course = DelayCourse(Trial(load_robot("cobra600"), DelayWays(USUAL, USUAL, 1), 0.3, "ABORT", seconds=2.0, rate=4.0))
     assert course.looks.tolist() == [k / 4.0 for k in range(8)]
-    was = course.placed(course._joints(course.robot.timeline, course.looks))
+    was = course.with_tool(course._joints(course.robot.timeline, course.looks))
     seen = was.copy()
     seen[:, 2] += 0.5  # it slides: no angle
     seen[0, 1] += radians(8.0)

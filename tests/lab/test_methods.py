@@ -120,7 +120,7 @@ def test_frames_come_in_order_and_before_they_are_asked_for() -> None:
     viewer = Guarded("frames", Predictor, ROBOT, 0.2, 25.0)
     viewer._method = Listener(ROBOT, 0.2)
     first = int(np.searchsorted(bench.looks, bench.arrived[0]))
-    bench._seen(viewer, np.zeros((len(bench.looks), 6)), first)
+    bench._viewer_joints(viewer, np.zeros((len(bench.looks), 6)), first)
     frames = [t for what, t in heard if what == "frame"]
     assert frames == bench.looks[: len(frames)].tolist()
     known = -1

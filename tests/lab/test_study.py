@@ -118,11 +118,11 @@ def test_after_a_kill_the_next_trial_is_the_first_that_is_not_on_the_disk(tmp_pa
     last = whole.rfind(b"\n", 0, len(whole) - 1) + 1
     for cut in range(last, len(whole)):
         path.write_bytes(whole[:cut])
-        assert Results(path, study).done(1) == {1}
+        assert Results(path, study).finished_trials(1) == {1}
         assert path.read_bytes() == whole[:last]
     path.write_bytes(whole)
     again = Results(path, study)
-    assert (again.done(1), again.done(2), again.next_participant(4)) == ({1, 2}, frozenset(), 1)
+    assert (again.finished_trials(1), again.finished_trials(2), again.next_participant(4)) == ({1, 2}, frozenset(), 1)
     for trial in trials[2:]:
         again.add(1, trial, person.do(trial))
     assert Results(path, study).next_participant(4) == 2

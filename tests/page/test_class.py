@@ -157,7 +157,7 @@ def test_a_lesson_leads_through_its_steps(ada: Page, lesson_room: Serving, folde
     assert board is not None
     lessons = ServedLessons(folder.lessons, lesson_room.server.begin_anew, lesson_room.told.append)
     board.lessons, hub.planned = lessons, lessons.plan
-    lesson_room.server.opened.append(lessons.opened)
+    lesson_room.server.opened.append(lessons.start_at)
     ada.goto(link(lesson_room, folder, "ada"))
     ada.get_by_role("link", name="Lessons").click()
     ada.get_by_role("heading", name="Turn the waist").wait_for()

@@ -131,7 +131,7 @@ def test_a_lesson_that_was_finished_stays_so(seat: Seat, tmp_path: Path) -> None
     kept = tmp_path / "learn.json"
     seat(progress=kept).type("DRIVE 1, 30", "n = 5")
     seat(progress=kept).type("DRIVE 1, 30")
-    assert LearnerRecord(kept).of(str(tmp_path / "08_two")).finished
+    assert LearnerRecord(kept).of(str(tmp_path / "08_two")).is_finished
 
 
 def test_another_lesson_is_a_word_away(seat: Seat) -> None:
@@ -174,7 +174,7 @@ def test_two_shells_keep_a_lesson_each(tmp_path: Path) -> None:
     one, other = LearnerRecord(path), LearnerRecord(path)
     one.keep("01", LessonStanding(1, 3))
     other.keep("02", LessonStanding(3, 3))
-    assert (LearnerRecord(path).of("01"), LearnerRecord(path).of("02").finished) == (LessonStanding(1, 3), True)
+    assert (LearnerRecord(path).of("01"), LearnerRecord(path).of("02").is_finished) == (LessonStanding(1, 3), True)
     assert json.loads(path.read_text(encoding="utf-8"))["latest"] == "02"
 
 

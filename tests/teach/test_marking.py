@@ -6,8 +6,8 @@ import pytest
 
 from tests.teach.runs import PICK, evidence
 from vrs_cli.errors import FileDamaged
+from vrs_cli.extras import shipped_folder
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.exercise_text import shipped
 from vrs_cli.teach.marking import mark
 
 
@@ -34,6 +34,6 @@ def test_a_wrong_submission_fails_what_it_says(pick: Exercise) -> None:
 def test_one_line_tells_that_contacts_cannot_be_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrs_cli.teach.kinds.find_spec", lambda _name: None)
     with pytest.raises(FileDamaged) as raised:
-        read_exercise(shipped("exercises") / "pick")
+        read_exercise(shipped_folder("programs") / "exercises" / "pick")
     assert raised.value.detail.count("\n") == 0
     assert "checks of contacts need mujoco-core (" in raised.value.detail

@@ -49,7 +49,7 @@ def course(tmp_path: Path) -> Iterator[Course]:
         it.server.board = ClassBoard(folder, it.hub.clients, it.server.grants, it.hub.own_names, lambda: 1e9)
         lessons = ServedLessons(folder.lessons, it.server.begin_anew, it.told.append)
         it.server.board.lessons, it.hub.planned = lessons, lessons.plan
-        it.server.opened.append(lessons.opened)
+        it.server.opened.append(lessons.start_at)
         yield Course(it, folder)
         assert it.told == []
 

@@ -123,7 +123,7 @@ class _Course:
         progress = self._progress()
         for number, lesson in enumerate(map(_read, self.folders), 1):
             standing = progress.of(lesson.key)
-            print(f"{number:3}  {lesson.title:40} {standing.told():>8}  {lesson.summary}")
+            print(f"{number:3}  {lesson.title:40} {standing.summary():>8}  {lesson.summary}")
 
     def run(self, options: Namespace) -> int:
         """Lead through lessons until the learner leaves; returns the exit status."""
@@ -144,7 +144,7 @@ class _Course:
         keys = [progress_key(folder) for folder in self.folders]
         start = keys.index(progress.latest) if progress.latest in keys else 0
         order = [*zip(keys, self.folders, strict=True)]
-        return next((one for key, one in order[start:] + order[:start] if not progress.of(key).finished), None)
+        return next((one for key, one in order[start:] + order[:start] if not progress.of(key).is_finished), None)
 
     def _progress(self) -> LearnerRecord:
         """Read where the user is. A file that is no such record is told, and kept as it is."""
@@ -170,7 +170,7 @@ class _Course:
                 options.host = "127.0.0.1"
                 self._page = page_place(options)
             classroom = Classroom(lesson, stack, tell, page=self._page, attended=attended)
-            begin = 0 if standing.finished else standing.passed
+            begin = 0 if standing.is_finished else standing.passed
             course = {folder: _title(folder) for folder in self.folders}
             learner = Learner(lesson, classroom.look, _shown(attended), progress, course, begin)
             if self._page is not None and classroom.local_robot is not None:
@@ -178,7 +178,7 @@ class _Course:
                 if first:
                     tell_page(options, classroom.local_robot.page(classroom.local_robot.name))
             at(LessonPlace(classroom, learner, first=first))
-        if learner.standing.finished or learner.wanted is not None:
+        if learner.standing.is_finished or learner.wanted is not None:
             return OK, learner.wanted
         if not attended:
             passed, of = learner.standing.passed, learner.standing.of

@@ -189,7 +189,7 @@ def run_study(options: Namespace) -> int:
     participant = options.participant or results.next_participant(total)
     if participant > MAX_PARTICIPANTS:
         raise CommandLineError(f"--participant: {participant} is above {MAX_PARTICIPANTS}", "a number from 1 on")
-    done = results.done(participant)
+    done = results.finished_trials(participant)
     tell: Callable[[str], None] = (lambda _text: None) if options.json else lambda text: print(text, flush=True)
     left = [trial for trial in study_trials(study, participant) if trial.number not in done]
     tell(f"{pseudonym(participant)}: {len(left)} of {total} trials to do; results: {path}")

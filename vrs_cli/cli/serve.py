@@ -114,7 +114,7 @@ def serve(options: Namespace) -> int:
             server.board = ClassBoard(folder_of_class, hub.clients, server.grants, hub.own_names, time.time)
             lessons = ServedLessons(folder_of_class.lessons, server.begin_anew, tell)
             server.board.lessons, hub.planned = lessons, lessons.plan
-            server.opened.append(lessons.opened)
+            server.opened.append(lessons.start_at)
         at_end.callback(hub.close)
         _warm()
         hub.open_all()

@@ -242,16 +242,16 @@ class _Bench:
         )  # the first look after the arrival of the first frame
         if counted >= len(self.looks):
             return {}
-        place = self._placed(true)
+        place = self._with_flange(true)
         found = {}
         for name in self.trial.viewers:
             viewer = Guarded(name, Predictor, self.trial.robot, self.delay, self.trial.rate)
-            seen = self._seen(viewer, true, counted)
+            seen = self._viewer_joints(viewer, true, counted)
             found[name] = self._viewer_score(seen, place[counted:], viewer.call_time)
         found[TIMELINE] = self._viewer_score(self._of_timelines()[counted:], place[counted:], 0.0)
         return found
 
-    def _seen(self, viewer: Guarded, true: Floats, first: int) -> Floats:
+    def _viewer_joints(self, viewer: Guarded, true: Floats, first: int) -> Floats:
         """Return what a viewer shows at each look from `first` on, (N, n)."""
         seen, received = np.zeros((len(self.looks) - first, true.shape[1])), 0
         for k in range(first, len(self.looks)):
@@ -269,7 +269,7 @@ class _Bench:
         times = self.looks.tolist()
         return np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
 
-    def _placed(self, joints: Floats) -> Floats:
+    def _with_flange(self, joints: Floats) -> Floats:
         """Return joints with the position of the flange in three more columns [m]."""
         return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
@@ -278,7 +278,7 @@ class _Bench:
         n, scale = seen.shape[1], self._degrees()
         apart = np.abs(seen - true[:, :n]) * scale
         worst = apart.max(axis=1)
-        mm = 1e3 * np.linalg.norm(self._placed(seen)[:, n:] - true[:, n:], axis=1)
+        mm = 1e3 * np.linalg.norm(self._with_flange(seen)[:, n:] - true[:, n:], axis=1)
         steps = np.abs(np.diff(seen, axis=0) - np.diff(true[:, :n], axis=0)) * scale
         jump = float(steps.max(initial=0.0))
         return ViewerScore(

@@ -216,7 +216,7 @@ class DelayCourse:
             robot.begin(request, program=False, issued=issued)
         except TooLate:
             self.aborted += 1
-            self._at(self._backward.arrival(self._now), lambda: self._refused(number))
+            self._at(self._backward.arrival(self._now), lambda: self._drop(number))
             return
         version, applied = robot.timeline.version, robot.now
         told = [event for event in self._told.take_all() if isinstance(event, TimelineDelta)]
@@ -225,7 +225,7 @@ class DelayCourse:
         frames = [encode(change, Encoding.MSGPACK) for change in changes]
         self._at(self._backward.arrival(self._now), lambda: self._hear(number, version, frames))
 
-    def _refused(self, number: int) -> None:
+    def _drop(self, number: int) -> None:
         self._look()
         self.preview.refuse(number)
 
@@ -273,20 +273,20 @@ class DelayCourse:
         was = partial(
             joints_over, self.robot.arm, self.robot.timeline
         )  # the past is bit-identical in the final timeline
-        now, ahead = self.placed(was(self.looks)), self.placed(was(self.looks + self.ahead))
-        deltas = self.placed(self.seen[Strategy.DELTAS])
+        now, ahead = self.with_tool(was(self.looks)), self.with_tool(was(self.looks + self.ahead))
+        deltas = self.with_tool(self.seen[Strategy.DELTAS])
         shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # number of the last frame that has arrived
         due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # a late frame is shown on arrival
         always = np.ones(len(self.looks), dtype=bool)
         compared = {
             Strategy.FRAMES: (now[shown], now, shown >= 0),
-            Strategy.PREDICTED: (self.placed(self.seen[Strategy.PREDICTED])[np.maximum(due, 0)], now, due >= 0),
+            Strategy.PREDICTED: (self.with_tool(self.seen[Strategy.PREDICTED])[np.maximum(due, 0)], now, due >= 0),
             Strategy.DELTAS: (deltas, now, always),
-            Strategy.AHEAD: (self.placed(self.seen[Strategy.AHEAD]), ahead, always),
-            Strategy.PREVIEW: (self.placed(self.seen[Strategy.PREVIEW]), ahead, always),
+            Strategy.AHEAD: (self.with_tool(self.seen[Strategy.AHEAD]), ahead, always),
+            Strategy.PREVIEW: (self.with_tool(self.seen[Strategy.PREVIEW]), ahead, always),
         }
         errors = {strategy: self.error(seen[rows], true[rows]) for strategy, (seen, true, rows) in compared.items()}
-        flagged = self.flagged()
+        flagged = self.wrong_looks()
         return TrialOutcome(
             self.commands,
             self.aborted,
@@ -299,18 +299,18 @@ class DelayCourse:
             self.error(deltas[~flagged], now[~flagged]),
         )
 
-    def flagged(self) -> Flagged:
+    def wrong_looks(self) -> Flagged:
         """Return for each look whether an unknown command had made deltas wrong, (N,)."""
         borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
         found: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return found
 
-    def placed(self, joints: Floats) -> Floats:
+    def with_tool(self, joints: Floats) -> Floats:
         """Return joints (N, n) [rad; m] with the position of the tool in three more columns [m]."""
         return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
     def error(self, seen: Floats, was: Floats) -> Error:
-        """Return the distances between two results of `placed`; all zero if they are empty."""
+        """Return the distances between two results of `with_tool`; all zero if they are empty."""
         if not len(seen):
             return Error(0.0, 0.0, 0.0, 0.0)
         kinds, apart = self.trial.robot.units.kinds, seen - was

@@ -199,7 +199,7 @@ def _load_module(place: str) -> ModuleType:
     except BaseException as error:  # a user's module may raise anything, even SystemExit
         if isinstance(error, KeyboardInterrupt):
             raise
-        raise MethodError(f"{place} cannot be loaded: {_told(error, place)}") from None
+        raise MethodError(f"{place} cannot be loaded: {_failure_text(error, place)}") from None
     finally:
         sys.path = before
 
@@ -255,7 +255,7 @@ class Guarded:
         except TimeoutError:
             self._fail(f"{what} takes longer than {MAX_CALL:g} s", f"it has {1e3 * self._period:g} ms a call")
         except Exception as error:
-            self._fail(f"{what} raised {_told(error)}")
+            self._fail(f"{what} raised {_failure_text(error)}")
         except SystemExit:
             self._fail(f"{what} ended the process", "return instead")
         self.spent += perf_counter() - begun
@@ -269,7 +269,7 @@ class Guarded:
         raise MethodError(f"{self._text}: {detail}", hint) from None
 
 
-def _told(error: BaseException, place: str = "") -> str:
+def _failure_text(error: BaseException, place: str = "") -> str:
     """Describe an exception, with the line of the user's file."""
     rows = [
         row for row in extract_tb(error.__traceback__) if row.filename != __file__ and "importlib" not in row.filename

@@ -34,7 +34,7 @@ from vrs_cli.net.delay_line import DelayError, DelayWays, parse_delays
 TASKS = ("target", "pick")
 HOLD = 0.5  # [s] that the tool must stay at a place
 FARTHER = 4.0  # times the tolerance: minimum distance between two places of a trial
-MOST = 1000  # maximum trials per condition, and maximum participants
+MAX_TRIALS = 1000  # maximum trials per condition, and maximum participants
 TRIES = 1000  # random places to try until one is far enough
 KEYS = ("robot", "task", "trials", "tolerance", "timeout", "seed")
 CONDITION_KEYS = ("name", "forward", "backward")
@@ -124,7 +124,7 @@ def load_study(path: Path) -> Study:
     except VrsError as error:
         raise reader.wrong("robot", str(error), "a robot's name (vrs robots), or its TOML or URDF file") from None
     rows = table["condition"]
-    if not isinstance(rows, list) or not 1 <= len(rows) <= MOST:
+    if not isinstance(rows, list) or not 1 <= len(rows) <= MAX_TRIALS:
         raise reader.wrong("condition", "is not a list of tables", "write [[condition]] with name, forward, backward")
     conditions = tuple(_condition(reader, row, f"condition {k}") for k, row in enumerate(rows, 1))
     names = [one.name for one in conditions]
@@ -155,8 +155,8 @@ def _condition(reader: DataReader, row: object, key: str) -> Condition:
 
 def _whole(reader: DataReader, table: Mapping[str, object], name: str, usual: int, least: int) -> int:
     value = reader.number(table.get(name, usual), name, PLAIN)
-    if value != int(value) or not least <= value <= MOST:
-        raise reader.wrong(name, f"{value:g} is none", f"give a whole number from {least} to {MOST}")
+    if value != int(value) or not least <= value <= MAX_TRIALS:
+        raise reader.wrong(name, f"{value:g} is none", f"give a whole number from {least} to {MAX_TRIALS}")
     return int(value)
 
 
@@ -292,13 +292,13 @@ class Results:
         if not rows:
             self._append(COLUMNS)
 
-    def done(self, participant: int) -> frozenset[int]:
+    def finished_trials(self, participant: int) -> frozenset[int]:
         """Return the numbers of the trials that a participant has finished."""
         return frozenset(number for name, number in self._rows if name == pseudonym(participant))
 
     def next_participant(self, trials: int) -> int:
         """Return the first participant who has finished fewer than `trials` trials."""
-        return next(number for number in range(1, MOST + 1) if len(self.done(number)) < trials)
+        return next(number for number in range(1, MAX_TRIALS + 1) if len(self.finished_trials(number)) < trials)
 
     def add(self, participant: int, trial: StudyTrial, it: StudyResult) -> None:
         """Append a row, and wait until it is on disk. Raises FileError."""

@@ -88,7 +88,7 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
     """Run a trial. Equal trials give equal results. Raises NotAvailable if a body cannot have a disturbance."""
     course = DelayCourse(it.trial)
     course.run()
-    true, reports, kind = _followed(course, it)
+    true, reports, kind = _follow(course, it)
     looks, n = course.looks, it.trial.robot.joint_count
     backward = it.trial.ways.lines("reports")[1]
     period = float(looks[-1]) / len(reports)  # the body's clock may be wrong, but its rate is even
@@ -101,10 +101,10 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
         return found
 
     frames, predicted = (
-        apart(_shown(viewer(it.trial.robot, 0.0), looks, reports, arrivals, n)) for viewer in (LastFrame, Extrapolated)
+        apart(_view(viewer(it.trial.robot, 0.0), looks, reports, arrivals, n)) for viewer in (LastFrame, Extrapolated)
     )
     timeline, tracking = apart(course.seen[Strategy.DELTAS]), apart(g)
-    flagged = course.flagged()
+    flagged = course.wrong_looks()
     begin = min((one.at or 0.0 for one in it.disturbances), default=nan)
     alarms = [(alarm, arrivals[k]) for k, alarm in _alarms(course, reports)]
     heard = [(alarm, t) for alarm, t in alarms if alarm.t >= begin]
@@ -122,7 +122,7 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
     )
 
 
-def _followed(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report], str]:
+def _follow(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report], str]:
     """Let a body follow the robot's timeline. Return its joints at each look (N, n), its reports, and its kind."""
     arm, timeline = course.robot.arm, course.robot.timeline
     body, kind = _body(arm, it)
@@ -149,7 +149,7 @@ def _body(arm: RobotArm, it: TwinTrial) -> tuple[MujocoArm | ServoArm, str]:
     return ServoArm(arm, seed=seed, disturbances=it.disturbances), "servos"
 
 
-def _shown(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals: Sequence[float], n: int) -> Floats:
+def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals: Sequence[float], n: int) -> Floats:
     """Return the joints that a viewer shows at each look, (N, n); before the first report, those of the start."""
     seen, received, last = np.zeros((len(looks), n)), 0, -1.0
     viewer.receive(last, np.array(reports[0].joints))

@@ -58,7 +58,7 @@ class Classroom:
         if lesson.delays is None and page is None:
             self.place = Local(lesson.robot, cell=lesson.cell_file, dialect=lesson.dialect)
             return
-        self.local_robot, self.place = _served(lesson, stack, tell, page, attended=attended, rate=rate)
+        self.local_robot, self.place = _serve(lesson, stack, tell, page, attended=attended, rate=rate)
 
     def look(self, ask: Callable[[Session], T]) -> T:
         """Ask the robot for something between two of its actions."""
@@ -83,7 +83,7 @@ class Classroom:
             session.take(self.lesson.given)
 
 
-def _served(
+def _serve(
     lesson: Lesson,
     stack: ExitStack,
     tell: Callable[[str], None],
@@ -106,13 +106,13 @@ def _served(
         lesson.robot, page, name=LESSON, rate=realtime, folder=folder, cell=cell, styled=styled_lines, tell=tell
     )
     stack.callback(local_robot.close)
-    url = local_robot.url if lesson.delays is None else _delayed(local_robot.url, DelayWays(*lesson.delays), stack)
+    url = local_robot.url if lesson.delays is None else _add_delay(local_robot.url, DelayWays(*lesson.delays), stack)
     port = SocketPort(Client(url, hello_of(local_robot.tokens[SHELL], attended=attended), told=tell))
     stack.callback(port.close)
     return local_robot, Remote(port, tell)
 
 
-def _delayed(url: str, ways: DelayWays, stack: ExitStack) -> str:
+def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
     """Put a line with delays before an address, and return the address of its other end."""
     from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
     from vrs_cli.net.socket_port import Loop
@@ -170,27 +170,27 @@ def faults(lesson: Lesson) -> Iterator[str]:
 
 
 def _faults_of_step(lesson: Lesson, step: LessonStep, before: list[str]) -> Iterator[tuple[str, str]]:
-    start, *after = _tried(lesson, step, before, [(), step.model, *step.wrong])
-    if not _failed(start):
+    start, *after = _try_marks(lesson, step, before, [(), step.model, *step.wrong])
+    if not _failed_marks(start):
         hint = "let a check ask for something that is not so yet"
         yield "it is passed before anything is done: all its checks hold when it begins", hint
         return
-    if failed := _failed(after[0]):
+    if failed := _failed_marks(after[0]):
         said = "; ".join(f"{one.name}: {one.reason}" for one in failed)
         yield f"its model lines do not pass it: {said}", "mend model, or the check"
     for lines, marks in zip(step.wrong, after[1:], strict=True):
-        if not _failed(marks):
+        if not _failed_marks(marks):
             yield (
                 f"wrong lines pass it: {list(lines)}",
                 "let a check tell them from the model, or take them out of wrong",
             )
 
 
-def _failed(marks: Iterable[Mark]) -> list[Mark]:
+def _failed_marks(marks: Iterable[Mark]) -> list[Mark]:
     return [one for one in marks if not one.passed]
 
 
-def _tried(
+def _try_marks(
     lesson: Lesson, step: LessonStep, before: list[str], tries: Iterable[tuple[str, ...]]
 ) -> Iterator[tuple[Mark, ...]]:
     """Yield the marks of a step after the lines of each try. The model lines of all earlier steps come first."""

@@ -33,7 +33,7 @@ from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, ExerciseText, SurroundingsReader
 from vrs_cli.teach.judging.basis import Rounding
 from vrs_cli.teach.kinds import read_checks
-from vrs_cli.teach.variants import Situation, Variant, moved, read_variants
+from vrs_cli.teach.variants import Situation, Variant, move, read_variants
 from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value
 
@@ -114,7 +114,7 @@ class Exercise(Struct, frozen=True):
         variant = next((one for one in self.variants if one.seed == seed), None)
         if variant is None:
             raise KeyError(seed)
-        around = moved(Situation(self.cell, self.inputs, self.given), variant)
+        around = move(Situation(self.cell, self.inputs, self.given), variant)
         return structs.replace(self, cell=around.cell, inputs=around.inputs, given=around.given, seed=seed)
 
     def give(self, station: Station) -> None:
@@ -158,7 +158,7 @@ class _ExerciseReader(SurroundingsReader):
         robot = self.robot(reader, table)
         cell, inputs = self.cell(), self._inputs()
         dialect = self.dialect(reader, table)
-        given = None if robot is None else self.given(robot, dialect)
+        given = None if robot is None else self.read_given(robot, dialect)
         if given is not None:
             reader.locations = frozenset(given.variables.values())
         parts, fixtures = (tuple(one.name for one in rows) for rows in (cell.scene.parts, cell.scene.fixtures))

@@ -80,7 +80,7 @@ class ExerciseText(CellText):
         given: Any = entry.given.get(key)
         if type(given) in (int, float) and least <= given <= most:
             return float(given)
-        self.fault(entry, key, f"{self.said(given)}a number from {least:g} to {most:g}{f' {unit}' if unit else ''}")
+        self.fault(entry, key, f"{self.prefix(given)}a number from {least:g} to {most:g}{f' {unit}' if unit else ''}")
         return least
 
     def text(self, entry: CellEntry, key: str) -> str:
@@ -88,7 +88,7 @@ class ExerciseText(CellText):
         given = entry.given.get(key)
         if isinstance(given, str) and given.strip() and len(given) <= MAX_TEXT_CHARS:
             return given
-        self.fault(entry, key, f"{self.said(given)}a text in quotes, at most {MAX_TEXT_CHARS} characters")
+        self.fault(entry, key, f"{self.prefix(given)}a text in quotes, at most {MAX_TEXT_CHARS} characters")
         return ""
 
     def list_of(self, entry: CellEntry, key: str, wanted: str) -> list[Any]:
@@ -96,7 +96,7 @@ class ExerciseText(CellText):
         given = entry.given.get(key)
         if isinstance(given, list) and 0 < len(given) <= MAX_LIST_ITEMS:
             return given
-        self.fault(entry, key, f"{self.said(given)}{wanted}, {MAX_LIST_ITEMS} at most")
+        self.fault(entry, key, f"{self.prefix(given)}{wanted}, {MAX_LIST_ITEMS} at most")
         return []
 
     def texts(self, entry: CellEntry, key: str) -> tuple[str, ...]:
@@ -117,10 +117,10 @@ class ExerciseText(CellText):
             return given.lower()
         there = f"there are {', '.join(known)}" if known else f"the cell has no {what}"
         near = did_you_mean(given.lower(), known, there) if isinstance(given, str) else there
-        self.fault(entry, key, f"{self.said(given)}no {what} of this name; {near}")
+        self.fault(entry, key, f"{self.prefix(given)}no {what} of this name; {near}")
         return ""
 
-    def said(self, given: Any) -> str:
+    def prefix(self, given: Any) -> str:
         """Return the beginning of a message about a wrong value."""
         return "it is missing: " if given is None else f"{_cut(given)}: "
 
@@ -141,7 +141,7 @@ class ExerciseText(CellText):
             o, a, t = map(radians, angles or UPRIGHT)
             return FixedPlace(from_oat(x / 1000.0, y / 1000.0, z / 1000.0, o, a, t), bool(angles))
         wanted = '[X, Y, Z] in mm, [X, Y, Z, O, A, T] with degrees, the name of a given location, or "model"'
-        self.fault(entry, key, f"{self.said(given)}{wanted}")
+        self.fault(entry, key, f"{self.prefix(given)}{wanted}")
         return FixedPlace(IDENTITY, turned=False)
 
     def _given_place(self, entry: CellEntry, key: str, given: str) -> Place:
@@ -269,7 +269,7 @@ class SurroundingsReader:
             self.wrong.append(error.detail)
             return NO_CELL
 
-    def given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
+    def read_given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
         """Read given.v2: its programs and locations."""
         path = self.around / "given.v2"
         if not path.exists():
@@ -287,17 +287,13 @@ class SurroundingsReader:
         return loaded
 
 
-def shipped(kind: str) -> Path:
-    """Return the folder of shipped `exercises` or `lessons`."""
-    return shipped_folder("programs") / kind
-
-
 def find_exercise(named: str) -> Path:
     """Return the folder of an exercise, given as a folder or as the name of a shipped one. Raises NonexistentFile."""
     if Path(named).is_dir():
         return Path(named)
-    names = sorted(path.name for path in shipped("exercises").glob("*") if path.is_dir())
+    exercises = shipped_folder("programs") / "exercises"
+    names = sorted(path.name for path in exercises.glob("*") if path.is_dir())
     if named in names:
-        return shipped("exercises") / named
+        return exercises / named
     hint = did_you_mean(named, names, f"it is a folder, or one of {', '.join(names)}" if names else "it is a folder")
     raise NonexistentFile(f"there is no exercise {named}", hint)

@@ -125,7 +125,7 @@ class _Inspection:
                         said = f"is {1000.0 * beyond:.0f} mm farther away than the arm and a long tool reach"
                         yield Finding(
                             self._at(check.name),
-                            f"{check.name}: {_called(place)} {said}{_of(variant)}",
+                            f"{check.name}: {_place_label(place)} {said}{_of(variant)}",
                             "give a place that can be reached",
                         )
 
@@ -186,7 +186,7 @@ class _Inspection:
                 continue
             if _reachable(evidence, other, frames) and not _reachable(evidence, value, frames):
                 yield Finding(
-                    self.path, f"{_named(item)} cannot be reached{_of(variant)}", "move it less", doubtful=True
+                    self.path, f"{_item_label(item)} cannot be reached{_of(variant)}", "move it less", doubtful=True
                 )
 
     def _wrong_submissions(self) -> Iterator[Finding]:
@@ -260,14 +260,14 @@ def _places_of(check: AnyCheck) -> Iterator[FixedPlace | GivenPlace]:
                 yield near
 
 
-def _called(place: FixedPlace | GivenPlace) -> str:
+def _place_label(place: FixedPlace | GivenPlace) -> str:
     if isinstance(place, GivenPlace):
         return place.text
     x, y, z = (1000.0 * one for one in position(place.T))
     return f"[{x:.1f}, {y:.1f}, {z:.1f}]"
 
 
-def _named(item: Item) -> str:
+def _item_label(item: Item) -> str:
     name, index = item
     return name if index is None else f"{name}[{subscript(index)}]"
 
@@ -330,10 +330,10 @@ def _of_step(lines: Sequence[str], step: Step) -> Iterator[Mutant]:
         changed = re.sub(r"(?i)\b[A-Z.]+\b", other, source.removeprefix(label), count=1)
         yield Mutant(f"with {changed} in line {number}", _with_line(lines, number, label + changed))
     if it.word == "SIGNAL":
-        yield Mutant(f"with SIGNAL reversed in line {number}", _with_line(lines, number, _reversed(source)))
+        yield Mutant(f"with SIGNAL reversed in line {number}", _with_line(lines, number, _opposite_signal(source)))
 
 
-def _reversed(source: str) -> str:
+def _opposite_signal(source: str) -> str:
     """Return a SIGNAL line with the opposite states."""
 
     def other(found: re.Match[str]) -> str:

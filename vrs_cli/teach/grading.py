@@ -13,7 +13,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.errors import FileDamaged, LimitReached, ProgramNotExecutable
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.judging.basis import Evidence, rounded
+from vrs_cli.teach.judging.basis import Evidence, round_to
 from vrs_cli.teach.marking import POINT_STEP, Mark, mark
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ class Grading(Struct, frozen=True):
     @property
     def points(self) -> float:
         """Return the points of all checks."""
-        return rounded(sum(found.points for _, found in self.marks), POINT_STEP)
+        return round_to(sum(found.points for _, found in self.marks), POINT_STEP)
 
     @property
     def stopped(self) -> str:
@@ -216,14 +216,14 @@ class Grader:
             for number, variant in enumerate(self._variants):
                 os.mkdir(folder := f"variant{number}")
                 with chdir(folder):
-                    found, evidence = self._marked(variant, runs)
+                    found, evidence = self._mark_variant(variant, runs)
                 marks.append(found)
                 evidences.append(evidence)
                 if found.limited:
                     break
         return structs.replace(grading, variants=tuple(marks)), tuple(evidences)
 
-    def _marked(self, variant: Exercise, runs: SubmissionRuns) -> tuple[VariantMarks, Evidence | None]:
+    def _mark_variant(self, variant: Exercise, runs: SubmissionRuns) -> tuple[VariantMarks, Evidence | None]:
         """Run a submission in one variant."""
         try:
             evidence = runs.run(variant)
@@ -257,7 +257,7 @@ def lost_grading(submission: Submission, why: str) -> Grading:
 
 def total_of(exercise: Exercise) -> float:
     """Return the points of all checks of an exercise."""
-    return rounded(sum(one.points for one in exercise.checks), POINT_STEP)
+    return round_to(sum(one.points for one in exercise.checks), POINT_STEP)
 
 
 def by_student(gradings: Sequence[Grading]) -> tuple[Grading, ...]:

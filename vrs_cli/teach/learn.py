@@ -64,12 +64,12 @@ class LessonStanding(Struct, frozen=True):
     of: int = 0
 
     @property
-    def finished(self) -> bool:
+    def is_finished(self) -> bool:
         return bool(self.of) and self.passed >= self.of
 
-    def told(self) -> str:
+    def summary(self) -> str:
         """Return the progress in a few words; "" if nothing is passed."""
-        return "done" if self.finished else f"{self.passed} of {self.of}" if self.passed else ""
+        return "done" if self.is_finished else f"{self.passed} of {self.of}" if self.passed else ""
 
 
 class LearnerRecord:
@@ -233,7 +233,7 @@ class Learner:
         key = progress_key(folder)
         standing = self.standing if key == self.lesson.key else self._progress.of(key)
         here = " (you are here)" if key == self.lesson.key else ""
-        return f"    {number:2}  {self._course[folder]:40} {standing.told()}{here}".rstrip()
+        return f"    {number:2}  {self._course[folder]:40} {standing.summary()}{here}".rstrip()
 
     def _go(self, word: str) -> None:
         """Leave this shell for another lesson; without a word, for the next one."""
@@ -347,7 +347,7 @@ class Learner:
         """Save the progress; a finished lesson stays finished. If the disk fails, warn once and go on."""
         before = self._progress.of(self.lesson.key)
         try:
-            self._progress.keep(self.lesson.key, before if before.finished else self.standing)
+            self._progress.keep(self.lesson.key, before if before.is_finished else self.standing)
         except FileError as error:
             self._progress = LearnerRecord(None)
             self._show(f"Your progress is not kept: {error.detail}.")

@@ -17,6 +17,7 @@ from typing import Any
 from msgspec import Struct, structs
 
 from vrs_cli.errors import FileDamaged, NonexistentFile, VrsError, did_you_mean
+from vrs_cli.extras import shipped_folder
 from vrs_cli.files.cell_text import CellEntry
 from vrs_cli.files.opening import text_at
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
@@ -25,7 +26,7 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.run.variables import Item
 from vrs_cli.net.delay_line import Delays, parse_delays
 from vrs_cli.teach.checks import AnyCheck
-from vrs_cli.teach.exercise_text import ExerciseText, SurroundingsReader, shipped
+from vrs_cli.teach.exercise_text import ExerciseText, SurroundingsReader
 from vrs_cli.teach.kinds import read_check
 from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value
@@ -89,7 +90,7 @@ class Lesson(Struct, frozen=True):
 
 def lessons_folder() -> Path:
     """Return the folder of the shipped lessons."""
-    return shipped("lessons")
+    return shipped_folder("programs") / "lessons"
 
 
 def lesson_folders(folder: Path) -> tuple[Path, ...]:
@@ -153,7 +154,7 @@ def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
     return title, "\n".join(parts).strip(), tasks
 
 
-def _numbered(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
+def _number_names(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
     """Yield checks with unique names: the second `joints` becomes `joints 2`."""
     names = list[str]()
     for check in checks:
@@ -186,7 +187,7 @@ class _LessonReader(SurroundingsReader):
         whole = reader.whole._replace(given=table)
         reader.check_keys(whole, KEYS)
         robot, dialect, cell = self.robot(reader, table), self.dialect(reader, table), self.cell()
-        given = None if robot is None else self.given(robot, dialect)
+        given = None if robot is None else self.read_given(robot, dialect)
         locations = {} if given is None else given.variables.values()
         reader.locations = frozenset(locations)
         parts = tuple(one.name for one in cell.scene.parts)
@@ -287,7 +288,7 @@ class _LessonReader(SurroundingsReader):
                 reader.fault(entry, "check", what)
             named = (check._replace(name=f"{entry.name}check: ") for check in islice(entries, len(own) if right else 0))
             read = (read_check(reader, check) for check in named)
-            found.append(tuple(_numbered(check for check in read if check is not None)))
+            found.append(tuple(_number_names(check for check in read if check is not None)))
         return found
 
     def _wrong_lines(self, reader: ExerciseText, entry: CellEntry) -> tuple[tuple[str, ...], ...]:

@@ -31,7 +31,7 @@ from vrs_cli.teach.checks import (
 )
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.exercise_text import BaseCheck
-from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, rounded
+from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, round_to
 from vrs_cli.teach.judging.outcomes import (
     judge_clearance,
     judge_contact,
@@ -137,7 +137,7 @@ def _verdict(check: AnyCheck, run: JudgedRun) -> Verdict:
 
 def _mark(check: AnyCheck, verdict: Verdict, time_step: float) -> Mark:
     share = verdict.share if check.partial or verdict.share >= 1.0 else 0.0
-    points = check.points if share >= 1.0 else min(rounded(check.points * share, POINT_STEP), check.points)
-    at = None if verdict.at is None else rounded(verdict.at, time_step)
+    points = check.points if share >= 1.0 else min(round_to(check.points * share, POINT_STEP), check.points)
+    at = None if verdict.at is None else round_to(verdict.at, time_step)
     hint = check.hint if share < 1.0 else ""
     return Mark(check.name, points, check.points, verdict.reason, at, hint, check.hidden)

@@ -83,11 +83,11 @@ def work_apart(
                     running[receiving] = _Process(number, process, folder, time.monotonic() + fence.wall + GRACE)
                 due = min(one.deadline for one in running.values())
                 for receiving in wait(list(running), max(due - time.monotonic(), 0.0)):
-                    yield running.pop(receiving).taken(receiving, fence)
+                    yield running.pop(receiving).take_result(receiving, fence)
                 for receiving, one in list(running.items()):
                     if time.monotonic() > one.deadline:
                         one.end()
-                        yield running.pop(receiving).taken(receiving, fence)
+                        yield running.pop(receiving).take_result(receiving, fence)
         finally:
             for one in running.values():
                 one.end()
@@ -101,7 +101,7 @@ class _Process(NamedTuple):
     folder: Path
     deadline: float
 
-    def taken(self, receiving: Any, fence: Fence) -> Worked:
+    def take_result(self, receiving: Any, fence: Fence) -> Worked:
         """Return the result of a process that has sent one or has ended."""
         try:
             sent = receiving.recv_bytes(MAX_RESULT_BYTES)

@@ -65,7 +65,7 @@ class Proposed(NamedTuple):
 
     def text(self) -> str:
         """Return the entry of checks.toml."""
-        return "\n".join((f"# {self.comment}", "[[check]]", f"name = {_quoted(self.name)}", *self.lines, ""))
+        return "\n".join((f"# {self.comment}", "[[check]]", f"name = {_quote(self.name)}", *self.lines, ""))
 
 
 def propose(name: str, solution: str, cell: str | None = None) -> tuple[Path, list[str]]:
@@ -169,10 +169,10 @@ class _Proposal:
     def _write_checks(self, checks: Sequence[Proposed], variants: str) -> None:
         head = [
             "# Proposed from a solution: remove what is not wanted, and change names, points and tolerances.",
-            f"title = {_quoted(self.name)}",
-            f"robot = {_quoted(self.robot)}",
-            f"dialect = {_quoted(self.dialect.value)}",
-            f"program = {_quoted(self.programs[0].name)}",
+            f"title = {_quote(self.name)}",
+            f"robot = {_quote(self.robot)}",
+            f"dialect = {_quote(self.dialect.value)}",
+            f"program = {_quote(self.programs[0].name)}",
             "",
         ]
         self._put(
@@ -206,19 +206,19 @@ class _Proposal:
     def _variants(self, checks: Sequence[Proposed], groups: Sequence[Sequence[str]]) -> str:
         """Return the text of variants in which the solution passes all checks; "" if there are none."""
         for step in STEPS if groups else ():
-            rows = [f"[[variant.group]]\nmove = [{', '.join(map(_quoted, names))}]\nby = {step}\n" for names in groups]
+            rows = [f"[[variant.group]]\nmove = [{', '.join(map(_quote, names))}]\nby = {step}\n" for names in groups]
             text = "\n# What belongs together moves together, so that copied numbers fail.\n[[variant]]\n"
             text += f"seed = [{', '.join(map(str, SEEDS))}]\n" + "".join(rows)
             self._write_checks(checks, text)
             try:
-                lost = self._lost(self._read().solution)
+                lost = self._failed_checks(self._read().solution)
             except VrsError:
                 continue
             if not lost:
                 return text
         return ""
 
-    def _lost(self, text: str) -> list[str]:
+    def _failed_checks(self, text: str) -> list[str]:
         """Return the checks that a submission fails in any variant."""
         with TemporaryDirectory(prefix="vrs-new-") as folder, chdir(folder):
             grading, _ = Grader(self._read()).runs(Submission("", "student.v2", text))
@@ -227,7 +227,7 @@ class _Proposal:
     def _write_wrong(self, wrong: Sequence[tuple[str, str]]) -> None:
         """Write some programs with a mistake, each with the checks that it fails."""
         for number, (what, text) in enumerate(wrong, 1):
-            if lost := self._lost(text):
+            if lost := self._failed_checks(text):
                 fails = "".join(f"; fails: {name}\n" for name in lost)
                 self._put(self.teacher / "wrong" / f"mistake_{number}.v2", f"; The solution {what}.\n{fails}{text}")
 
@@ -280,13 +280,13 @@ NO_ERROR = Proposed("no error", "The program ends without an error.", ('kind = "
 def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
     """Yield checks that a run passes, with measured values and a tolerance."""
     judged = JudgedRun(run, Basis(exercise.rounding, exercise.locations, run))
-    passed = list(_passed(exercise, run))
+    passed = list(_passed_places(exercise, run))
     names = list(dict.fromkeys(name for name, _ in passed))[:MAX_PLACES]
     needs: tuple[str, ...] = ()
     if names:
         first = "the tool goes to the given places"
-        needs = (f"needs = [{_quoted(first)}]",)
-        listed = ", ".join(map(_quoted, names))
+        needs = (f"needs = [{_quote(first)}]",)
+        listed = ", ".join(map(_quote, names))
         yield Proposed(
             first,
             "The tool passes these places in this order. Who goes nowhere gets nothing for the checks that need it.",
@@ -296,7 +296,7 @@ def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
         yield Proposed(
             f"it goes straight from {a} to {b}",
             "The solution goes there on a straight line.",
-            ('kind = "path"', f"from = {_quoted(a)}", f"to = {_quoted(b)}", "mm = 1"),
+            ('kind = "path"', f"from = {_quote(a)}", f"to = {_quote(b)}", "mm = 1"),
         )
     if run.course is None or not _moved_parts(run):
         yield Proposed(
@@ -308,12 +308,12 @@ def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
     if not exercise.cell.scene.empty and find_spec("mujoco") is not None and not run.contacts:
         yield Proposed("nothing is touched", "Nothing touched anything in the solution.", ('kind = "contact"', *needs))
     yield from _outputs(judged)
-    yield from _typed(run)
+    yield from _typed_lines(run)
     statements = [one for program in run.programs for one in program.statements if not isinstance(one, ast.BadLine)]
     found = {word for one in statements for word in words_of(one)}
     used = [word for word in NOTABLE if word in found]
     if used:
-        listed = ", ".join(map(_quoted, used))
+        listed = ", ".join(map(_quote, used))
         yield Proposed(
             f"it uses {', '.join(used)}",
             "Words of the solution: keep those that the task is about, if any.",
@@ -323,7 +323,7 @@ def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
     yield NO_ERROR._replace(lines=(*NO_ERROR.lines, *needs))
 
 
-def _passed(exercise: Exercise, run: Evidence) -> Iterator[tuple[str, bool]]:
+def _passed_places(exercise: Exercise, run: Evidence) -> Iterator[tuple[str, bool]]:
     """Yield the given places at which motions ended, in order, and whether each motion was straight."""
     last = ""
     for one in run.commands:
@@ -371,12 +371,12 @@ def _ends(run: Evidence, needs: tuple[str, ...]) -> Iterator[Proposed]:
     """Yield checks of the final places of parts and tool."""
     moved = _moved_parts(run)
     for name, pose in moved:
-        lines = ('kind = "part_at"', f"part = {_quoted(name)}", 'at = "model"', "mm = 2", "deg = 2", "points = 2")
+        lines = ('kind = "part_at"', f"part = {_quote(name)}", 'at = "model"', "mm = 2", "deg = 2", "points = 2")
         yield Proposed(f"{name} is in its place", f"It ended at {_numbers(pose)}.", lines)
     if moved and run.course is not None:
         held = run.course.held(run.end)
         said = "the hand is empty" if held is None else f"the hand holds {held}"
-        line = () if held is None else (f"part = {_quoted(held)}",)
+        line = () if held is None else (f"part = {_quote(held)}",)
         yield Proposed(said, "What the hand holds in the end.", ('kind = "held"', *line, *needs))
     last = _tool(run, run.end)
     yield Proposed(
@@ -395,7 +395,7 @@ def _outputs(judged: JudgedRun) -> Iterator[Proposed]:
         yield Proposed("the outputs change in order", f"They changed at {times}.", lines)
 
 
-def _typed(run: Evidence) -> Iterator[Proposed]:
+def _typed_lines(run: Evidence) -> Iterator[Proposed]:
     lines = [line.text for line in run.typed if line.text.strip()][:MAX_LINES]
     if lines:
         listed = "".join(f"    {_typed_line(line)},\n" for line in lines)
@@ -406,15 +406,15 @@ def _typed(run: Evidence) -> Iterator[Proposed]:
 def _typed_line(line: str) -> str:
     """Return a line as a check requires it: exact text, or a pattern if it has numbers."""
     if NUMBER.search(line) is None:
-        return _quoted(line)
+        return _quote(line)
     pieces, last = [], 0
     for found in NUMBER.finditer(line):
-        pieces += [_escaped(line[last : found.start()]), r"\s*-?\d+(\.\d+)?"]
+        pieces += [_escape(line[last : found.start()]), r"\s*-?\d+(\.\d+)?"]
         last = found.end()
-    return f"{{pattern = {_quoted(''.join(pieces) + _escaped(line[last:]))}}}"
+    return f"{{pattern = {_quote(''.join(pieces) + _escape(line[last:]))}}}"
 
 
-def _escaped(text: str) -> str:
+def _escape(text: str) -> str:
     """Return a pattern that matches a text; blanks stay unchanged."""
     return re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", text)
 
@@ -511,7 +511,7 @@ def _numbers(T: Transform) -> str:
     return ", ".join(f"{number:.1f}".replace("-0.0", "0.0").removesuffix(".0") for number in numbers_of(T))
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text as a TOML string."""
     if "'" not in text and text.isprintable() and ('"' in text or "\\" in text):
         return f"'{text}'"

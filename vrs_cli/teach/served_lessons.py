@@ -69,7 +69,7 @@ class ServedLessons:
         cell = None if lesson.cell_file is None else lesson.cell
         return replace(plan, model=lesson.robot, journal=None, realtime=None, cell=cell, one_user=True, idle=inf)
 
-    def opened(self, room: Room) -> None:
+    def start_at(self, room: Room) -> None:
         """Start a learner at a robot for lessons."""
         student = student_of(room.name)
         if student is None:
@@ -99,7 +99,7 @@ class ServedLessons:
         keys = [progress_key(one) for one in folders]
         start = keys.index(record.latest) if record.latest in keys else 0
         order = [*zip(keys, folders, strict=True)]
-        return next((one for key, one in order[start:] + order[:start] if not record.of(key).finished), folders[0])
+        return next((one for key, one in order[start:] + order[:start] if not record.of(key).is_finished), folders[0])
 
     # --- clients ---
 
@@ -139,7 +139,7 @@ class Tutor:
         self.goes: Callable[[Path], None] = lambda _folder: None
         self._room = room
         standing = record.of(lesson.key)
-        begin = 0 if standing.finished else standing.passed
+        begin = 0 if standing.is_finished else standing.passed
         self._learner = Learner(lesson, self._look, self._show, record, course, begin)
         self._said: list[messages.LessonText] = []  # texts of the current step
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()

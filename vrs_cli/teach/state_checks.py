@@ -173,7 +173,7 @@ def _range(text: ExerciseText, entry: CellEntry, key: str) -> ValueRange:
     given = entry.given.get(key)
     if isinstance(given, list) and len(given) == 2 and all(map(_is_number, given)) and given[0] <= given[1]:
         return ValueRange(float(given[0]), float(given[1]))
-    text.fault(entry, key, f"{text.said(given)}the least and the most, such as [0.5, 2]")
+    text.fault(entry, key, f"{text.prefix(given)}the least and the most, such as [0.5, 2]")
     return ValueRange(0.0, 0.0)
 
 
@@ -187,7 +187,7 @@ def _value(text: ExerciseText, entry: CellEntry, key: str) -> float | str:
         return text.text(entry, key)
     if _is_number(given):
         return float(given)  # type: ignore[arg-type]
-    text.fault(entry, key, f"{text.said(given)}a number, or a text in quotes")
+    text.fault(entry, key, f"{text.prefix(given)}a number, or a text in quotes")
     return 0.0
 
 
@@ -195,7 +195,7 @@ def _variable(text: ExerciseText, entry: CellEntry, key: str) -> Named:
     given = text.text(entry, key)
     found = item_of_text(given.removeprefix("$"))
     if found is None:
-        text.fault(entry, key, f"{text.said(given)}the name of a variable, such as height, part[2] or $name")
+        text.fault(entry, key, f"{text.prefix(given)}the name of a variable, such as height, part[2] or $name")
         return Named(given, ())
     name, index = found
     return Named(given, ((f"${name}" if given.startswith("$") else name, index),))
@@ -205,7 +205,7 @@ def _location(text: ExerciseText, entry: CellEntry, key: str) -> Named:
     given = text.text(entry, key)
     found = tuple(item_of_text(one) for one in given.split(":"))
     if not all(found):
-        text.fault(entry, key, f"{text.said(given)}the name of a location, such as part, or table:corner")
+        text.fault(entry, key, f"{text.prefix(given)}the name of a location, such as part, or table:corner")
     return Named(given, tuple(one for one in found if one is not None))
 
 
@@ -213,7 +213,7 @@ def _setting(text: ExerciseText, entry: CellEntry, key: str) -> str:
     given = text.text(entry, key).upper()
     if given not in SWITCHES and given not in PARAMETERS:
         text.fault(
-            entry, key, f"{text.said(given)}a switch ({', '.join(SWITCHES)}) or parameter ({', '.join(PARAMETERS)})"
+            entry, key, f"{text.prefix(given)}a switch ({', '.join(SWITCHES)}) or parameter ({', '.join(PARAMETERS)})"
         )
     return given
 

@@ -122,8 +122,8 @@ def _curve(arm: RobotArm, segment: Segment, order: int) -> tuple[Callable[[float
     """Return the curve of a moving segment, and a bound of its second derivative."""
     path, tool = segment.path, segment.motion.frames.tool
     if not isinstance(path, JointPath):
-        rows = [_derived(a, order) for a in path.position]
-        bend = hypot(*(most(_derived(a, 2), segment.duration) for a in rows))
+        rows = [_derive(a, order) for a in path.position]
+        bend = hypot(*(most(_derive(a, 2), segment.duration) for a in rows))
         if order == 0:
             return tip_of(arm, segment), bend
         x, y, z = rows
@@ -131,7 +131,7 @@ def _curve(arm: RobotArm, segment: Segment, order: int) -> tuple[Callable[[float
     bounds = [
         [max(-low, high) for low, high in path.extremes(segment.duration, which)] for which in range(1, order + 3)
     ]
-    bend = carried(arm.model, tool, bounds)
+    bend = tip_bound(arm.model, tool, bounds)
     if order == 0:
         return tip_of(arm, segment), bend
     if order == 1:
@@ -149,13 +149,13 @@ def _linear(twist: Sequence[float]) -> Vector:
     return twist[0], twist[1], twist[2]
 
 
-def _derived(a: Polynomial, order: int) -> Polynomial:
+def _derive(a: Polynomial, order: int) -> Polynomial:
     for _ in range(order):
         a = derivative(a)
     return a
 
 
-def carried(model: RobotModel, T_flange_tool: Transform, bounds: Sequence[Sequence[float]]) -> float:
+def tip_bound(model: RobotModel, T_flange_tool: Transform, bounds: Sequence[Sequence[float]]) -> float:
     """Return a bound of the last derivative of the tip's position. `bounds`: for each order of derivative, from 1 on,
     the bound of each joint [rad, m].
     """
@@ -216,7 +216,7 @@ def _stands(segment: Segment, s: float) -> bool:
 
 NOISE = 1e-9  # of a measure: smaller differences between machines are ignored, so that all find the same result
 NOISE_DIGITS = 9
-SHORTEST = 1e-5  # [s] minimum length of a piece that is halved
+MIN_PIECE_S = 1e-5  # [s] minimum length of a piece that is halved
 INSTANT = 1e-4  # [s] precision of the time at which a measure crosses a value
 
 Measure = Callable[[Vector], float]
@@ -313,7 +313,7 @@ def _best(
     while waiting and -waiting[0][0] > max(best.value + precision, enough):
         _, number, a, b = heappop(waiting)
         piece = pieces[number]
-        if b.s - a.s <= SHORTEST:
+        if b.s - a.s <= MIN_PIECE_S:
             continue
         middle = look(piece, 0.5 * (a.s + b.s))
         for left, right in ((a, middle), (middle, b)):
@@ -356,7 +356,7 @@ def most_turned(
         waiting = [(since, angle(since, pair), until, angle(until, pair))]
         while waiting:
             t0, a0, t1, a1 = waiting.pop()
-            if 0.5 * (a0 + a1 + rate * (t1 - t0)) > max(best + precision, enough) and t1 - t0 > SHORTEST:
+            if 0.5 * (a0 + a1 + rate * (t1 - t0)) > max(best + precision, enough) and t1 - t0 > MIN_PIECE_S:
                 t = 0.5 * (t0 + t1)
                 a = angle(t, pair)
                 waiting += [(t, a, t1, a1), (t0, a0, t, a)]
@@ -408,7 +408,7 @@ def _spans(
     return found
 
 
-def clipped(pieces: Sequence[Piece], begin: float, end: float) -> list[Piece]:
+def clip(pieces: Sequence[Piece], begin: float, end: float) -> list[Piece]:
     """Return the part of a curve between two times [s]."""
     found = list[Piece]()
     for piece in pieces:

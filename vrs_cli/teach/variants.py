@@ -84,18 +84,18 @@ class Situation(Struct, frozen=True):
     given: LoadedFile | None
 
 
-def moved(around: Situation, variant: Variant) -> Situation:
+def move(around: Situation, variant: Variant) -> Situation:
     """Return the situation with all changes of a variant."""
     draws = Random(variant.seed)
     for group in variant.groups:
         shares = [2.0 * draws.random() - 1.0 for _ in range(6)]
-        around = _changed(around, group, shares)
+        around = _change(around, group, shares)
         if group.shuffle:
-            around = structs.replace(around, cell=_shuffled(around.cell, group, draws))
+            around = structs.replace(around, cell=_shuffle(around.cell, group, draws))
     return around
 
 
-def _shuffled(cell: Cell, group: Group, draws: Random) -> Cell:
+def _shuffle(cell: Cell, group: Group, draws: Random) -> Cell:
     """Return a cell in which the feeders of a group bring their parts in another order."""
     signals = _signals(cell, frozenset(name.lower() for name in group.names))
     feeders = tuple(
@@ -107,7 +107,7 @@ def _shuffled(cell: Cell, group: Group, draws: Random) -> Cell:
     return structs.replace(cell, scene=structs.replace(cell.scene, feeders=feeders))
 
 
-def _changed(around: Situation, group: Group, shares: list[float]) -> Situation:
+def _change(around: Situation, group: Group, shares: list[float]) -> Situation:
     """Return the situation after the change of one group."""
     x, y, z, turn, later, value = shares
     shift = [1e-3 * _in_steps(1e3 * most * share, MM_STEP) for most, share in zip(group.by, (x, y, z), strict=True)]
@@ -282,7 +282,7 @@ def _seeds(text: ExerciseText, entry: CellEntry) -> tuple[int, ...]:
     seeds = given if isinstance(given, list) else [given]
     if seeds and len(seeds) <= MAX_SEEDS and all(type(one) is int and 0 <= one <= 2**31 for one in seeds):
         return tuple(seeds)
-    text.fault(entry, "seed", f"{text.said(given)}a whole number from 0, or a list of them such as [1, 2, 3]")
+    text.fault(entry, "seed", f"{text.prefix(given)}a whole number from 0, or a list of them such as [1, 2, 3]")
     return ()
 
 

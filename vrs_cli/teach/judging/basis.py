@@ -129,7 +129,7 @@ class Verdict(Struct, frozen=True):
     at: float | None = None
 
 
-def rounded(value: float, step: float) -> float:
+def round_to(value: float, step: float) -> float:
     """Return the nearest multiple of a step; halves go up, within the noise of floats."""
     count = floor(round(value / step, NOISE_DIGITS) + 0.5)
     return round(count * step, 12) + 0.0
@@ -137,7 +137,7 @@ def rounded(value: float, step: float) -> float:
 
 def exceeds(value: float, most: float, step: float) -> bool:
     """Return whether a value, rounded to a step, is above the limit by more than one step."""
-    return rounded(value, step) / step > most / step + 1.0 + SLACK
+    return round_to(value, step) / step > most / step + 1.0 + SLACK
 
 
 def largest(most: float, step: float) -> float:
@@ -155,15 +155,15 @@ def falls_short(value: float, least: float, step: float) -> bool:
     return exceeds(-value, -least, step)
 
 
-def written(value: float, step: float) -> str:
+def figure(value: float, step: float) -> str:
     """Return a rounded value with the decimals of its step: `23.4`."""
     decimals = next((count for count in range(7) if abs(step * 10**count - round(step * 10**count)) < SLACK), 7)
-    return f"{rounded(value, step):.{decimals}f}"
+    return f"{round_to(value, step):.{decimals}f}"
 
 
-def written_place(place: Vector, step: float) -> str:
+def place_figures(place: Vector, step: float) -> str:
     """Return a position given in metres as `[0.0, 550.0, -250.0]` in mm."""
-    return f"[{', '.join(written(1000.0 * x, step) for x in place)}]"
+    return f"[{', '.join(figure(1000.0 * x, step) for x in place)}]"
 
 
 HALF = 0.5  # of the points: for a nearly correct result
@@ -224,9 +224,9 @@ class JudgedRun(Struct, frozen=True, dict=True):
         """Return the precision of searches for lengths [m]."""
         return 1e-3 * PRECISION * self.mm
 
-    def said(self, place: Vector) -> str:
+    def place_text(self, place: Vector) -> str:
         """Return a position in mm as the text of a reason."""
-        return written_place(place, self.mm)
+        return place_figures(place, self.mm)
 
     @cached_property
     def tip(self) -> list[Piece]:

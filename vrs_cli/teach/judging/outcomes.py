@@ -28,8 +28,8 @@ from vrs_cli.teach.judging.basis import (
     Verdict,
     exceeds,
     falls_short,
+    figure,
     smallest,
-    written,
 )
 from vrs_cli.teach.judging.ways import PASSED_MM, did_not_go, windows
 from vrs_cli.values.results import RunOutcome
@@ -83,13 +83,13 @@ def _nearness(
     far, share = 1000.0 * distance(found, wanted), 1.0
     if exceeds(far, check.mm, step):
         share = HALF if not exceeds(far, NEAR * check.mm, step) else 0.0
-    text = f"{what} ended {written(far, step)} mm from the place, {written(check.mm, step)} mm allowed"
+    text = f"{what} ended {figure(far, step)} mm from the place, {figure(check.mm, step)} mm allowed"
     if check.deg is not None:
         off = degrees(angle_between(found, wanted))
-        text += f", turned by {written(off, turn_step)} deg, {written(check.deg, turn_step)} deg allowed"
+        text += f", turned by {figure(off, turn_step)} deg, {figure(check.deg, turn_step)} deg allowed"
         if exceeds(off, check.deg, turn_step):
             share = min(share, HALF if not exceeds(off, NEAR * check.deg, turn_step) else 0.0)
-    return Verdict(share, f"{text}; at {run.said(position(found))}", run.evidence.end)
+    return Verdict(share, f"{text}; at {run.place_text(position(found))}", run.evidence.end)
 
 
 def judge_held(check: HeldCheck, run: JudgedRun) -> Verdict:
@@ -120,7 +120,7 @@ def stopped_early(evidence: Evidence, step: float) -> str | None:
         line = f"in line {fault.line}, {fault.source.strip()}" if fault.line else f"at step {fault.step}"
         return f"the program stopped {line}: {fault.message}"
     if evidence.outcome in ENDED:
-        return f"the program did not come to its end: it stopped at {written(evidence.clock, step)} s"
+        return f"the program did not come to its end: it stopped at {figure(evidence.clock, step)} s"
     return None
 
 
@@ -141,14 +141,14 @@ def _time_between(check: CycleTimeCheck, run: JudgedRun, a: Vector, b: Vector) -
     if not found:
         return did_not_go(run, a, b, PASSED_MM)
     begin, end = min(found, key=lambda one: one[1] - one[0])
-    return _time_verdict(f"the way from {run.said(a)} to {run.said(b)}", end - begin, begin, check, run.s)
+    return _time_verdict(f"the way from {run.place_text(a)} to {run.place_text(b)}", end - begin, begin, check, run.s)
 
 
 def _time_verdict(what: str, seconds: float, started: float, check: CycleTimeCheck, step: float) -> Verdict:
-    took = f"{what} took {written(seconds, step)} s"
-    text = f"{took}, {written(check.most, step)} s allowed"
+    took = f"{what} took {figure(seconds, step)} s"
+    text = f"{took}, {figure(check.most, step)} s allowed"
     if falls_short(seconds, check.least, step):
-        return Verdict(0.0, f"{took}, at least {written(check.least, step)} s is wanted")
+        return Verdict(0.0, f"{took}, at least {figure(check.least, step)} s is wanted")
     if not exceeds(seconds, check.most, step):
         return Verdict(1.0, text)
     return Verdict(HALF if not exceeds(seconds, MORE * check.most, step) else 0.0, text, started + check.most)
@@ -187,27 +187,28 @@ def judge_contact(check: ContactCheck, run: JudgedRun) -> Verdict:
         found = first_contact(run, 0.0, check.allow)
     if found is None:
         return Verdict(1.0, "nothing touched that should not")
-    return Verdict(0.0, _said(found, run), found.t)
+    return Verdict(0.0, _contact_text(found, run), found.t)
 
 
 def judge_clearance(check: ClearanceCheck, run: JudgedRun) -> Verdict:
     """Judge how close things came to the arm."""
-    wanted = written(check.mm, run.mm)
+    wanted = figure(check.mm, run.mm)
     found = first_contact(run, 1e-3 * max(smallest(check.mm, run.mm), 0.0), check.allow)
     if found is None:
         return Verdict(1.0, f"{wanted} mm were kept from everything")
     half = first_contact(run, 1e-3 * HALF * check.mm, check.allow) if not found.depth else found
-    return Verdict(0.0 if half is not None else HALF, f"{_said(found, run)}; {wanted} mm are to be kept", found.t)
+    reason = f"{_contact_text(found, run)}; {wanted} mm are to be kept"
+    return Verdict(0.0 if half is not None else HALF, reason, found.t)
 
 
-def _said(contact: Contact, run: JudgedRun) -> str:
+def _contact_text(contact: Contact, run: JudgedRun) -> str:
     """Describe a contact. Two touching faces have many contact points, so the text names the position of the tip."""
     it = run.evidence
     tip = position(position_at(it.arm, it.timeline, contact.t).T_world_tool)
-    when = f"at {written(contact.t, run.s)} s with the tool at {run.said(tip)}"
+    when = f"at {figure(contact.t, run.s)} s with the tool at {run.place_text(tip)}"
     names = f"{_article(contact.first)} touched {_article(contact.second)}"
     if contact.depth > 0.0:
-        return f"{names} {when}, {written(1000.0 * contact.depth, run.mm)} mm deep"
+        return f"{names} {when}, {figure(1000.0 * contact.depth, run.mm)} mm deep"
     return f"{_article(contact.first)} came too near to {_article(contact.second)} {when}"
 
 

@@ -18,7 +18,7 @@ from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import OUTPUTS
 from vrs_cli.teach.checks import DialectCheck, SignalChange, SignalsCheck, TypedCheck, TypedText, WordsCheck
-from vrs_cli.teach.judging.basis import HALF, JudgedRun, Verdict, exceeds, falls_short, written
+from vrs_cli.teach.judging.basis import HALF, JudgedRun, Verdict, exceeds, falls_short, figure
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.numbers import count
 
@@ -70,7 +70,7 @@ def judge_signals(check: SignalsCheck, run: JudgedRun) -> Verdict:
         named = {abs(one.signal) for one in check.changes}
         more = [one for k, one in enumerate(seen) if k not in used and abs(one.signal) in named]
         if more:
-            what = f"signal {abs(more[0].signal)} {_way(more[0].signal)} at {written(more[0].t, run.s)} s as well"
+            what = f"signal {abs(more[0].signal)} {_way(more[0].signal)} at {figure(more[0].t, run.s)} s as well"
             return Verdict(HALF, f"{what}, which is not wanted", run.evidence.started + more[0].t)
     return Verdict(1.0, f"{count(total, 'signal')} changed as wanted", run.evidence.started + last)
 
@@ -79,25 +79,25 @@ def _wrong(wanted: SignalChange, seen: OutputChange, run: JudgedRun) -> str | No
     """Describe why a change is not the required one; return None if it is, and "" for another signal."""
     if seen.signal != wanted.signal:
         return ""
-    when, step = written(seen.t, run.s), run.s
+    when, step = figure(seen.t, run.s), run.s
     since, later = 0.0, ""
     if wanted.since is not None:
         came = came_on(wanted.since, run)
         if came is None:
             return f"at {when} s, and signal {wanted.since} never came on"
-        since, later = came, f" after signal {wanted.since} came on at {written(came, step)} s"
+        since, later = came, f" after signal {wanted.since} came on at {figure(came, step)} s"
     if falls_short(seen.t - since, wanted.after, step):
-        return f"at {when} s, it is wanted at {written(wanted.after, step)} s{later} or later"
+        return f"at {when} s, it is wanted at {figure(wanted.after, step)} s{later} or later"
     if exceeds(seen.t - since, wanted.before, step):
-        return f"at {when} s, it is wanted by {written(wanted.before, step)} s{later}"
+        return f"at {when} s, it is wanted by {figure(wanted.before, step)} s{later}"
     if wanted.near is not None:
         it = run.evidence
         place = run.basis.point(wanted.near)
         tip = position(position_at(it.arm, it.timeline, it.started + seen.t).T_world_tool)
         far = 1000.0 * dist(tip, place)
         if exceeds(far, wanted.mm, run.mm):
-            away = f"{written(far, run.mm)} mm from {run.said(place)}, {written(wanted.mm, run.mm)} mm allowed"
-            return f"at {when} s with the tool at {run.said(tip)}, {away}"
+            away = f"{figure(far, run.mm)} mm from {run.place_text(place)}, {figure(wanted.mm, run.mm)} mm allowed"
+            return f"at {when} s with the tool at {run.place_text(tip)}, {away}"
     return None
 
 
@@ -128,15 +128,15 @@ def judge_words(check: WordsCheck, run: JudgedRun) -> Verdict:
     wrong = [word for word in check.avoid if _uses(run.evidence.programs, used, word)]
     reasons = []
     if missing:
-        reasons.append(f"the program does not use {_listed(missing)}")
+        reasons.append(f"the program does not use {_word_list(missing)}")
     if wrong:
-        reasons.append(f"the program uses {_listed(wrong)}, which it must not use")
+        reasons.append(f"the program uses {_word_list(wrong)}, which it must not use")
     total = len(check.use) + len(check.avoid)
     share = 1.0 - (len(missing) + len(wrong)) / total
     return Verdict(share, "; ".join(reasons) or "the program uses the words that it should")
 
 
-def _listed(words: list[str]) -> str:
+def _word_list(words: list[str]) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
@@ -207,8 +207,8 @@ def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
         used.add(place - 1)
     more = [line for number, line in enumerate(typed) if number not in used] if check.only else []
     if more:
-        when = f"at {written(more[0].t, step)} s"
-        return Verdict(HALF, f"{shown(more[0].text)} was typed {when}, which is not wanted", started + more[0].t)
+        when = f"at {figure(more[0].t, step)} s"
+        return Verdict(HALF, f"{quote(more[0].text)} was typed {when}, which is not wanted", started + more[0].t)
     return Verdict(1.0, f"{count(len(lines), 'wanted line')} typed{' in order' if len(lines) > 1 else ''}")
 
 
@@ -246,15 +246,15 @@ def _matches(text: str, wanted: TypedText) -> bool:
 def _missing_lines(wanted: TypedText, found: int, total: int, other: TypedLine | None, step: float) -> str:
     """Return the reason for a required line that was not found."""
     if other is not None:
-        bounds = [f"at {written(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
-        bounds += [f"by {written(wanted.before, step)} s"] if wanted.before < LATEST else []
-        return f"{shown(other.text)} was typed at {written(other.t, step)} s, it is wanted {' and '.join(bounds)}"
-    what = f"a line that fits {shown(wanted.text)}" if wanted.pattern else shown(wanted.text)
+        bounds = [f"at {figure(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
+        bounds += [f"by {figure(wanted.before, step)} s"] if wanted.before < LATEST else []
+        return f"{quote(other.text)} was typed at {figure(other.t, step)} s, it is wanted {' and '.join(bounds)}"
+    what = f"a line that fits {quote(wanted.text)}" if wanted.pattern else quote(wanted.text)
     after = "" if not found else f" after the {count(found, 'line')} before it"
     return f"{what} was not typed{after} ({found} of {count(total, 'wanted line')})"
 
 
-def shown(text: str) -> str:
+def quote(text: str) -> str:
     """Return a text in quotes, truncated if it is long."""
     cut = text.strip() if len(text.strip()) <= MAX_SHOWN_CHARS else f"{text.strip()[: MAX_SHOWN_CHARS - 3]}..."
     return f'"{cut}"'

@@ -15,7 +15,7 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compose, distance, position
 from vrs_cli.teach.exercise_text import BaseCheck
-from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, exceeds, falls_short, rounded, written
+from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, exceeds, falls_short, figure, round_to
 from vrs_cli.teach.state_checks import (
     ConfigurationCheck,
     JointsCheck,
@@ -55,13 +55,13 @@ def judge_joints(check: JointsCheck, run: JudgedRun) -> Verdict:
         return all(wanted is None or not exceeds(abs(one - wanted), check.deg, step) for one, wanted in pairs)
 
     if check.time is None and check.when is When.PASSED:
-        ends = [one.end for one in commanded(evidence)]
+        ends = [one.end for one in commanded_motions(evidence)]
         count = sum(fits(joints_at(evidence.arm, evidence.timeline, end)) for end in ends)
         return _verdict(count >= check.count, f"{count} motions ended there, {check.count} are wanted")
     t = evidence.end if check.time is None else check.time
     q = joints_at(evidence.arm, evidence.timeline, t)
-    shown = ", ".join(written(one, step) for one in units.shown(q))
-    return _verdict(fits(q), f"the joints are {shown} at {written(t, basis.rounding.s)} s", t)
+    shown = ", ".join(figure(one, step) for one in units.shown(q))
+    return _verdict(fits(q), f"the joints are {shown} at {figure(t, basis.rounding.s)} s", t)
 
 
 def judge_location(check: LocationCheck, run: JudgedRun) -> Verdict:
@@ -76,10 +76,10 @@ def judge_location(check: LocationCheck, run: JudgedRun) -> Verdict:
     wanted = basis.place(check.at)
     assert found is not None, "a name has a part"
     far, off = 1000.0 * distance(found, wanted), degrees(angle_between(found, wanted))
-    text = f"{check.of.text} is {written(far, basis.rounding.mm)} mm from the place that is wanted"
+    text = f"{check.of.text} is {figure(far, basis.rounding.mm)} mm from the place that is wanted"
     right = not exceeds(far, check.mm, basis.rounding.mm)
     if check.deg is not None:
-        text += f", turned by {written(off, basis.rounding.deg)} deg"
+        text += f", turned by {figure(off, basis.rounding.deg)} deg"
         right &= not exceeds(off, check.deg, basis.rounding.deg)
     return _verdict(right, text)
 
@@ -146,7 +146,7 @@ class CommandedMotion(Struct, frozen=True):
     end: float
 
 
-def commanded(evidence: Evidence) -> list[CommandedMotion]:
+def commanded_motions(evidence: Evidence) -> list[CommandedMotion]:
     """Return the motions that begin in the step, in the order of their commands. A motion ends where another one cuts
     it.
     """
@@ -162,7 +162,7 @@ def commanded(evidence: Evidence) -> list[CommandedMotion]:
 def judge_motion(check: MotionCheck, run: JudgedRun) -> Verdict:
     """Judge one motion of the step."""
     evidence, basis = run.evidence, run.basis
-    motions = commanded(evidence)
+    motions = commanded_motions(evidence)
     if not motions:
         return _verdict(False, "nothing has moved in this step")
     wrong = [_wrong(check, one, evidence, basis) for one in (motions[-1:] if check.last else motions)]
@@ -179,14 +179,14 @@ def _wrong(check: MotionCheck, one: CommandedMotion, evidence: Evidence, basis: 
     if check.profile not in (None, one.motion.profile):
         return f"{one.motion.text} has the profile {one.motion.profile.name}"
     if check.seconds is not None and not _inside(one.end - one.begin, check.seconds, step):
-        return f"{one.motion.text} takes {written(one.end - one.begin, step)} s"
+        return f"{one.motion.text} takes {figure(one.end - one.begin, step)} s"
     if check.begins is not None and exceeds(abs(one.begin - check.begins), 0.0, step):
-        return f"{one.motion.text} begins at {written(one.begin, step)} s"
+        return f"{one.motion.text} begins at {figure(one.begin, step)} s"
     ends = [position_at(arm, timeline, t) for t in (one.begin, one.end)]
     if check.mm is not None:
         far = 1000.0 * distance(ends[0].T_world_tool, ends[1].T_world_tool)
         if not _inside(far, check.mm, basis.rounding.mm):
-            return f"{one.motion.text} ends {written(far, basis.rounding.mm)} mm from where it begins"
+            return f"{one.motion.text} ends {figure(far, basis.rounding.mm)} mm from where it begins"
     turning = sum(abs(a - b) > 1e-9 for a, b in zip(ends[0].joints, ends[1].joints, strict=True))
     if turning < check.joints:
         return f"{one.motion.text} turns {turning} joints"
@@ -196,7 +196,7 @@ def _wrong(check: MotionCheck, one: CommandedMotion, evidence: Evidence, basis: 
     if check.displaced is not None and record.is_displaced is not check.displaced:
         return f"{record.text} begins {'at another' if record.is_displaced else 'at the'} time than was asked"
     if falls_short(record.executed - record.issued, check.lead, step):
-        return f"{record.text} begins {written(record.executed - record.issued, step)} s after its command"
+        return f"{record.text} begins {figure(record.executed - record.issued, step)} s after its command"
     return ""
 
 
@@ -211,10 +211,10 @@ def judge_phases(check: PhasesCheck, run: JudgedRun) -> Verdict:
     order, length = list(check.order), len(check.order)
     places = range(len(phases) - length + 1)
     right = phases == order if check.only else any(phases[at : at + length] == order for at in places)
-    return _verdict(right, f"the timeline has {', '.join(_shortened(phases)) or 'no motion'}")
+    return _verdict(right, f"the timeline has {', '.join(_shorten(phases)) or 'no motion'}")
 
 
-def _shortened(phases: list[Phase]) -> Iterator[str]:
+def _shorten(phases: list[Phase]) -> Iterator[str]:
     names = [one.value for one in phases]
     yield from names if len(names) <= 12 else [*names[:6], "...", *names[-6:]]
 
@@ -227,8 +227,8 @@ def judge_passes(check: PassesCheck, run: JudgedRun) -> Verdict:
     step = basis.rounding.mm
     if near == inf:
         return _verdict(False, "nothing has moved in this step")
-    text = f"the tool comes within {written(1000.0 * near, step)} mm of the place"
-    return _verdict(_inside(1000.0 * near, check.mm, step), text, rounded(t, basis.rounding.s))
+    text = f"the tool comes within {figure(1000.0 * near, step)} mm of the place"
+    return _verdict(_inside(1000.0 * near, check.mm, step), text, round_to(t, basis.rounding.s))
 
 
 def _nearest(evidence: Evidence, place: Vector) -> tuple[float, float]:

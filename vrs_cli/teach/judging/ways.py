@@ -40,8 +40,8 @@ from vrs_cli.teach.judging.basis import (
     JudgedRun,
     Verdict,
     exceeds,
+    figure,
     largest,
-    written,
 )
 from vrs_cli.teach.tip import (
     Extreme,
@@ -49,7 +49,7 @@ from vrs_cli.teach.tip import (
     Piece,
     TurningPiece,
     below,
-    clipped,
+    clip,
     farthest,
     greatest,
     least,
@@ -81,17 +81,18 @@ def judge_places(check: PlacesCheck, run: JudgedRun) -> Verdict:
     t, reach, total = run.evidence.started, _reach(check.mm, run), len(check.places)
     for found, place in enumerate(check.places):
         target = run.basis.point(place)
-        after = clipped(run.tip, t, run.evidence.end)
+        after = clip(run.tip, t, run.evidence.end)
         if not after:
-            return Verdict(found / total, f"the tool did not move on to {run.said(target)}", t)
+            return Verdict(found / total, f"the tool did not move on to {run.place_text(target)}", t)
         passed = within(after, target, reach, run.precision)
         if not passed:
             near = nearest(after, target, run.precision)
-            since = f" after {written(t, run.s)} s" if found else ""
+            since = f" after {figure(t, run.s)} s" if found else ""
             return Verdict(
                 found / total,
-                f"the tool came no nearer to {run.said(target)}{since} than {written(1000.0 * near.value, run.mm)} mm, "
-                f"{written(check.mm, run.mm)} mm allowed; {found} of {count(total, 'place')} passed",
+                f"the tool came no nearer to {run.place_text(target)}{since} than "
+                f"{figure(1e3 * near.value, run.mm)} mm, {figure(check.mm, run.mm)} mm allowed; "
+                f"{found} of {count(total, 'place')} passed",
                 near.t,
             )
         t = passed[0][0]
@@ -118,9 +119,9 @@ def did_not_go(run: JudgedRun, a: Vector, b: Vector, mm: float) -> Verdict:
     for what, place in (("beginning", a), ("end", b)):
         near = nearest(run.tip, place, run.precision)
         if near.value > _reach(mm, run):
-            far = f"{written(1000.0 * near.value, run.mm)} mm, {written(mm, run.mm)} mm allowed"
-            return Verdict(0.0, f"the tool came no nearer to the {what} {run.said(place)} than {far}", near.t)
-    return Verdict(0.0, f"the tool did not go from {run.said(a)} to {run.said(b)}")
+            far = f"{figure(1000.0 * near.value, run.mm)} mm, {figure(mm, run.mm)} mm allowed"
+            return Verdict(0.0, f"the tool came no nearer to the {what} {run.place_text(place)} than {far}", near.t)
+    return Verdict(0.0, f"the tool did not go from {run.place_text(a)} to {run.place_text(b)}")
 
 
 # --- lines, arcs, stops ----------------------------------------------------------------------------------------------
@@ -140,11 +141,11 @@ def judge_path(check: PathCheck, run: JudgedRun) -> Verdict:
     far = 1000.0 * best.value
     if exceeds(far, check.mm, run.mm):
         share = HALF if not exceeds(far, NEAR * check.mm, run.mm) else 0.0
-        allowed = f"{written(far, run.mm)} mm from the {way}, {written(check.mm, run.mm)} mm allowed"
+        allowed = f"{figure(far, run.mm)} mm from the {way}, {figure(check.mm, run.mm)} mm allowed"
         return Verdict(
-            share, f"the tool was {allowed}, at {written(best.t, run.s)} s at {run.said(best.place)}", best.t
+            share, f"the tool was {allowed}, at {figure(best.t, run.s)} s at {run.place_text(best.place)}", best.t
         )
-    text = f"the tool stayed within {written(check.mm, run.mm)} mm of the {way}"
+    text = f"the tool stayed within {figure(check.mm, run.mm)} mm of the {way}"
     return Verdict(1.0, text) if check.deg is None else _orientation(check.deg, text, check.begin, found, run)
 
 
@@ -161,14 +162,14 @@ def _orientation(most: float, text: str, place: Place, found: list[Window], run:
         for window in found
     )
     if not exceeds(degrees(off), most, step):
-        return Verdict(1.0, f"{text}, and was turned by no more than {written(most, step)} deg")
+        return Verdict(1.0, f"{text}, and was turned by no more than {figure(most, step)} deg")
     share = HALF if not exceeds(degrees(off), NEAR * most, step) else 0.0
-    turned = f"it was turned by {written(degrees(off), step)} deg, {written(most, step)} deg allowed"
-    return Verdict(share, f"{text}; at {written(t, run.s)} s {turned}", t)
+    turned = f"it was turned by {figure(degrees(off), step)} deg, {figure(most, step)} deg allowed"
+    return Verdict(share, f"{text}; at {figure(t, run.s)} s {turned}", t)
 
 
 def _worst(run: JudgedRun, window: Window, search: Callable[..., Extreme], measure: Measure) -> Extreme:
-    found: Extreme = search(clipped(run.tip, *window) or run.tip[:1], measure, run.precision)
+    found: Extreme = search(clip(run.tip, *window) or run.tip[:1], measure, run.precision)
     return found
 
 
@@ -219,9 +220,9 @@ def judge_no_stop(check: NoStopCheck, run: JudgedRun) -> Verdict:
     if not fewest:
         return Verdict(1.0, "the arm did not stop on the way")
     t = fewest[0][0]
-    place = nearest(clipped(run.tip, t, run.evidence.end) or run.tip[-1:], a, 1.0).place
+    place = nearest(clip(run.tip, t, run.evidence.end) or run.tip[-1:], a, 1.0).place
     more = f", and {count(len(fewest) - 1, 'time')} more" if len(fewest) > 1 else ""
-    return Verdict(0.0, f"the arm stopped on the way, at {written(t, run.s)} s at {run.said(place)}{more}", t)
+    return Verdict(0.0, f"the arm stopped on the way, at {figure(t, run.s)} s at {run.place_text(place)}{more}", t)
 
 
 # --- boxes -----------------------------------------------------------------------------------------------------------
@@ -241,8 +242,8 @@ def judge_keep_out(check: KeepOutCheck, run: JudgedRun) -> Verdict:
     if not exceeds(-1000.0 * deepest.value, 0.0, run.mm):
         return Verdict(1.0, "the tool kept out of the box")
     entered = next(t for t, _ in below(run.tip, outside, -limit, run.precision))
-    deep = f"{written(-1000.0 * deepest.value, run.mm)} mm deep at {run.said(deepest.place)}"
-    return Verdict(0.0, f"the tool entered the box at {written(entered, run.s)} s, {deep}", entered)
+    deep = f"{figure(-1000.0 * deepest.value, run.mm)} mm deep at {run.place_text(deepest.place)}"
+    return Verdict(0.0, f"the tool entered the box at {figure(entered, run.s)} s, {deep}", entered)
 
 
 # --- speeds ----------------------------------------------------------------------------------------------------------
@@ -266,14 +267,14 @@ def _judge_rate(
     if check.begin is not None and check.end is not None:
         a, b = run.basis.point(check.begin), run.basis.point(check.end)
         spans = windows(run, a, b, PASSED_MM)
-        where = f" between {run.said(a)} and {run.said(b)}"
+        where = f" between {run.place_text(a)} and {run.place_text(b)}"
         if not spans:
             return did_not_go(run, a, b, PASSED_MM)
     if check.around is not None:
         place = run.basis.point(check.around)
         near = within(run.tip, place, 1e-3 * check.radius, run.precision)
         spans = near if spans is None else _common(spans, near)
-        where += f" within {written(check.radius, run.mm)} mm of {run.said(place)}"
+        where += f" within {figure(check.radius, run.mm)} mm of {run.place_text(place)}"
         if not spans:
             return Verdict(0.0, f"the tool was never{where}")
     if check.holding:
@@ -282,16 +283,16 @@ def _judge_rate(
         if not held:
             return Verdict(0.0, f"the hand never held the {check.holding}")
         spans = held if spans is None else _common(spans, held)
-    pieces = [piece for span in spans for piece in clipped(rates, *span)] if spans is not None else list(rates)
+    pieces = [piece for span in spans for piece in clip(rates, *span)] if spans is not None else list(rates)
     if not pieces:
         return Verdict(0.0, f"the tool was never{where}")
     found = greatest(pieces, length, run.precision, enough=1e-3 * largest(most, run.mm))
     value = 1000.0 * found.value
     if not exceeds(value, most, run.mm):
-        return Verdict(1.0, f"the {what} of the tool stayed within {written(most, run.mm)} {unit_}{where}")
+        return Verdict(1.0, f"the {what} of the tool stayed within {figure(most, run.mm)} {unit_}{where}")
     share = HALF if not exceeds(value, MORE * most, run.mm) else 0.0
-    text = f"the {what} of the tool was {written(value, run.mm)} {unit_}{where} at {written(found.t, run.s)} s"
-    return Verdict(share, f"{text}, {written(most, run.mm)} {unit_} allowed", found.t)
+    text = f"the {what} of the tool was {figure(value, run.mm)} {unit_}{where} at {figure(found.t, run.s)} s"
+    return Verdict(share, f"{text}, {figure(most, run.mm)} {unit_} allowed", found.t)
 
 
 def _held_spans(run: JudgedRun, part: str) -> list[Window]:
@@ -329,12 +330,12 @@ def _at_same_times(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Ve
     apart = _differences(ours, [_later(piece, evidence.started - model.started) for piece in theirs])
     found = greatest(apart, length, run.precision, enough=1e-3 * largest(check.mm, run.mm))
     far, share = 1000.0 * found.value, 1.0
-    text = f"the tool was within {written(check.mm, run.mm)} mm of the model's at all times"
+    text = f"the tool was within {figure(check.mm, run.mm)} mm of the model's at all times"
     at: float | None = None
     if exceeds(far, check.mm, run.mm):
         share, at = (HALF if not exceeds(far, NEAR * check.mm, run.mm) else 0.0), found.t
-        what = f"{written(far, run.mm)} mm from where the model's is, {written(check.mm, run.mm)} mm allowed"
-        text = f"at {written(found.t, run.s)} s the tool was {what}"
+        what = f"{figure(far, run.mm)} mm from where the model's is, {figure(check.mm, run.mm)} mm allowed"
+        text = f"at {figure(found.t, run.s)} s the tool was {what}"
     if check.deg is None:
         return Verdict(share, text, at)
     step = run.basis.rounding.deg
@@ -346,9 +347,9 @@ def _at_same_times(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Ve
     off = degrees(angle)
     if not exceeds(off, check.deg, step):
         return Verdict(share, text, at)
-    turned = f"it was turned by {written(off, step)} deg from the model's, {written(check.deg, step)} deg allowed"
+    turned = f"it was turned by {figure(off, step)} deg from the model's, {figure(check.deg, step)} deg allowed"
     part = HALF if not exceeds(off, NEAR * check.deg, step) else 0.0
-    return Verdict(min(share, part), f"{text}; at {written(when, run.s)} s {turned}", when if at is None else at)
+    return Verdict(min(share, part), f"{text}; at {figure(when, run.s)} s {turned}", when if at is None else at)
 
 
 def _later(piece: Piece, seconds: float) -> Piece:
@@ -385,16 +386,17 @@ def _on_same_path(check: LikeModelCheck, run: JudgedRun, model: Evidence) -> Ver
         left, missed = _away(run.tip, theirs, run, error, limit), _away(theirs, run.tip, run, error, limit)
         if max(left.value, missed.value) + error + run.precision <= limit:
             break
-    allowed, worst = f"{written(check.mm, run.mm)} mm allowed", 1000.0 * max(left.value, missed.value)
+    allowed, worst = f"{figure(check.mm, run.mm)} mm allowed", 1000.0 * max(left.value, missed.value)
     if not exceeds(worst, check.mm, run.mm):
-        return Verdict(share, f"the tool kept to the model's path within {written(check.mm, run.mm)} mm")
+        return Verdict(share, f"the tool kept to the model's path within {figure(check.mm, run.mm)} mm")
     share = HALF if not exceeds(worst, NEAR * check.mm, run.mm) else 0.0
     if exceeds(1000.0 * left.value, check.mm, run.mm):
-        far = f"{written(1000.0 * left.value, run.mm)} mm from the model's path, {allowed}"
-        when = f"at {written(left.t, run.s)} s at {run.said(left.place)}"
+        far = f"{figure(1000.0 * left.value, run.mm)} mm from the model's path, {allowed}"
+        when = f"at {figure(left.t, run.s)} s at {run.place_text(left.place)}"
         return Verdict(share, f"the tool was {far}, {when}", left.t)
-    far = f"{written(1000.0 * missed.value, run.mm)} mm, {allowed}"
-    return Verdict(share, f"the model's path goes by {run.said(missed.place)}, the tool came no nearer than {far}")
+    far = f"{figure(1000.0 * missed.value, run.mm)} mm, {allowed}"
+    place = run.place_text(missed.place)
+    return Verdict(share, f"the model's path goes by {place}, the tool came no nearer than {far}")
 
 
 def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, error: float, limit: float) -> Extreme:
@@ -415,7 +417,7 @@ def _away(pieces: Sequence[Piece], path: Sequence[Piece], run: JudgedRun, error:
         return best
 
     def between(p: Vector, q: Vector) -> float:
-        """Return a bound for the line from p to q. The distance from one line is convex, so its maximum is at an end."""
+        """Return a bound for the line from p to q: the distance from a line is convex, so its maximum is at an end."""
         return min(max(distance_from_line(end, *known[near][:2]) for end in (p, q)) for near in (p, q))
 
     return farthest(pieces, measure, run.precision, enough=limit - error - run.precision, between=between)

@@ -26,7 +26,7 @@ from vrs_cli.teach.reports.results import Likeness
 from vrs_cli.teach.reports.students import ShownMark, file_stem, plain, points_text, shown_marks
 
 BEFORE, AFTER = 3.0, 1.0  # [s] of a replay before and after its failed time
-LONGEST = 20.0  # [s] of a replay without a failed time: the end of the run
+MAX_REPLAY_S = 20.0  # [s] of a replay without a failed time: the end of the run
 PLOTS = (("TOOL",), ("POSITION",), ("SPEED",))
 STUDENTS, REPLAYS, VIEWER, TEACHER = "students", "replays", "viewer.html", "teacher.html"
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-src 'self' file:"
@@ -64,7 +64,7 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
     at = failed.at if failed is not None else None
     timeline = run.timeline
     curves = (plot_curves(run.arm, timeline, select_curves(run.arm, words)) for words in PLOTS)
-    begin, end = (timeline.end - LONGEST, timeline.end) if at is None else (at - BEFORE, at + AFTER)
+    begin, end = (timeline.end - MAX_REPLAY_S, timeline.end) if at is None else (at - BEFORE, at + AFTER)
     between = max(begin, timeline.start), min(end, timeline.end)
     cell = None if run.course is None else run.cell
     shown = moments(run.arm, timeline, title=plain(exercise.title), cell=cell, between=between)
@@ -138,7 +138,7 @@ def _mark_row(one: ShownMark) -> str:
     points = f"{points_text(one.points)} / {points_text(one.of)}"
     hint = f'<br><span class="hint">Hint: {escape(one.hint)}</span>' if one.hint else ""
     lost = "" if one.passed else ' class="lost"'
-    why = f"<span{lost}>{escape(one.said)}</span>{hint}"
+    why = f"<span{lost}>{escape(one.reason_text)}</span>{hint}"
     return f'<tr><td>{escape(one.name)}</td><td class="n">{points}</td><td>{why}</td></tr>'
 
 

@@ -50,7 +50,7 @@ def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None)
         return ()
     known = {run for text in given for run in _runs(_words(text))}
     kept = {
-        student: _winnowed([run for run in _runs(_words(text)) if run not in known]) for student, text in texts.items()
+        student: _winnow([run for run in _runs(_words(text)) if run not in known]) for student, text in texts.items()
     }
     students = sorted((one for one in kept if len(kept[one]) >= LEAST_RUNS), key=lambda one: (one.casefold(), one))
     found = [
@@ -92,7 +92,7 @@ def _runs(words: Sequence[tuple[bool, str]]) -> list[int]:
     return found
 
 
-def _winnowed(runs: Sequence[int]) -> frozenset[int]:
+def _winnow(runs: Sequence[int]) -> frozenset[int]:
     """Return the minimum of each `WINDOW` consecutive runs."""
     if len(runs) <= WINDOW:
         return frozenset(runs)

@@ -15,7 +15,7 @@ from msgspec import Struct
 from vrs_cli.files.opening import DEVICES
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import Grading
-from vrs_cli.teach.judging.basis import rounded
+from vrs_cli.teach.judging.basis import round_to
 from vrs_cli.teach.marking import POINT_STEP
 
 JOINERS = "\u200c\u200d"  # joiners, which some scripts need
@@ -25,10 +25,10 @@ _SLUG = re.compile(r"[^A-Za-z0-9_.-]+")
 
 def plain(text: str) -> str:
     """Return a text as one line: blanks for line ends, and invisible characters as `^[` or `<U+202E>`."""
-    return "".join(one if one.isprintable() or one in JOINERS else _shown(one) for one in text)
+    return "".join(one if one.isprintable() or one in JOINERS else _visible_sign(one) for one in text)
 
 
-def _shown(character: str) -> str:
+def _visible_sign(character: str) -> str:
     code = ord(character)
     if character in "\n\r\t":
         return " "
@@ -82,7 +82,7 @@ class ShownMark(Struct, frozen=True):
         return self.points == self.of
 
     @property
-    def said(self) -> str:
+    def reason_text(self) -> str:
         """Return the reason, and its variant."""
         place = f" (in variant {self.variant}, where the exercise has moved things)" if self.variant else ""
         return f"{self.reason}{place}" if self.reason else ""
@@ -100,7 +100,7 @@ def shown_marks(exercise: Exercise, grading: Grading) -> tuple[ShownMark, ...]:
     if not hidden:
         return open_marks
     points, of = sum(one.points for one in hidden), sum(one.of for one in hidden)
-    return (*open_marks, ShownMark(OTHER_CHECKS, rounded(points, POINT_STEP), rounded(of, POINT_STEP)))
+    return (*open_marks, ShownMark(OTHER_CHECKS, round_to(points, POINT_STEP), round_to(of, POINT_STEP)))
 
 
 def gradescope(exercise: Exercise, grading: Grading) -> Object:
@@ -116,7 +116,7 @@ def gradescope(exercise: Exercise, grading: Grading) -> Object:
             "score": one.points,
             "max_score": one.of,
             "status": "passed" if one.passed else "failed",
-            "output": "\n".join(filter(None, (one.said, one.hint and f"Hint: {one.hint}"))),
+            "output": "\n".join(filter(None, (one.reason_text, one.hint and f"Hint: {one.hint}"))),
             "output_format": "text",
             "visibility": "visible",
         }
@@ -142,7 +142,7 @@ def check50(exercise: Exercise, grading: Grading) -> Object:
         passed = None if grading.lost else one.passed
         if not grading.lost:
             lost = f"{points_text(one.points)} of {points_text(one.of)} points"
-            cause = {"rationale": f"{one.said}: {lost}" if one.said else lost, "help": one.hint or None}
+            cause = {"rationale": f"{one.reason_text}: {lost}" if one.reason_text else lost, "help": one.hint or None}
         results.append(
             {
                 "name": _identifier(one.name, names),
