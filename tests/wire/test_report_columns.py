@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.trajectory.test_measured import report_lists
-from vrs_cli.trajectory.reports import ReportColumns
+from vrs_cli.trajectory.reports import VELOCITY, ReportColumns
 from vrs_cli.values.measured import Report
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.report_columns import ReportsRecord, columns_of, reports_record
@@ -42,7 +42,7 @@ def test_a_column_begins_with_the_first_bytes_of_all_its_numbers() -> None:
     assert zlib.decompress(record.columns) == planes + b"\0\0"
 
 
-def _changed(**columns: array[float] | bytearray) -> ReportsRecord:
+def _changed(**columns: array[float] | bytearray | dict[int, array[float]]) -> ReportsRecord:
     made = _columns([Report(0.0, (0.0,), (0.0,)), Report(0.5, (0.0,), (0.0,))])
     for name, column in columns.items():
         setattr(made, name, column)
@@ -58,7 +58,7 @@ def _changed(**columns: array[float] | bytearray) -> ReportsRecord:
         _changed(times=array("d", [0.0, 1e9])),
         _changed(positions=array("d", [0.0, inf])),
         _changed(positions=array("d", [1e300, -1e300])),
-        _changed(velocities=array("f", [0.0, -inf])),
+        _changed(rates={VELOCITY: array("f", [0.0, -inf])}),
         _changed(flags=bytearray([3 | 4, 4])),
         _changed(flags=bytearray([16 | 4, 4])),
         msgspec.structs.replace(_changed(), reports=3),

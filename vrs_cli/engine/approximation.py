@@ -47,12 +47,10 @@ class ToolLine(NamedTuple):
 
     @property
     def begin(self) -> float:
-        """The time of the first point [s]."""
         return self.offset + self.times[0]
 
     @property
     def end(self) -> float:
-        """The time of the last point [s]."""
         return self.offset + self.times[-1]
 
     def count_passed(self, t: float) -> int:
@@ -109,7 +107,6 @@ def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLi
 
 
 def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
-    """Return the line of one segment."""
     tip, pieces = tip_of(arm, segment), 1  # of equal time, in which the way is looked at
     if isinstance(segment.path, JointPath):
         way = sum(high - low for low, high in segment.path.extremes(segment.duration))

@@ -109,7 +109,6 @@ class _Search:
         self.seen: list[tuple[float, Clearance]] = []
 
     def result(self) -> PathSurvey:
-        """Search the path, and return the survey."""
         begin, at_begin = 0.0, self.look(0.0)
         pending = [(self.lasting, self.look(self.lasting))]
         for at, seen in ((0.0, at_begin), pending[0]):
@@ -139,11 +138,9 @@ class _Search:
         return PathSurvey(endless=begin)
 
     def look(self, s: float) -> Clearance:
-        """Return the clearance of the hand at s seconds."""
         return self.arm.clearance(compose(self.path.pose(s), self.T_tool_flange), self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
-        """Return whether a pose with this clearance is beyond the reach."""
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
 
     def judge(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
@@ -309,11 +306,9 @@ class Kinks:
         return at_position(pose, *(p - off * g / square for p, g in zip((x, y, z), slope, strict=True)))
 
     def _size(self, which: int, pose: Transform) -> float:
-        """Return one clearance of a pose of the tool."""
         return self._clearance_at(pose).sizes[which]
 
     def _clearance_at(self, pose: Transform) -> Clearance:
-        """Return the clearances of a pose of the tool."""
         return self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)
 
 

@@ -102,7 +102,6 @@ class Branches:
         return self._main if name.lower() == MAIN else self._made.get((self.who, name.lower()))
 
     def _branch_named(self, name: str) -> _Branch:
-        """Return a branch by its name. Raises UsageError for an unknown name."""
         found = self._find(name)
         if found is None:
             raise UsageError(f"there is no branch {name}", f"there are {', '.join(self.names)}")
@@ -123,7 +122,6 @@ class Branches:
         self._add(_Branch(name, Fork(left.book.initial, ()), left))
 
     def _add(self, branch: _Branch) -> None:
-        """Add a branch of the present user. Raises UsageError for a name in use."""
         self._check_time()
         if branch.name in self:
             raise UsageError(f"there is a branch {branch.name} already", "take another name")
@@ -137,7 +135,6 @@ class Branches:
             self._change_over(branch)
 
     def _change_over(self, branch: _Branch) -> None:
-        """Let the engine go on with another branch, where that one was left."""
         self._present.left = self.engine.bookmark()
         self.engine.take_up(self._left(branch))
         self._present, branch.left = branch, None

@@ -186,7 +186,6 @@ class _Stretch:
             yield self._breach(row + shift, text)
 
     def _breach(self, row: int, what: str) -> Breach:
-        """Make the breach of a row, with its time."""
         return Breach(self.first + row, f"{what}, {self.starts[row]:.3f} s")
 
     def _extremes(self, order: int) -> tuple[Floats, Floats]:

@@ -110,12 +110,10 @@ class WallClock:
         self.now = max(self.now, to if ahead < TICK else min(self.reached, to))
 
     def advance(self, to: float) -> None:
-        """Wait until `to` [s]."""
         while self.now < to:
             self.wait(to)
 
     def set(self, to: float) -> None:
-        """Make `to` the present instant [s]."""
         self.now, self._since = to, ClockFace(to, self.rate, self.paused, self._wall())
 
 

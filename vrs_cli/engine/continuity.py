@@ -91,7 +91,6 @@ class Gap(Struct, frozen=True):
 
     @property
     def lasting(self) -> float:
-        """The duration of the gap [s]."""
         return self.b.s - self.a.s
 
     @property
@@ -149,7 +148,6 @@ def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float
 
 
 def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> list[Gap]:
-    """Return the gaps for which no proof was found."""
     if not gaps:
         return []
     left = np.arange(len(gaps))

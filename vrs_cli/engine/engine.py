@@ -12,6 +12,7 @@ from operator import is_not
 
 from msgspec import Struct, structs
 
+from vrs_cli.engine import targets
 from vrs_cli.engine.book import Book, Parts, silent, whole
 from vrs_cli.engine.clock import RobotClock, VirtualClock
 from vrs_cli.engine.feed import Feed, TimelineReplaced
@@ -23,19 +24,6 @@ from vrs_cli.engine.reach import Standpoint, reach_of
 from vrs_cli.engine.settings import DELAY, TIME, TIME_FROM_NOW, Altered, Settings
 from vrs_cli.engine.single_motion import rounding_begins, slowing_segments
 from vrs_cli.engine.steering import SAMPLES_AT_ONCE, TICK, TICKS_AT_ONCE, Chunk, plan_chunk, plan_steering, tick_count
-from vrs_cli.engine.targets import (
-    After,
-    Speed,
-    check_flag,
-    check_joint_limits,
-    check_near,
-    check_swivel,
-    fraction_of_full,
-    naming_null,
-    program_speed,
-    resolve,
-    select,
-)
 from vrs_cli.errors import AlterNotOn, IllegalValue, LocationOutOfRange, LocationTooFar, MotionError, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -47,33 +35,19 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values import commands
 from vrs_cli.values.commands import (
     HAND,
-    Alter,
-    Brake,
-    Break,
-    Delay,
     Event,
     EventEdit,
-    Frames,
-    JointTarget,
-    Mode,
     Motion,
     MotionKind,
     Move,
     OperateHand,
     PoseTarget,
-    RelativeTarget,
-    Request,
     SetBase,
-    SetChannels,
-    SetConfiguration,
-    SetParameter,
-    SetSwivel,
     SetTool,
-    Stamp,
     Start,
-    ToolOffsetTarget,
 )
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.results import FollowReport, Position, Reach
@@ -94,7 +68,6 @@ class Postponement(Struct, frozen=True):
 
     @property
     def sentence(self) -> str:
-        """The postponement, as people read it."""
         return f"{self.text or 'the motion'} is postponed from {self.asked:.3f} to {self.executed:.3f} s"
 
 
@@ -124,7 +97,7 @@ class Engine:
         self.clock: RobotClock = clock or VirtualClock()
         self.clock.set(0.0)
         self.measured = MeasuredRecord(model.joint_count)
-        self.settings = Settings().after(SetParameter("PROFILE", model.profile))
+        self.settings = Settings().after(commands.SetParameter("PROFILE", model.profile))
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
         self.checks: list[Callable[[Timeline, TimelineDelta, Settings], None]] = []  # each may refuse a change
@@ -165,17 +138,16 @@ class Engine:
         return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
-    def frames(self) -> Frames:
+    def frames(self) -> commands.Frames:
         """The BASE and TOOL in force now."""
         return self._motion_at(self.now).frames
 
     def _motion_at(self, t: float) -> Motion:
-        """Return the motion in force at t [s]."""
         return self.timeline.locate(t)[0].motion
 
     # --- requests ---
 
-    def perform(self, request: Request, *, program: bool = False) -> None:
+    def perform(self, request: commands.Request, *, program: bool = False) -> None:
         """Perform a request. From a program motions blend into each other, and the clock advances only as far as it
         must. At the prompt a motion without a time stamp is over when this returns; in real time it has begun.
 
@@ -183,7 +155,7 @@ class Engine:
         """
         self.clock.advance(self.begin(request, program=program))
 
-    def ready_at(self, request: Request, *, program: bool) -> float:
+    def ready_at(self, request: commands.Request, *, program: bool) -> float:
         """Return the instant [s], now or later, at which a request may be performed. Its program waits until then, so
         that whatever happens before may still change the effect of the request.
         """
@@ -192,12 +164,12 @@ class Engine:
         if isinstance(request, Move):
             waits = program and request.stamp is None
             return max(self._beginning(request, program)[1], self.now) if waits else self.now
-        stands = isinstance(request, Delay) or (isinstance(request, OperateHand) and request.immediate)
-        if isinstance(request, Break | SetTool | SetBase) or (program and stands):
+        stands = isinstance(request, commands.Delay) or (isinstance(request, OperateHand) and request.immediate)
+        if isinstance(request, commands.Break | SetTool | SetBase) or (program and stands):
             return max(self.end, self.now)
         return self.now
 
-    def begin(self, request: Request, *, program: bool, issued: float | None = None) -> float:
+    def begin(self, request: commands.Request, *, program: bool, issued: float | None = None) -> float:
         """Perform a request as `perform` does, but leave the clock alone. Return the instant [s] until which the caller
         waits.
 
@@ -208,18 +180,20 @@ class Engine:
                 try:
                     return self._move(request, program, issued)
                 except LocationOutOfRange as refusal:
-                    raise naming_null(refusal, compose(self.frames.base, place)) from None
+                    raise targets.naming_null(refusal, compose(self.frames.base, place)) from None
             case Move():
                 return self._move(request, program, issued)
-            case Alter():
+            case commands.Alter():
                 self._alter(request, issued)
-            case Delay():
+            case commands.Delay():
                 return self._until(self._stand(issued, request.text, DELAY.check(request.seconds)), program)
-            case OperateHand(stamp=Stamp()):
+            case OperateHand(stamp=commands.Stamp()):
                 opening = self._opening(request.opening, request.width)
                 if self.settings.moves:
                     changes, seconds = ((HAND, opening),), self._hand_time
-                    self._set_channels(SetChannels(changes, request.stamp, request.text, duration=seconds), issued)
+                    self._set_channels(
+                        commands.SetChannels(changes, request.stamp, request.text, duration=seconds), issued
+                    )
             case OperateHand(immediate=True):
                 seconds = self._hand_time
                 event = self._hand_event(self._opening(request.opening, request.width), seconds)
@@ -228,19 +202,19 @@ class Engine:
             case OperateHand():
                 hand = self._opening(request.opening, request.width)
                 self.settings = structs.replace(self.settings, hand=hand)
-            case SetChannels():
+            case commands.SetChannels():
                 self._set_channels(request, issued)
             case SetTool() | SetBase():
                 self._set_frames(request, issued)
-            case Break():
+            case commands.Break():
                 self.clock.advance(self.end)
-            case Brake():
+            case commands.Brake():
                 self.stop()
             case _:
-                if isinstance(request, SetConfiguration):
-                    check_flag(self.arm, request.flag)
-                elif isinstance(request, SetSwivel):
-                    check_swivel(self.arm, request.swivel)
+                if isinstance(request, commands.SetConfiguration):
+                    targets.check_flag(self.arm, request.flag)
+                elif isinstance(request, commands.SetSwivel):
+                    targets.check_swivel(self.arm, request.swivel)
                 self.settings = self.settings.after(request)
         return self.now
 
@@ -289,7 +263,7 @@ class Engine:
             listener(Postponement(text, executed, later))
         return later
 
-    def _alter(self, alter: Alter, issued: float | None) -> None:
+    def _alter(self, alter: commands.Alter, issued: float | None) -> None:
         """Plan the current motion again (at rest: a straight line) to the displaced target, starting now, as an
         inserted motion.
 
@@ -308,10 +282,10 @@ class Engine:
         goal: Joints | Transform = compose(self.frames.base, target)
         if before.kind is MotionKind.JOINT and not stands:
             goal = self.joints_for(target, self.destination(now).joints)
-        speed = program_speed(self.settings.speed.always, self.settings, self.model)
+        speed = targets.program_speed(self.settings.speed.always, self.settings, self.model)
         if not stands:
-            speed = Speed(before.speed, before.tip_speed, before.rotation)
-        check_near(target, "{} from the robot", LocationTooFar)
+            speed = targets.Speed(before.speed, before.tip_speed, before.rotation)
+        targets.check_near(target, "{} from the robot", LocationTooFar)
         motion = self._after(now).motion(Start.AT, goal, speed, text=alter.text)
         self.settings = structs.replace(self.settings, alter=structs.replace(altered, number=motion.number))
         if self.settings.moves:
@@ -326,7 +300,6 @@ class Engine:
         return self.now if self.realtime else self.end
 
     def _check_power(self) -> None:
-        """Raises PowerOff if the arm has no power."""
         if not self.settings.switch("POWER"):
             raise PowerOff("the arm has no power", "{ENABLE POWER}")
 
@@ -352,7 +325,7 @@ class Engine:
             self._rounding = move, timeline, settings, begins
         return self._rounding[3]
 
-    def _time_of(self, stamp: Stamp) -> float:
+    def _time_of(self, stamp: commands.Stamp) -> float:
         """Return the time that a stamp means [s]. Raises IllegalValue."""
         seconds, known = stamp.seconds, TIME
         if stamp.relative:
@@ -363,10 +336,10 @@ class Engine:
         """Return whether continuous path is on, and the configuration words ask for no other configuration than the arm
         will have.
         """
-        if not (self.settings.switch("CP") and self.settings.mode(Mode.CONTINUOUS_PATH)):
+        if not (self.settings.switch("CP") and self.settings.mode(commands.Mode.CONTINUOUS_PATH)):
             return False
         asked = self.settings.configuration
-        if not isinstance(move.target, PoseTarget | ToolOffsetTarget) or not any(asked.flags):
+        if not isinstance(move.target, PoseTarget | commands.ToolOffsetTarget) or not any(asked.flags):
             return True
         return not asked.words_beside((self.arm.configuration(joints_at(self.arm, self.timeline, self.end)),))
 
@@ -378,22 +351,22 @@ class Engine:
         before = joints_at(arm, timeline, finish_after(timeline, executed if move.stamp is not None else self.end))
         here = before if start is Start.BLEND else joints_at(arm, timeline, executed)
         if move.speed is None:
-            speed = program_speed(settings.speed.present, settings, self.model)
+            speed = targets.program_speed(settings.speed.present, settings, self.model)
         else:
-            speed = fraction_of_full(move.speed, settings)
+            speed = targets.fraction_of_full(move.speed, settings)
         after = self._after(executed)
         return after.motion(
             start,
-            resolve(arm, settings, move, after.before.frames, here, before),
+            targets.resolve(arm, settings, move, after.before.frames, here, before),
             speed,
             duration=settings.duration.present,
             text=move.text,
-            relative=move.target if isinstance(move.target, RelativeTarget) else None,
+            relative=move.target if isinstance(move.target, commands.RelativeTarget) else None,
         )
 
-    def _after(self, t: float) -> After:
+    def _after(self, t: float) -> targets.After:
         """Return what a motion at t [s] follows."""
-        return After(self._motion_at(t), self.book.number + 1, self.settings)
+        return targets.After(self._motion_at(t), self.book.number + 1, self.settings)
 
     def _opening(self, opening: float | None, width: float | None = None) -> float:
         """Return how far the hand is to be open: 1 open, 0 closed. It closes on the part that GRASP.WIDTH says is in
@@ -421,7 +394,7 @@ class Engine:
 
     # --- dated events ---
 
-    def _set_channels(self, it: SetChannels, issued: float | None) -> None:
+    def _set_channels(self, it: commands.SetChannels, issued: float | None) -> None:
         """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without a text and
         observations are recorded, and are no command. Raises TooLate as a motion does.
         """
@@ -465,7 +438,7 @@ class Engine:
         text: str,
         seconds: float = 0.0,
         event: Event | None = None,
-        frames: Frames | None = None,
+        frames: commands.Frames | None = None,
     ) -> float:
         """Stand still after the last motion; return when that begins [s]."""
         executed = max(on_grid(self.now), self.end)
@@ -477,7 +450,7 @@ class Engine:
     def _set_frames(self, request: SetTool | SetBase, issued: float | None) -> None:
         """Change TOOL or BASE once the robot stands."""
         text, T = ("TOOL", request.T_flange_tool) if isinstance(request, SetTool) else ("BASE", request.T_robot_world)
-        check_near(T, text + " {} away")
+        targets.check_near(T, text + " {} away")
         if text == "TOOL":
             self.arm.check_tool(T)
         self.clock.advance(self.end)
@@ -514,7 +487,10 @@ class Engine:
         now = on_grid(self.now)
         sent = now if issued is None else on_grid(issued)
         resting = self._after(now).motion(
-            Start.AT, measured, program_speed(self.settings.speed.always, self.settings, self.model), text=RESYNC
+            Start.AT,
+            measured,
+            targets.program_speed(self.settings.speed.always, self.settings, self.model),
+            text=RESYNC,
         )
         delta, report = plan_resync(
             self.arm,
@@ -541,7 +517,7 @@ class Engine:
         """
         self._check_power()
         if not isinstance(goal, Transform):
-            check_joint_limits(self.model, goal)
+            targets.check_joint_limits(self.model, goal)
         if self.settings.moves:
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), insert=False)
 
@@ -556,7 +532,7 @@ class Engine:
         under way has no room to stop, it goes on, and the target is dropped. Raises PowerOff, JointOutOfRange.
         """
         self._check_power()
-        check_joint_limits(self.model, target.joints)
+        targets.check_joint_limits(self.model, target.joints)
         if not self.settings.moves:
             return
         motion, stream = (
@@ -591,7 +567,7 @@ class Engine:
         begin, late = chunk.since(self.now if self.realtime else self.timeline.start)
         begin = up_to_grid(begin)
         motion = self._after(begin).motion(
-            Start.AT, tuple(chunk.joints[-1].tolist()), fraction_of_full(speed, self.settings), text=text
+            Start.AT, tuple(chunk.joints[-1].tolist()), targets.fraction_of_full(speed, self.settings), text=text
         )
         profile = motion.profile if LAWS[motion.profile].smooth else Profile.SCURVE
         motion = motion._replace(kind=MotionKind.STEERED, profile=profile)
@@ -640,7 +616,7 @@ class Engine:
         """Make a motion that begins now, to joints [rad] or to T_world_tool."""
         now = on_grid(self.now)
         where = compose(self._motion_at(now).frames.base, goal) if isinstance(goal, Transform) else goal
-        return self._after(now).motion(Start.AT, where, fraction_of_full(speed, self.settings), text=text)
+        return self._after(now).motion(Start.AT, where, targets.fraction_of_full(speed, self.settings), text=text)
 
     # --- changing the timeline ---
 
@@ -672,7 +648,6 @@ class Engine:
     def _plan_change(
         self, motion: Motion, issued: float, executed: float, *, insert: bool, event: Event | None = None
     ) -> TimelineDelta:
-        """Return the delta that f plans for a motion on the present timeline."""
         arm, timeline, slowest = self.arm, self.timeline, self.settings.slowest
         return plan(arm, timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest, event=event)
 
@@ -759,7 +734,7 @@ class Engine:
         pose = compose(self.frames.base, T_world_tool)
         near = self.position().joints if near is None else near
         settings = self.settings if asked is None else structs.replace(self.settings, configuration=asked)
-        return select(self.arm, settings, pose, self.frames, near)
+        return targets.select(self.arm, settings, pose, self.frames, near)
 
     def trial(self, move: Move) -> TimelineDelta:
         """Plan a motion as `perform` does, and leave the timeline as it is. Raises MotionError, IllegalValue."""
@@ -779,7 +754,7 @@ class Engine:
         other.take_up(Bookmark(copy, self.settings, self.now))
         return other
 
-    def explain(self, target: PoseTarget | JointTarget) -> Reach:
+    def explain(self, target: PoseTarget | commands.JointTarget) -> Reach:
         """Explain why a MOVE or MOVES from here to a target is possible or not.
 
         Raises IllegalValue for the joints of another robot.

@@ -28,19 +28,9 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, third_derivative, turning_points
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values import results
 from vrs_cli.values.commands import MotionKind, PoseTarget
-from vrs_cli.values.results import (
-    CutIn,
-    InverseReport,
-    JointLoad,
-    MotionPlan,
-    Peak,
-    SegmentFate,
-    SolutionSteps,
-    SplicedSegment,
-    SpliceReport,
-    Stretch,
-)
+from vrs_cli.values.results import SegmentFate, SplicedSegment
 
 SAMPLES = 33  # of a stretch
 CLOSER, ROUNDS = 9, 2  # samples around a peak, and how often they come closer
@@ -146,7 +136,7 @@ def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
     return value, start + s
 
 
-def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> MotionPlan:
+def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.MotionPlan:
     """Explain what a planned change of a timeline does for its own motion."""
     after, motion = before.apply(delta), delta.motion
     own = [segment for segment in delta.segments if segment.motion.number == motion.number]
@@ -157,13 +147,13 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> Motion
     limits = hardest_limits(arm) if motion.kind is MotionKind.STRAIGHT else joint_limits(arm, motion)
     place = _places(arm, after)
 
-    def peak(measure: Measure, limit: float) -> Peak:
+    def peak(measure: Measure, limit: float) -> results.Peak:
         value, time = _peak(courses, measure)
-        return Peak(value, limit, time, place(time))
+        return results.Peak(value, limit, time, place(time))
 
     smooth = LAWS[motion.profile].smooth
 
-    def load(i: int) -> JointLoad:
+    def load(i: int) -> results.JointLoad:
         velocity = peak(lambda sample: abs(sample.velocity[i]), limits.velocity[i])
         acceleration = peak(lambda sample: abs(sample.acceleration[i]), limits.acceleration[i])
         jerk = peak(lambda sample: abs(sample.jerk[i]), limits.jerk[i]) if smooth else None
@@ -171,10 +161,10 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> Motion
         below = peak(lambda sample: -sample.q[i], -limits.lower[i])
         nearest = above
         if below.limit - below.value < above.limit - above.value:
-            nearest = Peak(-below.value, limits.lower[i], below.time, below.place)
-        return JointLoad(i + 1, velocity, acceleration, jerk, nearest)
+            nearest = results.Peak(-below.value, limits.lower[i], below.time, below.place)
+        return results.JointLoad(i + 1, velocity, acceleration, jerk, nearest)
 
-    return MotionPlan(
+    return results.MotionPlan(
         begin,
         end,
         motion.kind.space,
@@ -194,11 +184,10 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> Motion
 
 
 def _places(arm: RobotArm, timeline: Timeline) -> Callable[[float], Vector]:
-    """Return the function from the time [s] to the place of the tool in the world [m]."""
     return lambda t: position(position_at(arm, timeline, t).T_world_tool)
 
 
-def _stretch(course: _Course, velocity: Joints) -> Stretch:
+def _stretch(course: _Course, velocity: Joints) -> results.Stretch:
     """Describe one segment: its greatest speeds, and the joint that comes nearest to its velocity limit."""
     segment = course.segment
 
@@ -211,10 +200,10 @@ def _stretch(course: _Course, velocity: Joints) -> Stretch:
     speed, turn = (course.greatest(attrgetter(name))[0] for name in ("speed", "turn"))
     space = "joint" if isinstance(segment.path, JointPath) else "straight"
     number = joint + 1 if share else 0
-    return Stretch(segment.start, segment.finish, segment.phase.value, space, speed, turn, number, share)
+    return results.Stretch(segment.start, segment.finish, segment.phase.value, space, speed, turn, number, share)
 
 
-def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> CutIn | None:
+def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.CutIn | None:
     """Return what the change interrupts; None where the arm stands when it begins."""
     place = cut_at(arm, before, delta.cut)
     if place.interrupted is None or place.here.joints.at_rest:
@@ -222,13 +211,13 @@ def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> CutIn | No
     segment, s = before.locate(delta.cut)
     motion = segment.motion
     speed = _sampler(arm, segment)(s).speed
-    return CutIn(motion.number, motion.text, segment.phase.value, segment.start, speed)
+    return results.CutIn(motion.number, motion.text, segment.phase.value, segment.start, speed)
 
 
 # --- inverse kinematics ----------------------------------------------------------------------------------------------
 
 
-def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> InverseReport:
+def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.InverseReport:
     """Return the joints of a location in each configuration, with the steps of the closed form."""
     reach, frames, here = reach_of(stand, target), stand.before.frames, stand.here
     T_robot_flange = compose(compose(frames.base, target.T_world_tool), inverse(frames.tool))
@@ -239,8 +228,8 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> InverseR
         arm.branch_joints(T_robot_flange, way, option.joints or arm.middle, steps)  # a joint that is free is as there
         near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
         time = None if near is None else arm.shortest_time(here, near)
-        solutions.append(SolutionSteps(option, steps, time))
-    return InverseReport(
+        solutions.append(results.SolutionSteps(option, steps, time))
+    return results.InverseReport(
         text,
         arm.method,
         T_robot_flange,
@@ -258,7 +247,7 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> InverseR
 # --- the last change of the timeline ---------------------------------------------------------------------------------
 
 
-def splice(book: Book) -> SpliceReport:
+def splice(book: Book) -> results.SpliceReport:
     """Report what the last change did to the segments. Raises UsageError if nothing has changed yet, or the change is
     forgotten.
     """
@@ -276,7 +265,7 @@ def splice(book: Book) -> SpliceReport:
     )
 
 
-def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> SpliceReport:
+def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> results.SpliceReport:
     """Report how a delta turned the segments of the timeline `before` into those `after`."""
     planned, tail = len(delta.segments), delta.keep + delta.drop
     rows = list[SplicedSegment]()
@@ -293,7 +282,7 @@ def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> S
     for index in range(tail, tail + min(rest, ROWS_AROUND)):
         new = after[index - tail + delta.keep + planned]
         rows.append(_row(before[index], new, SegmentFate.SHIFTED if delta.shift else SegmentFate.KEPT))
-    return SpliceReport(
+    return results.SpliceReport(
         delta.motion.text,
         "" if delta.cause is Cause.COMMAND else delta.cause.value.upper(),
         delta.issued,
@@ -307,7 +296,6 @@ def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> S
 
 
 def _row(old: Segment | None, new: Segment | None, fate: SegmentFate) -> SplicedSegment:
-    """Describe one segment before and after a change."""
     segment = old or new
     assert segment is not None
     motion = segment.motion

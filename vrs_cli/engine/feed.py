@@ -45,7 +45,6 @@ class Inbox(Generic[M]):
         return len(self._messages)
 
     def put(self, message: M) -> None:
-        """Put a message in, and ring the bell."""
         self._messages.append(message)
         try:  # noqa: SIM105 (`suppress` takes three calls, for each message of a line)
             self._bell.release()
@@ -158,7 +157,6 @@ class Feed(Generic[E]):
         self._held = self._held or []
 
     def release(self) -> None:
-        """Publish the events that were held back."""
         held, self._held = self._held, None
         self._publish(held or ())
 
@@ -170,7 +168,6 @@ class Feed(Generic[E]):
             self._held += events
 
     def _publish(self, events: Sequence[E]) -> None:
-        """Put events into the queues of all subscribers, and drop subscriptions that have ended."""
         if not events:
             return
         for subscription in tuple(self._subscriptions):
@@ -200,7 +197,6 @@ class Snapshot(Struct, frozen=True):
 
     @classmethod
     def of(cls, timeline: Timeline, settings: Settings) -> Snapshot:
-        """Make the snapshot of a whole timeline."""
         return cls(timeline.version, tuple(timeline), settings, events=tuple(timeline.events))
 
     @classmethod
@@ -213,7 +209,6 @@ class Snapshot(Struct, frozen=True):
         return cls(timeline.version, segments, settings, first, tuple(timeline.event_slice(known, last)), values, known)
 
     def timeline(self) -> Timeline:
-        """Return the timeline of the snapshot."""
         return Timeline(self.segments, self.version, (*self.values, *self.events), self.world)
 
     @property

@@ -243,7 +243,6 @@ class Follower:
         return StraightLineSingular(f"near {near} {what}", hint or PASSED, joint=joint, place=position(path.pose(s)))
 
     def refuse_jump(self, path: CartesianPath, s: float, jumps: Sequence[float]) -> StraightLineSingular:
-        """Return the refusal of a path on which a joint would have to jump."""
         joint = jumps.index(max(jumps)) + 1
         far = self.arm.model.said(joint, max(jumps), 1)
         return self.refuse(path, s, f"joint {joint} would have to jump by {far}", joint)
@@ -284,7 +283,6 @@ class Follower:
         return measures._fields[nearest] if measures[nearest] < CLOSE_BY else ""
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
-        """Return the sample at a time. Raises MotionError if there is none."""
         sample = self._sample(path, s, near)
         if sample is None:
             raise self._refusal(path, s, near)
@@ -353,7 +351,6 @@ class Follower:
         return "turn it less on the way" if path.turns else "turn the tool otherwise first"
 
     def _outside(self, path: CartesianPath, s: float, joints: Joints) -> JointOutOfRange:
-        """Return the refusal of a path on which a joint leaves its range."""
         model, pose = self.arm.model, path.pose(s)
         joint = joints_outside(joints, model.lower, model.upper)[0]
         driven = joint in DRIVEN_ROUND.get(self.singularity(path, s), ())

@@ -47,7 +47,6 @@ class HistoryStep(Struct, frozen=True, gc=False):
     def of(
         before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
     ) -> HistoryStep:
-        """Make the step of a delta that changes the timeline `before`."""
         back: TimelineDelta | Timeline | None = None
         if delta.motion.kind not in DATED or delta.events is None or not delta.events.adds:
             back = before if delta.drop > WIDE else before.inverse(delta)

@@ -174,7 +174,6 @@ class StretchLoad:
         return load
 
     def _velocity_at(self, sample: Sample, margin: float) -> Load:
-        """Return the load by the velocities of one sample."""
         ratios = [abs(v) * margin / most for v, most in zip(sample.velocity, self.limits.max_velocity, strict=True)]
         joint = _where_largest(ratios)
         return Load(ratios[joint], joint=joint + 1, at=(self.path, sample.s))
@@ -381,7 +380,6 @@ def _largest(values: Sequence[float]) -> float:
 
 
 def _where_largest(values: Sequence[float]) -> int:
-    """Return the place of the greatest absolute value."""
     sizes = [abs(v) for v in values]
     return sizes.index(max(sizes))
 

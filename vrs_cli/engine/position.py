@@ -95,7 +95,6 @@ def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
 
 
 def _moves(timeline: Timeline, segment: Segment, t: float) -> bool:
-    """Return whether the robot moves at t [s] in a segment."""
     return segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
 
 

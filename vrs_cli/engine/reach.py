@@ -52,7 +52,6 @@ class Standpoint(Struct, frozen=True):
 
     @property
     def configuration(self) -> Configuration:
-        """The configuration of the arm here."""
         return self.arm.configuration(self.here)
 
     def tool(self, joints: Joints) -> Transform:
@@ -192,7 +191,6 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
 
 
 def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) -> Option:
-    """Return the option of one solution: its joints, and how far they are out of range."""
     c = solution.configuration
     if solution.joints is not None:
         return Option(c, solution.joints, _overruns(stand.arm, solution.joints))
@@ -206,7 +204,6 @@ def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) ->
 
 
 def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:
-    """Return by how much joints exceed their limits."""
     model = arm.model
     found = []
     for joint in joints_outside(joints, model.lower, model.upper):

@@ -16,25 +16,8 @@ from vrs_cli.errors import IllegalValue, UsageError, did_you_mean
 from vrs_cli.kinematics.joints import NONE, Configuration, Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose
 from vrs_cli.trajectory.instant import LATEST
-from vrs_cli.values.commands import (
-    AlterMode,
-    JointTarget,
-    Mode,
-    NamedTarget,
-    SetAcceleration,
-    SetAlter,
-    SetConfiguration,
-    SetDuration,
-    SetMode,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    SetSwitch,
-    SetSwivel,
-    SettingChange,
-    SpeedUnit,
-    Target,
-)
+from vrs_cli.values import commands
+from vrs_cli.values.commands import JointTarget, Mode, NamedTarget, SpeedUnit
 
 V = TypeVar("V")
 
@@ -123,7 +106,6 @@ class ParameterRow(Struct, frozen=True):
 
 
 def _table(*rows: V) -> Mapping[str, V]:
-    """Make a table from rows, by name."""
     return {row.name: row for row in rows}  # type: ignore[attr-defined]
 
 
@@ -265,7 +247,6 @@ class Setting(Struct, Generic[V], frozen=True):
 
     @property
     def present(self) -> V:
-        """The value for the next motion."""
         return self.always if self.once is None else self.once
 
     def put(self, value: V, always: bool) -> Setting[V]:
@@ -292,7 +273,7 @@ class Altered(Struct, frozen=True):
     would go without it.
     """
 
-    mode: AlterMode
+    mode: commands.AlterMode
     displacement: Transform = IDENTITY
     number: int = -1
     nominal: Transform = IDENTITY
@@ -309,7 +290,6 @@ class Altered(Struct, frozen=True):
         return self._displace(T_world_tool, self.displacement)
 
     def _displace(self, T: Transform, by: Transform) -> Transform:
-        """Displace a pose, in the world or in the tool."""
         if not self.mode.world:
             return compose(T, by)
         return at_position(compose(at_position(by, 0.0, 0.0, 0.0), T), T.px + by.px, T.py + by.py, T.pz + by.pz)
@@ -323,9 +303,9 @@ class Settings(Struct, frozen=True):
     """
 
     monitor_speed: float = FULL_SPEED
-    speed: Setting[SetSpeed] = Setting(SetSpeed(FULL_SPEED, FULL_SPEED))
+    speed: Setting[commands.SetSpeed] = Setting(commands.SetSpeed(FULL_SPEED, FULL_SPEED))
     duration: Setting[float] = Setting(0.0)
-    swivel: Setting[SetSwivel] = Setting(SetSwivel(None))
+    swivel: Setting[commands.SetSwivel] = Setting(commands.SetSwivel(None))
     acceleration: float = 1.0
     modes: Mapping[Mode, Setting[bool]] = field(default_factory=lambda: MODES_AT_START)
     configuration: Configuration = NONE
@@ -339,7 +319,6 @@ class Settings(Struct, frozen=True):
     # --- reading ---
 
     def mode(self, mode: Mode) -> bool:
-        """Return whether a mode is on for the next motion."""
         return self.modes[mode].present
 
     def switch(self, name: str) -> bool:
@@ -357,7 +336,6 @@ class Settings(Struct, frozen=True):
 
     @property
     def profile(self) -> Profile:
-        """The velocity profile of the coming motions."""
         return Profile[str(self.parameters["PROFILE"])]
 
     @property
@@ -380,43 +358,43 @@ class Settings(Struct, frozen=True):
 
     # --- changing: a new value ---
 
-    def after(self, change: SettingChange) -> Settings:
+    def after(self, change: commands.SettingChange) -> Settings:
         """Return the settings after an instruction. Raises IllegalValue for a value out of range, UsageError for an
         unknown name.
         """
         match change:
-            case SetSpeed():
+            case commands.SetSpeed():
                 PROGRAM_SPEED[change.unit].check(change.value)
                 if change.rotation is not None:
                     ROTATION_SPEED.check(change.rotation)
                 return replace(self, speed=self.speed.put(change, change.always))
-            case SetMonitorSpeed():
+            case commands.SetMonitorSpeed():
                 return replace(self, monitor_speed=MONITOR_SPEED.check(change.percent))
-            case SetDuration():
+            case commands.SetDuration():
                 return replace(self, duration=self.duration.put(DURATION.check(change.seconds), change.always))
-            case SetSwivel():
+            case commands.SetSwivel():
                 return replace(self, swivel=self.swivel.put(change, change.always))
-            case SetAcceleration():
+            case commands.SetAcceleration():
                 percent = min(ACCELERATION.check(change.acceleration), FULL_SPEED)
                 if change.deceleration is not None:  # the smaller one serves both
                     percent = min(percent, DECELERATION.check(change.deceleration))
                 return replace(self, acceleration=percent / FULL_SPEED)
-            case SetAlter():
+            case commands.SetAlter():
                 return replace(self, alter=None if change.mode is None else Altered(change.mode))
-            case SetConfiguration():
+            case commands.SetConfiguration():
                 return replace(self, configuration=self.configuration.with_flag(change.flag))
-            case SetMode():
+            case commands.SetMode():
                 mode = self.modes[change.mode].put(change.on, change.always)
                 return replace(self, modes={**self.modes, change.mode: mode})
-            case SetParameter():
+            case commands.SetParameter():
                 name, value = name_in(PARAMETERS, IDLE_PARAMETERS, change.name, "parameter"), change.value
                 value = PARAMETERS[name].check(value) if name in PARAMETERS else value
                 return replace(self, parameters={**self.parameters, name: value})
-            case SetSwitch():
+            case commands.SetSwitch():
                 name = name_in(SWITCHES, IDLE_SWITCHES, change.name, "switch")
                 return replace(self, switches={**self.switches, name: change.on})
 
-    def after_motion(self, target: Target) -> Settings:
+    def after_motion(self, target: commands.Target) -> Settings:
         """Return the settings without the values that one motion has used up. A motion to joints also ends the
         configuration words.
         """

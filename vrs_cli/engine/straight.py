@@ -129,7 +129,6 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
-    """Return whether a pose is nearly singular."""
     return min(arm.singularity(joints)) < NEARLY_SINGULAR
 
 
@@ -348,13 +347,11 @@ class _Line:
         return self.follower.refuse(path, s, wanted, load.joint)
 
     def _segments(self, stretches: list[ToolStretch], seeds: list[Seeds]) -> tuple[Segment, ...]:
-        """Make the segments of stretches with their seeds."""
         rows = zip(stretches, seeds, strict=True)
         paths = ((stretch.duration, stretch.phase, self._path(stretch, seeds)) for stretch, seeds in rows)
         return segments_of(self.problem.begin, self.motion, paths)
 
     def _path(self, stretch: ToolStretch, seeds: Seeds) -> CartesianPath:
-        """Make the path of a stretch."""
         turns = tuple(Turn(axis, angle) for axis, angle in stretch.turns)
         interval = stretch.duration / max(len(seeds) - 1, 1)
         path = CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
@@ -375,7 +372,6 @@ def line_stop(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _worst(loads: Iterable[Load]) -> Load:
-    """Return the worst of several loads."""
     return reduce(Load.worse, loads, Load())
 
 

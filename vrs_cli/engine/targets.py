@@ -125,7 +125,6 @@ def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) 
 
 
 def _joints(model: RobotModel, move: Move, destination: Joints) -> Joints:
-    """Return the joints of a target that is given by joints."""
     target = move.target
     if isinstance(target, NamedTarget):
         if target.name not in model.poses:
@@ -308,12 +307,10 @@ class After(Struct, frozen=True):
 
 
 def fraction_of_full(fraction: float, settings: Settings) -> Speed:
-    """Return a fraction of full speed under the present monitor speed."""
     return Speed(_limit_speed(settings.monitor_speed / FULL_SPEED * fraction))
 
 
 def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> Speed:
-    """Return the speed of a motion by the program's SPEED, under the present monitor speed."""
     monitor = settings.monitor_speed / FULL_SPEED
     rotation = None if program.rotation is None else _limit_speed(monitor * program.rotation / FULL_SPEED)
     if program.unit is SpeedUnit.PERCENT:

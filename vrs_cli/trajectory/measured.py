@@ -118,7 +118,6 @@ class MeasuredTimeline(Sequence[Report]):
 
     @property
     def last(self) -> Report | None:
-        """The last report; None if there is none."""
         return self._chunks[-1].report(self._last - 1) if self._chunks else None
 
     def parts(self, begin: float | None = None, end: float | None = None) -> Iterator[tuple[ReportColumns, int, int]]:
@@ -307,7 +306,6 @@ class MeasuredRecord:
         return ReportCounts(len(rows), 0, late, duplicate, reordered)
 
     def _check_report(self, report: Report) -> Report:
-        """Return a report. Raises IllegalValue if it is malformed."""
         if not abs(report.t) <= LATEST:
             raise IllegalValue(f"time {report.t:g} s of a report", f"at most {LATEST:g} s", value=report.t)
         for name, row in (("joints", report.joints), ("velocity", report.velocity), ("effort", report.effort)):
@@ -324,7 +322,6 @@ class MeasuredRecord:
         return report
 
     def _append(self, report: Report) -> None:
-        """Append a report that is later than all others."""
         if not self._chunks or self._chunks[-1].full:
             made = ReportColumns(self.joint_count)
             made.put(report)  # readers never see columns without a report
@@ -346,27 +343,13 @@ class MeasuredRecord:
         """Put reports in their places that were checked before, such as those of a file; none is too late here. Of one
         time the first report stays.
         """
-        if self._chunks and columns.begin <= self._chunks[-1].end:
-            for place in range(columns.count):
-                report = columns.report(place)
-                if report.t > self._chunks[-1].end:
-                    self._append(report)
-                else:
-                    self._insert(report)
-        else:
-            self._append_columns(columns)
-        self._version += 1
-
-    def take(self, other: MeasuredTimeline) -> None:
-        """Put in all reports of a measured timeline, as `add_columns` does."""
-        for columns, first, last in other.parts():
-            part = ReportColumns(self.joint_count, last - first)
-            part.extend(columns, first, last)
-            self.add_columns(part)
-
-    def _append_columns(self, columns: ReportColumns) -> None:
-        """Append columns whose reports are later than all others."""
-        first = 0
+        later = not self._chunks or columns.begin > self._chunks[-1].end
+        for report in () if later else map(columns.report, range(columns.count)):
+            if report.t > self._chunks[-1].end:
+                self._append(report)
+            else:
+                self._insert(report)
+        first = 0 if later else columns.count
         while first < columns.count:
             fresh = not self._chunks or self._chunks[-1].full
             chunk = ReportColumns(self.joint_count) if fresh else self._chunks[-1]
@@ -375,6 +358,14 @@ class MeasuredRecord:
             if fresh:
                 self._chunks.append(chunk)
             first = last
+        self._version += 1
+
+    def take(self, other: MeasuredTimeline) -> None:
+        """Put in all reports of a measured timeline, as `add_columns` does."""
+        for columns, first, last in other.parts():
+            part = ReportColumns(self.joint_count, last - first)
+            part.extend(columns, first, last)
+            self.add_columns(part)
 
     def forget_before(self, t: float) -> None:
         """Let go of columns whose reports are all earlier than t [s], except the last."""

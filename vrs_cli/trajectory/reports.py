@@ -40,19 +40,17 @@ class ReportColumns:
     read the first rows while others are appended.
     """
 
-    __slots__ = ("begin", "count", "efforts", "end", "flags", "joint_count", "positions", "times", "velocities")
+    __slots__ = ("begin", "count", "end", "flags", "joint_count", "positions", "rates", "times")
 
     def __init__(self, joint_count: int, room: int = CHUNK) -> None:
         self.joint_count, self.count = joint_count, 0
         self.begin = self.end = nan  # times of the first and of the last report [s]
         self.times, self.flags = array("d", bytes(8 * room)), bytearray(room)
         self.positions = array("d", bytes(8 * room * joint_count))
-        self.velocities: array[float] | None = None
-        self.efforts: array[float] | None = None
+        self.rates: dict[int, array[float]] = {}  # VELOCITY, EFFORT: a column, if a report has any
 
     @property
     def full(self) -> bool:
-        """Whether there is no room for another report."""
         return self.count == len(self.flags)
 
     def put(self, report: Report) -> None:
@@ -62,23 +60,21 @@ class ReportColumns:
         flag = MODES.index(report.mode)
         self.times[place] = report.t
         self.positions[row] = array("d", report.joints)
-        if report.velocity is not None:
-            flag |= VELOCITY
-            self.velocities = self.velocities or self._empty()
-            self.velocities[row] = array("f", report.velocity)
-        if report.effort is not None:
-            flag |= EFFORT
-            self.efforts = self.efforts or self._empty()
-            self.efforts[row] = array("f", report.effort)
+        for bit, numbers in ((VELOCITY, report.velocity), (EFFORT, report.effort)):
+            if numbers is not None:
+                flag |= bit
+                self._column(bit)[row] = array("f", numbers)
         self.flags[place] = flag
         if not place:
             self.begin = report.t
         self.end = report.t
         self.count = place + 1
 
-    def _empty(self) -> array[float]:
-        """Return a column of zeros for all reports."""
-        return array("f", bytes(4 * len(self.positions)))
+    def _column(self, bit: int) -> array[float]:
+        """Return the column of velocities or efforts, which is made once a report has one."""
+        if bit not in self.rates:
+            self.rates[bit] = array("f", bytes(4 * len(self.positions)))
+        return self.rates[bit]
 
     def with_report(self, report: Report) -> ReportColumns:
         """Return columns that also have a report which is earlier than the last one here; no report has its time."""
@@ -98,12 +94,8 @@ class ReportColumns:
         rows, theirs = slice(place * n, (place + count) * n), slice(first * n, last * n)
         self.times[place : place + count] = other.times[first:last]
         self.positions[rows] = other.positions[theirs]
-        if other.velocities is not None:
-            self.velocities = self.velocities or self._empty()
-            self.velocities[rows] = other.velocities[theirs]
-        if other.efforts is not None:
-            self.efforts = self.efforts or self._empty()
-            self.efforts[rows] = other.efforts[theirs]
+        for bit, column in other.rates.items():
+            self._column(bit)[rows] = column[theirs]
         self.flags[place : place + count] = other.flags[first:last]
         if not place:
             self.begin = other.times[first]
@@ -111,24 +103,19 @@ class ReportColumns:
         self.count = place + count
 
     def joints(self, place: int) -> Joints:
-        """Return the joints of the report at a place."""
         n = self.joint_count
         return tuple(self.positions[place * n : place * n + n])
 
     def velocity(self, place: int) -> Joints | None:
-        """Return the velocity of the report at a place; None if it has none."""
-        return self._row(self.velocities, place) if self.flags[place] & VELOCITY else None
+        return self._row(VELOCITY, place)
 
-    def _row(self, column: array[float] | None, place: int) -> Joints | None:
-        """Return the numbers of the report at a place in a column; None if there is no such column."""
+    def _row(self, bit: int, place: int) -> Joints | None:
         n = self.joint_count
-        return None if column is None else tuple(column[place * n : place * n + n])
+        return tuple(self.rates[bit][place * n : place * n + n]) if self.flags[place] & bit else None
 
     def report(self, place: int) -> Report:
-        """Return the report at a place."""
-        effort = self._row(self.efforts, place) if self.flags[place] & EFFORT else None
         mode = MODES[self.flags[place] & MODE]
-        return Report(self.times[place], self.joints(place), self.velocity(place), effort, mode)
+        return Report(self.times[place], self.joints(place), self.velocity(place), self._row(EFFORT, place), mode)
 
     def arrays(self, first: int, last: int) -> ReportArrays:
         """Return the reports from `first` to before `last` as arrays, which must not be changed."""
@@ -137,17 +124,17 @@ class ReportColumns:
         n = self.joint_count
         flags = np.frombuffer(bytes(self.flags[first:last]), np.uint8)
 
-        def column_array(column: array[float] | None, bit: int) -> Singles:
+        def column_array(bit: int) -> Singles:
             made = np.full((last - first, n), nan, np.float32)
-            if column is not None:
+            if bit in self.rates:
                 having = (flags & bit) != 0
-                made[having] = np.frombuffer(column, np.float32).reshape(-1, n)[first:last][having]
+                made[having] = np.frombuffer(self.rates[bit], np.float32).reshape(-1, n)[first:last][having]
             return made
 
         return ReportArrays(
             np.frombuffer(self.times)[first:last],
             np.frombuffer(self.positions).reshape(-1, n)[first:last],
-            column_array(self.velocities, VELOCITY),
-            column_array(self.efforts, EFFORT),
+            column_array(VELOCITY),
+            column_array(EFFORT),
             (flags & MODE).astype(np.intp),
         )

@@ -79,7 +79,6 @@ class Leaf(Struct, Generic[R], gc=False):
 
     @property
     def count(self) -> int:
-        """The number of segments."""
         return self.last - self.first
 
 
@@ -109,7 +108,6 @@ class OffsetNode(NamedTuple, Generic[R]):
     node: Node[R]
 
     def shift_by(self, shift: float) -> OffsetNode[R]:
-        """Return the node so many seconds later."""
         return OffsetNode(self.offset + shift, self.node) if shift else self
 
 
@@ -123,7 +121,6 @@ class RowPart(NamedTuple):
 
     @property
     def begin(self) -> float:
-        """The time of the first segment [s]."""
         return self.offset + self.row.starts[self.first]
 
     def times(self) -> tuple[array[float], array[float]]:
@@ -331,7 +328,6 @@ def _patch(node: Branch[R], first: int, last: int, middle: list[OffsetNode[R]], 
 
 
 def _child(node: Branch[R], place: int) -> OffsetNode[R]:
-    """Return one child with its offset."""
     child = node.nodes[place]
     return OffsetNode(node.begins[place] - child.begin, child)
 
@@ -389,7 +385,6 @@ def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]
 
 
 def _shift_rows(rows: Iterable[Shiftable], shift: float) -> Iterator[Shiftable]:
-    """Yield segments or events so many seconds later."""
     return (one.shift_by(shift) for one in rows) if shift else iter(rows)
 
 
@@ -412,7 +407,6 @@ def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
 
 
 def _is_sparse(node: Node[R]) -> bool:
-    """Return whether a node holds so little that it should join a neighbour."""
     if isinstance(node, Leaf):
         return node.count * SPARSE < SMALL
     return len(node.nodes) * SPARSE < FAN

@@ -121,7 +121,6 @@ class Row(Sequence[Segment]):
     # --- growing ---
 
     def grow(self, segments: Iterable[Segment]) -> None:
-        """Append segments."""
         rows = list(segments)
         self._put(
             array("d", [segment.start for segment in rows]),
@@ -194,7 +193,6 @@ class BlockTable(NamedTuple):
     frame_number: Rows
 
     def segment(self, place: int) -> Segment:
-        """Return the segment at a place."""
         return self.row[self.first + place]
 
     def locate(self, times: Floats, offset: float, part: slice) -> tuple[Rows, Floats]:
@@ -340,7 +338,6 @@ class EventRow(Sequence[Event]):
         return map(self.__getitem__, range(first, last))
 
     def grow(self, events: Iterable[Event]) -> None:
-        """Append events."""
         columns = tuple(zip(*events, strict=True))
         if columns:
             times, channels, values, numbers, tied, durations, observed = columns

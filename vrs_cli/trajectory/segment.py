@@ -68,7 +68,6 @@ class JointPath(Struct, eq=False, gc=False):
 
     @property
     def coefficients(self) -> tuple[Polynomial, ...]:
-        """The polynomials, one for each joint."""
         rows = self._rows
         return tuple(_rows_of(self._length)(rows)) if isinstance(rows, bytes) else rows
 
@@ -122,7 +121,6 @@ class JointPath(Struct, eq=False, gc=False):
 
     @property
     def degree(self) -> int:
-        """The degree of the polynomials."""
         return len(self.coefficients[0]) - 1
 
     def velocity(self, s: float) -> Joints:
@@ -330,17 +328,14 @@ class Segment(Struct, frozen=True, gc=False):
 
     @property
     def duration(self) -> float:
-        """The duration of the segment [s]."""
         return self.finish - self.start
 
     def shift_by(self, shift: float) -> Segment:
-        """Return the segment so many seconds later."""
         if not shift:
             return self
         return Segment(self.start + shift, self.finish + shift, self.path, self.phase, self.motion)
 
     def truncate(self, finish: float) -> Segment:
-        """Return the segment with an earlier finish [s]."""
         return Segment(self.start, finish, self.path, self.phase, self.motion)
 
 

@@ -121,22 +121,18 @@ class ToolLimits(NamedTuple):
 
     @property
     def blend_acceleration(self) -> float:
-        """The greatest acceleration of a blend [m/s2]."""
         return self.blending * self.acceleration
 
     @property
     def blend_spin_acceleration(self) -> float:
-        """The greatest angular acceleration of a blend [rad/s2]."""
         return self.blending * self.spin_acceleration
 
     @property
     def blend_jerk(self) -> float:
-        """The greatest jerk of a blend [m/s3]."""
         return self.blending_jerk * self.jerk
 
     @property
     def blend_spin_jerk(self) -> float:
-        """The greatest angular jerk of a blend [rad/s3]."""
         return self.blending_jerk * self.spin_jerk
 
     def slow_down(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:

@@ -29,8 +29,6 @@ YOUNG = 2  # parts that are as they came: the last one, which grows, and the one
 
 
 class Cause(Enum):
-    """Why a timeline changes."""
-
     COMMAND = "command"
     UNDO = "undo"
     REDO = "redo"
@@ -157,7 +155,6 @@ class Timeline:
 
     @property
     def event_count(self) -> int:
-        """The number of events."""
         return 0 if self._events is None else self._events.node.count
 
     @property
@@ -250,7 +247,6 @@ class Timeline:
     def _of_ropes(
         cls, held: OffsetNode[Row], events: OffsetNode[EventRow] | None, version: int, world: WorldState | None = None
     ) -> Timeline:
-        """Make a timeline of ropes."""
         timeline = cls.__new__(cls)
         timeline._rope, timeline._events, timeline.version, timeline.world = held, events, version, world
         return timeline
@@ -291,7 +287,6 @@ class Timeline:
         return delta.keep == len(self) and not delta.segments and not delta.shift and delta.cut >= self.end
 
     def _with_events(self, edit: EventEdit | None) -> OffsetNode[EventRow] | None:
-        """Return the rope of events after an edit."""
         if edit is None:
             return self._events
         if self._events is None:
@@ -302,7 +297,10 @@ class Timeline:
         """Return the delta that takes `delta` back. `self` is the timeline before it; the result fits the timeline
         after it.
         """
-        events = None if delta.events is None else self._inverse_of(delta.events)
+        edit, events = delta.events, None
+        if edit is not None:
+            gone = tuple(self.event(index) for index in range(edit.keep, edit.keep + edit.drop))
+            events = EventEdit(edit.keep, len(edit.events), 0.0 - edit.shift, gone)
         if self._is_of_events(delta):
             return TimelineDelta(self.version + 1, Cause.UNDO, *delta[2:8], 0.0, (), events)
         kept_whole = delta.keep
@@ -321,11 +319,6 @@ class Timeline:
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
             events=events,
         )
-
-    def _inverse_of(self, edit: EventEdit) -> EventEdit:
-        """Return the edit of events that takes one back."""
-        gone = tuple(self.event(index) for index in range(edit.keep, edit.keep + edit.drop))
-        return EventEdit(edit.keep, len(edit.events), 0.0 - edit.shift, gone)
 
 
 def _since(row: Row, place: int, offset: float, t: float) -> float:
@@ -403,7 +396,6 @@ class DeltaLog(Sequence[TimelineDelta]):
             yield from islice(part, max(first - begin, 0), last - begin)
 
     def _place(self, index: int) -> int:
-        """Return the place of an index, which may be negative. Raises IndexError."""
         at = index + len(self) if index < 0 else index
         if at < 0:
             raise IndexError(index)
@@ -415,7 +407,6 @@ class DeltaLog(Sequence[TimelineDelta]):
     # --- changing ---
 
     def extend(self, deltas: Iterable[TimelineDelta]) -> None:
-        """Append deltas."""
         for delta in deltas:
             last = self._parts[-1]
             assert isinstance(last, list)
@@ -496,7 +487,6 @@ class AwayDeltas:
         self._kept, self._number = kept, number
 
     def _read(self) -> Sequence[TimelineDelta]:
-        """Read the deltas of the part."""
         return self._kept.read_deltas(self._number * PART, (self._number + 1) * PART)
 
     def __len__(self) -> int:

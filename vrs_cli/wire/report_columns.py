@@ -44,8 +44,8 @@ def reports_record(columns: ReportColumns, first: int, last: int) -> ReportsReco
     """Return the reports from `first` to before `last` as a record. The same reports give the same record."""
     n, flags = columns.joint_count, bytes(columns.flags[first:last])
     numbers = slice(first * n, last * n)
-    rates = columns.velocities if any(flag & VELOCITY for flag in flags) else None
-    efforts = columns.efforts if any(flag & EFFORT for flag in flags) else None
+    rates = columns.rates.get(VELOCITY) if any(flag & VELOCITY for flag in flags) else None
+    efforts = columns.rates.get(EFFORT) if any(flag & EFFORT for flag in flags) else None
     parts = [_planes(columns.times[first:last]), _planes(columns.positions[numbers])]
     parts += [_planes(column[numbers]) for column in (rates, efforts) if column is not None]
     data = zlib.compress(b"".join([*parts, flags]), LEVEL)
@@ -63,9 +63,9 @@ def columns_of(record: ReportsRecord, joint_count: int) -> ReportColumns:
     made.times, data = _column("d", data, sizes[0])
     made.positions, data = _column("d", data, sizes[1])
     if record.velocities:
-        made.velocities, data = _column("f", data, sizes[2])
+        made.rates[VELOCITY], data = _column("f", data, sizes[2])
     if record.efforts:
-        made.efforts, data = _column("f", data, sizes[3])
+        made.rates[EFFORT], data = _column("f", data, sizes[3])
     made.flags = bytearray(data)
     _check(made)
     made.count, made.begin, made.end = count, made.times[0], made.times[-1]
@@ -74,13 +74,13 @@ def columns_of(record: ReportsRecord, joint_count: int) -> ReportColumns:
 
 def _check(made: ReportColumns) -> None:
     """Raises RecordError where numbers are not finite or too large, times do not rise, or a flag means nothing."""
-    numbers = [column for column in (made.positions, made.velocities, made.efforts) if column is not None]
+    numbers = [made.positions, *made.rates.values()]
     for column, most in ((made.times, LATEST), *((column, MAX_NUMBER) for column in numbers)):
         if not isfinite(sum(column)) or max(column) > most or min(column) < -most:
             raise RecordError("a number of a report is too large, or none")
     if not all(map(lt, made.times, made.times[1:])):
         raise RecordError("the times of reports do not rise")
-    known = VELOCITY * (made.velocities is not None) | EFFORT * (made.efforts is not None)
+    known = sum(made.rates)
     if any(flag & ~(MODE | known) or flag & MODE >= len(MODES) for flag in set(made.flags)):
         raise RecordError("a report with an unknown flag")
 

@@ -81,8 +81,6 @@ class Law(NamedTuple):
 
 
 class _Laws(dict[Profile, Law]):
-    """Reads the law of a profile when it is first used."""
-
     def __missing__(self, profile: Profile) -> Law:
         """Read the file that is named after the profile, which most programs do for one profile alone."""
         law: Law = import_module(f"{__package__}.{profile.value}").LAW
@@ -99,12 +97,10 @@ class Blend(NamedTuple):
 
     @property
     def durations(self) -> list[float]:
-        """The time of the change, if there is any."""
         return [self.lasts] if self.lasts else []
 
     @property
     def lag(self) -> float:
-        """The way that is lost by the change, by the cruise velocity [s]."""
         return 0.5 * self.lasts
 
     def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
@@ -135,7 +131,6 @@ class Change(NamedTuple):
 
     @property
     def lasts(self) -> float:
-        """The time of the whole change [s]."""
         return self.rise + self.hold + self.fall
 
     @property
@@ -155,7 +150,6 @@ class Change(NamedTuple):
 
     @property
     def lag(self) -> float:
-        """The way that is lost by the change, by the cruise velocity [s]."""
         return self.ways[1] / self.reach
 
     def level(self, v0: float, a0: float, v1: float) -> float:
@@ -169,7 +163,6 @@ class Change(NamedTuple):
         return way - v0 * self.lasts - a0 * by_start + self.lag * carried
 
     def to_rest(self, v0: float, a0: float) -> float:
-        """Return the way of a change to rest."""
         by_start, by_level = self.ways
         return v0 * self.lasts + a0 * by_start + self.level(v0, a0, 0.0) * by_level
 
@@ -233,7 +226,6 @@ class Course(NamedTuple):
 
     @property
     def total(self) -> float:
-        """The time of the whole motion [s]."""
         return self.change.lasts + self.cruise + self.slow.lasts
 
     @property

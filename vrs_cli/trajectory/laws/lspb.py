@@ -43,7 +43,6 @@ MAX_BLEND_S = 1e6  # [s]
 
 
 def _course(blend: float, cruise: float, slow: float) -> Course:
-    """Make a course of blends."""
     return Course(Blend(blend), cruise, Blend(slow))
 
 
@@ -288,8 +287,6 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
 
 
 class _ToolMotion(ToolMotion):
-    """A line whose present spin dies as one turn about its axis."""
-
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
         self.spin = length(state.spin)
         dying = self.spin > NEGLIGIBLE
@@ -297,7 +294,6 @@ class _ToolMotion(ToolMotion):
         super().__init__(state, target, limits, [(axis, self.spin, 0.0) for axis in axes])
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float:
-        """Return half the product of spin and time, the angle of a blend from rest."""
         return 0.5 * spin * change.lasts
 
     def course(self, least: float) -> Course:
@@ -347,7 +343,6 @@ def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Mot
 
 
 def _stopping_times(state: JointState, limits: JointLimits) -> list[float]:
-    """Return the time [s] in which each joint can stop."""
     return [up_to_grid(abs(v) / a) for v, a in zip(state.velocity, limits.acceleration, strict=True)]
 
 

@@ -100,7 +100,6 @@ def _on_grid(lasting: float) -> float:
 
 
 def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
-    """Return whether a part keeps its bounds in a motion of that time [s]."""
     rates = derivative(quintic(0.0, part, lasting))
     bends = derivative(rates)
     rows = (derivative(bends), bounds.jerk), (bends, bounds.acceleration), (rates, bounds.velocity)  # the quick first
@@ -221,7 +220,6 @@ def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: S
 def _group_keeps(
     rows: Sequence[Polynomial], time: float, speed: float, blending: float, slowing: float, jerk: float
 ) -> bool:
-    """Return whether the parts of a vector together keep the limits."""
     half = 0.5 * time
     bends = [derivative(derivative(a)) for a in rows]
     return (

@@ -90,7 +90,6 @@ def from_rest(parts: Sequence[Component], least: float = 0.0) -> Course:
 
 
 def _rest_total(bounds: Bounds, u: float) -> float:
-    """Return the time of a motion from rest [s]."""
     return 1.0 / u + _slow_time(bounds, u)
 
 
@@ -247,7 +246,6 @@ def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0)
 
 
 def _total(bounds: Bounds, change: Change, u: float) -> float:
-    """Return the time of a motion [s]."""
     if u == 0.0:
         return change.lasts
     return change.lasts + 1.0 / u - bounds.lag + 0.5 * _slow_time(bounds, u)
@@ -387,7 +385,6 @@ class _ToolMotion(ToolMotion):
         super().__init__(state, target, limits, list(spin_turns(self.spin, self.spin_rate)))
 
     def course(self, least: float) -> Course:
-        """Return the shortest times within the limits that last at least `least` [s]."""
         limits = self.limits
         if self.state.at_rest:
             _, angle = self.turn(NONE)

@@ -148,7 +148,6 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
 
 
 def _arrives(joint: Joint, found: Phases, whole: float) -> bool:
-    """Return whether a joint with these phases arrives in a given time [s]."""
     cruise = whole - found.lasts
     return cruise >= -IN_TIME and abs(found.way + found.cruising * cruise - joint.way) <= CLOSE
 

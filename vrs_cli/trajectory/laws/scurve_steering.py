@@ -116,7 +116,6 @@ def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Mot
 def _pieces_to_rest(
     q: float, v: float, a: float, acceleration: float, jerk: float, lower: float, upper: float
 ) -> Pieces:
-    """Return the pieces in which one joint comes to rest inside its range."""
     direct = stop(v, a, acceleration, jerk)
     low, high = farthest(q, v, a, direct)
     if lower - LIMIT_TOLERANCE <= low and high <= upper + LIMIT_TOLERANCE:
@@ -250,7 +249,6 @@ def _jerk_of(row: Polynomial, then: Polynomial, tick: float) -> float | None:
 
 
 def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Joint]:
-    """Return the state, target and limits of each joint."""
     rows = zip(
         state.joints,
         state.velocity,
