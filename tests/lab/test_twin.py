@@ -47,7 +47,7 @@ def test_what_is_seen_is_wrong_by_the_error_of_the_body_alone_where_nothing_is_f
 
 
 def test_without_flags_the_excess_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(DelayCourse, "flagged", lambda self: np.zeros(len(self.looks), dtype=bool))
+    monkeypatch.setattr(DelayCourse, "wrong_looks", lambda self: np.zeros(len(self.looks), dtype=bool))
     assert twin_outcome(of()).excess > 1.0
 
 
@@ -68,7 +68,7 @@ def test_frames_are_the_body_a_delay_ago() -> None:
     it = of(line=Constant(0.2))
     course = DelayCourse(it.trial)
     course.run()
-    true, reports, kind = twin._followed(course, it)
+    true, reports, kind = twin._follow(course, it)
     assert kind == "servos"
     assert len(reports) == round(course.looks[-1] / 0.008)
     curves = twin_outcome(it).curves
