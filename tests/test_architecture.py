@@ -175,7 +175,7 @@ DEFERRED = (
         "types of arguments: whoever makes these objects has loaded the modules",
     ),
     Deferred(
-        ("interfaces/station/operands.py", "interfaces/editor/lines.py"),
+        ("interfaces/station/operands.py", "interfaces/editor"),
         ("vrs_cli.interfaces.station.station",),
         "as above",
     ),

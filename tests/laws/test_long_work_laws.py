@@ -21,7 +21,7 @@ from vrs_cli.engine import book
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.actor import actor
 from vrs_cli.interfaces.dialogue import Ticket, quietly
-from vrs_cli.interfaces.editor import lines as editor
+from vrs_cli.interfaces.editor import buffer, editors
 from vrs_cli.interfaces.monitor import files, programs
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
@@ -244,7 +244,7 @@ def test_no_step_of_a_robot_works_on_a_whole_long_program(
         watched(owner, name)
     for constant in ("LONG_TEXT", "LONG_PROGRAM"):
         monkeypatch.setattr(station, constant, 10)
-    for user in (programs, editor):
+    for user in (programs, buffer, editors):
         monkeypatch.setattr(user, "LONG_PROGRAM", 10)
     session = Session(RecordingTerminal())
     holder = Holder(session)
@@ -266,9 +266,11 @@ WORK = (
     (station, "parse_file"),
     (LoadedFile, "of"),
     (environment, "compile_program"),
-    (programs, "listed"),
-    (editor, "rebuilt"),
-    (editor, "taken"),
+    (programs, "list_steps"),
+    (buffer, "rebuild"),
+    (buffer.ProgramBuffer, "read"),
+    (buffer.ProgramBuffer, "of_program"),
+    (editors, "edit_line"),
     (programs, "with_called"),
     (programs, "variables_used"),
     (files, "read_program_file"),

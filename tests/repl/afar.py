@@ -18,9 +18,9 @@ from vrs_cli.engine.feed import Inbox
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import RequestRefused
 from vrs_cli.files.opening import FREE, Folder
-from vrs_cli.interfaces.dialogue import Terminal
-from vrs_cli.interfaces.editor.lines import named_program
-from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.dialogue import Terminal, at_once
+from vrs_cli.interfaces.editor.buffer import named_program, open_program
+from vrs_cli.interfaces.editor.editors import ScreenDraft
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet
 from vrs_cli.interfaces.port.user_session import UserSession
@@ -160,7 +160,9 @@ def front_end_at(session: Session, terminal: Terminal | None = None) -> FrontEnd
 def question_of(front_end: FrontEnd, name: str, step: int = 1) -> Editing:
     """The question of SEE, whose program has the screen."""
     session = session_of(front_end)
-    draft = session.user_state.on_screen = ScreenDraft(session, named_program(name), step)
+    draft = session.user_state.on_screen = ScreenDraft(
+        session, at_once(open_program(session, named_program(name), step))
+    )
     return Editing(draft.name, draft.text, draft.row, draft.dialect)
 
 

@@ -11,8 +11,8 @@ from tests.interfaces.monitor.people import Person
 from vrs_cli.files.program_file import left_files, recovery_files
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import at_once
-from vrs_cli.interfaces.editor.lines import named_program
-from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.editor.buffer import ProgramBuffer
+from vrs_cli.interfaces.editor.editors import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl.local_robot import Keeper
@@ -116,7 +116,7 @@ def test_a_program_that_is_being_edited_comes_back_as_it_was_last(folder: Path) 
 
 def test_a_program_on_the_screen_comes_back_as_its_lines_were_left(folder: Path) -> None:
     shell = Shell(folder)
-    draft = ScreenDraft(shell.conversation.session, named_program("p"))
+    draft = ScreenDraft(shell.conversation.session, ProgramBuffer(".PROGRAM p()"))
     at_once(draft.do(ReadDraft(".PROGRAM p()\n    x = 1\n    MOVEE")))
     shell.take("")
     shell.kill()

@@ -12,8 +12,8 @@ from tests.interfaces.terminals import RecordingTerminal
 from tests.repl.afar import front_end_at, question_of
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.interfaces.dialogue import at_once
-from vrs_cli.interfaces.editor.lines import named_program
-from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.editor.buffer import ProgramBuffer
+from vrs_cli.interfaces.editor.editors import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 from vrs_cli.values.acts import KeepDraft
@@ -157,7 +157,7 @@ def test_the_heading_can_be_changed_but_not_to_another_program() -> None:
     see(session, f"{UP}{END}\x7f\x7f\x7fq{SAVE}{QUIT}{QUIT}")
     assert session.environment.program("q") is before
     with pytest.raises(ProgramExists, match="q"):
-        at_once(ScreenDraft(session, named_program("p")).do(KeepDraft(".PROGRAM q()\n    READY")))
+        at_once(ScreenDraft(session, ProgramBuffer(".PROGRAM p()")).do(KeepDraft(".PROGRAM q()\n    READY")))
     editor = see(session, f"{UP}{END}\x7f\x7f\x7fnew(a){SAVE}{QUIT}")
     assert editor.message == "Program new: 1 step"
     assert "new" in session.environment.programs
@@ -172,7 +172,7 @@ def test_a_text_without_a_heading_is_not_stored() -> None:
     see(session, f"{UP}{HOME}x{SAVE}{QUIT}{QUIT}")
     assert session.environment.programs == {}
     with pytest.raises(LineRefused, match="the first line names the program"):
-        at_once(ScreenDraft(session, named_program("p")).do(KeepDraft("READY")))
+        at_once(ScreenDraft(session, ProgramBuffer(".PROGRAM p()")).do(KeepDraft("READY")))
 
 
 class Screen(RecordingTerminal):

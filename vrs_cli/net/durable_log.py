@@ -29,8 +29,8 @@ from vrs_cli.files.disk import BLOCK, existing
 from vrs_cli.files.opening import Folder, reason, unreadable
 from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
-from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.dialogue import Dialogue, beside
+from vrs_cli.interfaces.editor.buffer import ProgramBuffer, closes_entry, opens_entry
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.text.ast import Program
@@ -238,7 +238,7 @@ def _of_programs(text: str) -> frozenset[int]:
     """Return the numbers of the lines of programs: these are kept as they are, and their errors were told before."""
     inside, found = False, set[int]()
     for number, line in enumerate(text.split("\n"), start=1):
-        inside = inside or (opens_entry(line) and ProgramEntry(line).program)
+        inside = inside or (opens_entry(line) and ProgramBuffer(line).is_program)
         if inside:
             found.add(number)
             inside = not closes_entry(line)

@@ -19,10 +19,10 @@ from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.interfaces.conversation.complete import Signature, signature
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Running, Terminal
-from vrs_cli.interfaces.editor.screen import Found
 from vrs_cli.interfaces.port.port import FarHand, MakeRequest, Outlet, Port, answer_to, checked
 from vrs_cli.repl.piped import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, Say, StopProgram
+from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.hand import Look, Seen
 from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, PromptStatus, Question, Suggestion
 from vrs_cli.values.replies import Farewell, Message, Reply, Tone, refusal
@@ -351,6 +351,9 @@ def _parts(text: str) -> list[str]:
         parts[-1] += line
         size += len(line)
     return parts
+
+
+Found = Callable[[tuple[Diagnostic, ...]], None]  # is told the mistakes in a text
 
 
 class DraftPage:

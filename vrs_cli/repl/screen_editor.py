@@ -1,6 +1,6 @@
 """SEE on the screen, with prompt-toolkit: colours, findings under the text while it is typed, search, undo.
 
-What a program is, and what is wrong with it, says `interfaces.editor.screen`; here are the keys and the window.
+What a program is, and what is wrong with it, says `interfaces.editor.buffer`; here are the keys and the window.
 """
 
 from __future__ import annotations
@@ -34,8 +34,7 @@ from prompt_toolkit.search import start_search
 from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.conversation.entry import INDENT, depth
-from vrs_cli.interfaces.editor.screen import canonical, canonical_line
+from vrs_cli.interfaces.editor.buffer import INDENT, canonical, canonical_line, depth
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text

@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from itertools import islice
 from typing import Any
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.complete import begun, names_of, suggestions
-from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if
-from vrs_cli.interfaces.editor.lines import outside
-from vrs_cli.interfaces.editor.screen import ScreenDraft, done_without_screen
+from vrs_cli.interfaces.editor.buffer import ProgramBuffer, closes_entry, opens_entry
+from vrs_cli.interfaces.editor.editors import ScreenDraft, do_without_screen
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.operands import may_replace
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
-from vrs_cli.language.analysis.analyzer import check_line
-from vrs_cli.language.text.ast import ProgramHeader
-from vrs_cli.language.text.meaning import resolve_line
-from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
+from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import Attend, KeepDraft, LeaveEntry, ReadDraft, StopProgram
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused
 from vrs_cli.values.hand import Look, Press, StopJog
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Pace, Parting, PromptStatus, Suggestion
@@ -43,7 +37,6 @@ MANY_NAMES = 1000  # that are looked through in some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
-_NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
 
 class Conversation:
@@ -55,7 +48,7 @@ class Conversation:
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
         self.session, self.user_state = session, user_state or session.user_state
-        self.entry: ProgramEntry | None = None
+        self.entry: ProgramBuffer | None = None
         self._refused: str = ""  # the program whose heading was refused: its steps are dropped
         self._dropped = 0  # steps of it among the lines that are carried out now
         self._left_out = 0  # lines with a mistake that are not in the program that is typed
@@ -126,7 +119,7 @@ class Conversation:
             yield from help_on(asked)
         elif self.entry is not None:
             if alone and self.user_state.attended and not self._refused:
-                mistake = mistake_in_entry(self.entry, line, self.session.environment.kinds)
+                mistake = self.entry.mistake(line, self.session.environment.kinds)
                 if mistake is not None:  # the line does not become a step
                     self._left_out += 1
                     raise LineRefused(mistake)
@@ -144,8 +137,8 @@ class Conversation:
         if self.user_state.editor is not None:
             return self.user_state.editor.mistake(text)
         if entry is not None:
-            return mistake_in_entry(entry, text, session.environment.kinds)
-        return None if opens_entry(text) and not ProgramEntry(text).program else session.mistake(text)
+            return entry.mistake(text, session.environment.kinds)
+        return None if opens_entry(text) and not ProgramBuffer(text).is_program else session.mistake(text)
 
     def _asked(self, line: str) -> str | None:
         """Return the topic that `?`, `word?` or `?word` asks about: "" for all there is; None for another line."""
@@ -159,14 +152,15 @@ class Conversation:
 
     def _open(self, header: str) -> Dialogue[None]:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
-        name = _named(header)
-        self.entry, self._refused = ProgramEntry(header), name or "the program"
+        self.entry = ProgramBuffer(header)
+        name = self.entry.name
+        self._refused = name or "the program"
         self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = ""
 
-    def _step(self, entry: ProgramEntry, line: str, *, goes_on: bool) -> Dialogue[None]:
+    def _step(self, entry: ProgramBuffer, line: str, *, goes_on: bool) -> Dialogue[None]:
         """A line of a program, or `.END`. `goes_on`: another program or section was pasted with it, for which it
         waits: the places of a program may stand behind it.
         """
@@ -186,7 +180,7 @@ class Conversation:
                 if self.user_state.attended:
                     self.entry = entry  # the lease went to another user meanwhile, and may come back
                 raise
-            self._pasted += entry.text
+            self._pasted += entry.source
         if not goes_on:
             yield from self._store()
 
@@ -214,7 +208,7 @@ class Conversation:
         if editor is not None:
             name, how = editor.name, "E would have stored it"
         elif self.entry is not None:
-            name, how = _named(self.entry.header) or "the program", ".END would have ended it"
+            name, how = self.entry.name or "the program", ".END would have ended it"
         else:
             return
         loses = self._typed and self.user_state.attended
@@ -252,7 +246,7 @@ class Conversation:
                 draft = self.user_state.on_screen
                 if isinstance(draft, ScreenDraft):
                     return (yield from draft.do(act))
-                return (yield from done_without_screen(self.session, act))
+                return (yield from do_without_screen(self.session, act))
             case Press() | StopJog() | Look():
                 shown = self.user_state.on_screen
                 return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)
@@ -328,39 +322,13 @@ class Conversation:
     @property
     def unfinished(self) -> str:
         """The program that is being typed or edited, as a file would hold it."""
-
-        if self.user_state.editor is not None:
-            return self.user_state.editor.text
-        if self.user_state.drafted:
-            return self.user_state.drafted
-        return self.entry.text if self.entry is not None and not self._refused else ""
+        editor, entry = self.user_state.editor, self.entry
+        if editor is not None:
+            return editor.source
+        return self.user_state.drafted or (entry.source if entry is not None and not self._refused else "")
 
     @property
     def prompt(self) -> str:
-        """The prompt of the next line where that is one of a program, else ""."""
-        if self.user_state.editor is not None:
-            return self.user_state.editor.prompt
-        return self.entry.prompt if self.entry is not None else ""
-
-
-def _named(header: str) -> str:
-    """The name in a header, empty where there is none."""
-    found = _NAME.match(header)
-    return found.group(1) if found else ""
-
-
-def mistake_in_entry(entry: ProgramEntry, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:
-    """The first error in the next line of a program. `known`: the kinds of the variables that have a value, but those
-    that bear the name of a parameter, which means something else.
-    """
-    if closes_entry(line) or not entry.program:
-        return None
-    try:
-        statement, heading = parse_step(line).statement, parse_prompt(entry.header)
-    except LineRefused as refused:
-        return refused.diagnostic
-    if statement is None:
-        return None
-    parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
-    meant = resolve_line(statement, variables_in((entry.header, *entry.lines)))
-    return first_error(check_line(meant, outside(parameters, known), in_program=True))
+        """The prompt of the next line if it is one of a program, else ""."""
+        asks = self.user_state.editor or self.entry
+        return "" if asks is None else asks.prompt

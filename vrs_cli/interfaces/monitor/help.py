@@ -9,7 +9,7 @@ from itertools import islice
 
 from vrs_cli.engine.settings import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError, did_you_mean
-from vrs_cli.interfaces.editor.lines import LEAVING, SUBCOMMANDS
+from vrs_cli.interfaces.editor.editors import LEAVING, SUBCOMMANDS
 from vrs_cli.language.words.foreign import own_word
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS, Operator
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS

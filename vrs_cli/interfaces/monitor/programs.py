@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, TypeMismatch, UndefinedValue, UsageError
 from vrs_cli.files.store import Layout, variables_used, with_called
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
-from vrs_cli.interfaces.editor.lines import Editor, asked_program, list_steps, named_program, opened, refuse_running
-from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.editor.buffer import asked_program, list_steps, named_program, open_program
+from vrs_cli.interfaces.editor.editors import Editor, ScreenDraft
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.interfaces.station.operands import (
     PLACES,
@@ -161,9 +161,8 @@ def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
 @handles("EDIT")
 def _edit(station: Station, it: Instruction) -> Dialogue[None]:
     program, step = _program_to_edit(station, it)
-    refuse_running(station, program.name)
-    editor = station.user_state.editor = Editor(station, opened(station, program, step))
-    station.user_state.last_edited = program.name
+    editor = Editor(station, (yield from open_program(station, program, step)))
+    station.user_state.editor, station.user_state.last_edited = editor, program.name
     yield from (yield from editor.screen())
 
 
@@ -173,9 +172,8 @@ def _see(station: Station, it: Instruction) -> Dialogue[None]:
     user_state, line_by_line = station.user_state, f"EDIT {program.name} edits line by line"
     if not user_state.attended:
         raise UsageError("SEE fills a terminal, and there is none", line_by_line)
-    refuse_running(station, program.name)
+    draft = ScreenDraft(station, (yield from open_program(station, program, step)))
     user_state.last_edited = program.name
-    draft = ScreenDraft(station, program, step)
     if not (yield from user_state.show(draft, Editing(draft.name, draft.text, draft.row, draft.dialect))):
         raise UsageError("SEE fills the screen, and this terminal cannot", line_by_line)
     yield from draft.said

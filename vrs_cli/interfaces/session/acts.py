@@ -18,7 +18,7 @@ from vrs_cli.engine.steering import Chunk
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
-from vrs_cli.interfaces.editor.screen import program_text
+from vrs_cli.interfaces.editor.buffer import program_text
 from vrs_cli.interfaces.monitor.locations import explain_reach, part_table
 from vrs_cli.interfaces.monitor.pictures import place_of, sketch
 from vrs_cli.interfaces.monitor.programs import program_names

@@ -24,7 +24,7 @@ R = TypeVar("R")
 
 
 class LineEditor(Protocol):
-    """An open editor, which takes lines and puts a program in memory."""
+    """An open EDIT, which takes lines and puts a program in memory."""
 
     @property
     def name(self) -> str: ...
@@ -37,7 +37,7 @@ class LineEditor(Protocol):
         """Return whether leaving it now would lose something."""
 
     @property
-    def text(self) -> str:
+    def source(self) -> str:
         """The program as a file would hold it."""
 
     def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:

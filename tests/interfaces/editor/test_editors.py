@@ -9,25 +9,35 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import UsageError, VrsError
-from vrs_cli.interfaces.editor import lines as editor
-from vrs_cli.interfaces.editor.lines import Draft, named_program, rebuilt, subcommand, taken
+from vrs_cli.interfaces.editor import editors as editor
+from vrs_cli.interfaces.editor.buffer import ProgramBuffer, rebuild
+from vrs_cli.interfaces.editor.editors import edit_line, subcommand
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_program, step_texts
 from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import LineRefused
 
 
-def draft(*lines: str) -> Draft:
-    """A draft into which the lines were typed one after the other."""
-    present = Draft(named_program("p"))
+def draft(*lines: str) -> ProgramBuffer:
+    """Return a buffer into which the lines were typed one after the other."""
+    present = ProgramBuffer(".PROGRAM p()")
     for line in lines:
-        present = taken(present, line, {}).draft
+        edit_line(present, line, Memory())
     return present
 
 
-def texts(present: Draft) -> list[str]:
-    return [text.strip() for text in step_texts(present.program)]
+def program_of(present: ProgramBuffer) -> Program:
+    """Return the program of a buffer, whose heading can be read."""
+    program = present.read().program
+    assert program is not None
+    return program
+
+
+def texts(present: ProgramBuffer) -> list[str]:
+    return [text.strip() for text in step_texts(program_of(present))]
 
 
 @pytest.mark.parametrize(
@@ -72,7 +82,7 @@ def test_inserting_ends_with_an_empty_line_and_stays_at_its_step() -> None:
 def test_a_refused_line_leaves_the_draft() -> None:
     before = draft("MOVE a")
     with pytest.raises(LineRefused, match="MOVEE"):
-        taken(before, "MOVEE b", {})
+        edit_line(before, "MOVEE b", Memory())
     assert texts(before) == ["MOVE a"]
 
 
@@ -80,20 +90,20 @@ def test_find_goes_round() -> None:
     present = draft("MOVE a", "MOVE b", "MOVE a", "S 1")
     found = [present.at]
     for _ in range(2):
-        present = taken(present, "F move A", {}).draft
+        edit_line(present, "F move A", Memory())
         found.append(present.at)
     assert found == [0, 2, 0]
 
 
 def test_characters_are_replaced_where_they_stand() -> None:
-    present = taken(draft("MOVE part", "S 1"), "R        pole:grip", {}).draft
+    present = draft("MOVE part", "S 1", "R        pole:grip")
     assert texts(present) == ["MOVE pole:grip"]
     assert present.at == 0
 
 
 def test_what_replacing_makes_unreadable_is_refused() -> None:
     with pytest.raises(LineRefused):
-        taken(draft("MOVE part", "S 1"), "R   ((", {})
+        edit_line(draft("MOVE part", "S 1"), "R   ((", Memory())
 
 
 def test_parameters_are_not_the_variables_of_the_memory() -> None:
@@ -161,14 +171,14 @@ LINES = st.sampled_from([*STEPS, *LETTERS])
 @examples(200)
 @given(st.lists(LINES, max_size=25))
 def test_law_whatever_is_typed_the_program_is_its_text(lines: list[str]) -> None:
-    present = Draft(named_program("p(a)"))
+    present = ProgramBuffer(".PROGRAM p(a)")
     for line in lines:
         try:
-            present = taken(present, line, {}).draft
+            edit_line(present, line, Memory())
         except VrsError:
             continue
-        assert 0 <= present.at <= len(present.steps)
-    program, source = rebuilt(present.program)
+        assert 0 <= present.at <= len(present.lines)
+    program, source = rebuild(program_of(present))
     assert print_program(program) == source
     shown = source.split("\n")
     for step in program.steps:

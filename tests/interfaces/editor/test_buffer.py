@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, depth, opens_entry
+from vrs_cli.interfaces.editor.buffer import ProgramBuffer, closes_entry, depth, opens_entry
 
 
 @pytest.mark.parametrize(
@@ -47,16 +47,16 @@ def test_open_blocks(lines: list[str], open_blocks: int) -> None:
 @pytest.mark.parametrize("line", ["end = 5", "value[2] = 1", "any=3", "end [1] = 2"])
 def test_a_variable_begins_or_ends_no_block(line: str) -> None:
     assert depth(["CASE x OF", "VALUE 1:", line]) == 1
-    entry = ProgramEntry(".PROGRAM demo", ["    CASE x OF", "    VALUE 1:"])
+    entry = ProgramBuffer(".PROGRAM demo", ["    CASE x OF", "    VALUE 1:"])
     entry.add(line)
     assert entry.lines[-1] == f"        {line}"
 
 
 def test_blocks_are_indented_and_their_words_moved_back() -> None:
-    entry = ProgramEntry(".PROGRAM demo")
+    entry = ProgramBuffer(".PROGRAM demo")
     for line in ("FOR i = 1 TO 3", "IF i > 1 THEN", "  MOVE a", "ELSE", "MOVE b", "END", "end", "STOP", ""):
         entry.add(line)
-    assert entry.text.splitlines() == [
+    assert entry.source.splitlines() == [
         ".PROGRAM demo",
         "    FOR i = 1 TO 3",
         "        IF i > 1 THEN",
@@ -72,15 +72,15 @@ def test_blocks_are_indented_and_their_words_moved_back() -> None:
 
 
 def test_the_prompt_counts_the_steps() -> None:
-    entry = ProgramEntry(".PROGRAM demo")
+    entry = ProgramBuffer(".PROGRAM demo")
     assert (entry.prompt, entry.indent) == ("    1.? ", "    ")
     entry.add("WHILE TRUE DO")
     assert (entry.prompt, entry.indent) == ("    2.? ", "        ")
 
 
 def test_a_section_is_kept_as_it_is_typed() -> None:
-    entry = ProgramEntry(".REALS")
-    assert not entry.program
+    entry = ProgramBuffer(".REALS")
+    assert not entry.is_program
     entry.add("  for 2")
     entry.add("count 12")
-    assert (entry.indent, entry.text) == ("", ".REALS\nfor 2\ncount 12\n.END\n")
+    assert (entry.indent, entry.source) == ("", ".REALS\nfor 2\ncount 12\n.END\n")

@@ -1,0 +1,362 @@
+"""One buffer for programs that are typed (`.PROGRAM`) or edited (EDIT, SEE): a heading, lines of text, and a cursor. It
+reads and checks its lines, and knows no terminal.
+
+The sections of a file (`.LOCATIONS`, `.REALS`, `.STRINGS`) can be typed too, so that a whole file can be pasted.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from functools import reduce
+from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec.structs import replace
+
+from vrs_cli.errors import CannotInterpret, IllegalValue, ProgramNotExecutable, UsageError
+from vrs_cli.interfaces.dialogue import Dialogue, beside_if
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
+from vrs_cli.language.analysis.analyzer import analyze, check_line
+from vrs_cli.language.analysis.names import Analysis
+from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Step, Variable
+from vrs_cli.language.text.meaning import resolve_line, resolve_program
+from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
+from vrs_cli.language.text.printer import program_header, step_texts
+from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
+from vrs_cli.language.words.values import Kind, key_of
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span, error, errors, first_error, in_order
+from vrs_cli.values.numbers import count
+from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, Reply
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.station.station import Station
+
+INDENT = "    "  # of a block (val2 section 7)
+FIRST_STEP_LINE = 2  # of a program's text; the heading is line 1
+
+_NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
+_LABEL = re.compile(r"^\s*\d+\s+")
+_COMMENT = re.compile(r";.*|\"[^\"]*\"")
+_FIRST = re.compile(r"[A-Z][\w.]*(?!\s*(?:\[|=(?!=)))(?![\w.])", re.IGNORECASE)  # end = 5 ends no block
+
+CLOSERS = frozenset({"END", "UNTIL"})
+MIDDLES = frozenset({"ELSE", "VALUE", "ANY"})
+OPENERS = frozenset({"FOR", "WHILE", "CASE"})
+
+
+class ProgramReading(NamedTuple):
+    """A text as a program, None if its heading cannot be read, and all mistakes in it by line."""
+
+    program: Program | None
+    findings: tuple[Diagnostic, ...]
+
+
+class ProgramBuffer:
+    """A program or section while it is typed or edited.
+
+    `at`: the index of the line at the cursor, from 0; `len(lines)` behind the last one. `inserting`: lines go in before
+    that line until an empty line. `dialect`: of the lines.
+    """
+
+    def __init__(
+        self, header: str, lines: Iterable[str] = (), at: int | None = None, dialect: Dialect = Dialect.VPLUS
+    ) -> None:
+        self.header, self.lines, self.dialect = header.strip(), list(lines), dialect
+        self.at, self.inserting = len(self.lines), False
+        self._blocks = depth(self.lines)  # open behind the last line
+        if at is not None:
+            self.move(at)
+
+    @classmethod
+    def of_program(cls, program: Program, at: int = 0) -> ProgramBuffer:
+        """Return a buffer with the lines of a program."""
+        return cls(program_header(program), step_texts(program), at, program.dialect)
+
+    @classmethod
+    def of_text(cls, text: str, dialect: Dialect) -> ProgramBuffer:
+        """Return a buffer of a text whose first line is the heading. Blank lines at its end are no steps."""
+        header, *lines = text.split("\n")
+        while lines and not lines[-1].strip():
+            lines.pop()
+        return cls(header, lines, dialect=dialect)
+
+    # --- what it holds ---
+
+    @property
+    def name(self) -> str:
+        """The name in the heading, empty if there is none."""
+        found = _NAME.match(self.header)
+        return found.group(1) if found else ""
+
+    @property
+    def is_program(self) -> bool:
+        """Return whether it is a program, and not a section."""
+        return _directive(self.header) == PROGRAM
+
+    @property
+    def text(self) -> str:
+        """The heading and the lines."""
+        return "\n".join((self.header, *self.lines))
+
+    @property
+    def source(self) -> str:
+        """The whole program as a file would hold it."""
+        return f"{self.text}\n.END\n"
+
+    @property
+    def prompt(self) -> str:
+        """The number of the step at the cursor, as VAL's editor asks for it: `    1.? `, as wide as in a listing."""
+        return f"{self.at + 1:5d}.? "
+
+    @property
+    def indent(self) -> str:
+        """The blanks before the next line: one INDENT for the program, and one for each open block."""
+        return INDENT * (1 + self._open_blocks()) if self.is_program else ""
+
+    def _open_blocks(self) -> int:
+        return self._blocks if self.at == len(self.lines) else depth(self.lines[: self.at])
+
+    # --- changes ---
+
+    def move(self, at: int) -> None:
+        """Go to another line, or as near to it as there is one, and end inserting."""
+        self.at, self.inserting = max(0, min(at, len(self.lines))), False
+
+    def add(self, line: str) -> None:
+        """Put a line at the cursor, in place of the present one unless `inserting`, and go to the next. The END or ELSE
+        of a block stands under its beginning.
+        """
+        text = line.strip()
+        if self.is_program and text:
+            before = self._open_blocks()
+            back = 1 if before and _first_word(text) in CLOSERS | MIDDLES else 0
+            text = INDENT * (1 + before - back) + text
+        last = self.at == len(self.lines)
+        self.lines[self.at : self.at if self.inserting else self.at + 1] = [text]
+        self.at += 1
+        self._blocks = _blocks_after(self._blocks, text) if last else depth(self.lines)
+
+    def delete(self, wanted: int) -> int:
+        """Delete so many lines from the cursor on. Return how many there were."""
+        gone = len(self.lines[self.at : self.at + wanted])
+        del self.lines[self.at : self.at + wanted]
+        self._blocks = depth(self.lines)
+        self.move(self.at)
+        return gone
+
+    # --- reading and checking ---
+
+    def read(self) -> ProgramReading:
+        """Read all lines."""
+        header = read_header(self.header)
+        steps = [read_step(line, number, self.dialect) for number, line in enumerate(self.lines, FIRST_STEP_LINE)]
+        findings = tuple(found for _, found in steps if found is not None)
+        if isinstance(header, Diagnostic):
+            return ProgramReading(None, (header, *findings))
+        body = tuple(step for step, _ in steps)
+        program = Program(header.name, header.parameters, body, header.comment, self.dialect, span=header.span)
+        return ProgramReading(resolve_program(program), findings)
+
+    def read_among(self, memory: Memory) -> ProgramReading:
+        """Read all lines, and analyse the program among those in memory."""
+        program, findings = self.read()
+        if program is None:
+            return ProgramReading(None, findings)
+        return ProgramReading(program, in_order((*findings, *analysis_of(memory, program).diagnostics)))
+
+    def show(self, first: int, count: int, memory: Memory) -> tuple[ListedStep, ...]:
+        """Return so many steps from `first` (from 0) on, as they are listed."""
+        program = self.read().program if first < len(self.lines) else None
+        return () if program is None else list_steps(analysis_of(memory, program))[first : first + count]
+
+    def check(self, line: str, known: Mapping[str, Kind]) -> tuple[Step, tuple[Diagnostic, ...]]:
+        """Return a line as a step, and the warnings about it. `known`: the kinds of the variables that have a value.
+        Raises LineRefused for the first mistake, also of the heading.
+        """
+        step, heading = parse_step(line, 1, self.dialect), parse_prompt(self.header)
+        if step.statement is None:
+            return step, ()
+        parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
+        own = {parameter.key for parameter in parameters}  # the name of a parameter means something else outside
+        meant = resolve_line(step.statement, variables_in((self.header, *self.lines)))
+        found = check_line(meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True)
+        wrong = first_error(found)
+        if wrong is not None:
+            raise LineRefused(wrong)
+        return step, found
+
+    def mistake(self, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:
+        """Return the first mistake in the next line; `.END` and the lines of a section have none."""
+        if closes_entry(line) or not self.is_program:
+            return None
+        try:
+            self.check(line, known)
+        except LineRefused as refused:
+            return refused.diagnostic
+        return None
+
+
+# --- lines -----------------------------------------------------------------------------------------------------------
+
+
+def opens_entry(line: str) -> bool:
+    """Return whether a line at the prompt begins a program or a section."""
+    return _directive(line) in (PROGRAM, *SECTIONS)
+
+
+def closes_entry(line: str) -> bool:
+    """Return whether a line is `.END`."""
+    return _directive(line) == END
+
+
+def _directive(line: str) -> str:
+    lines = lines_of(line)
+    return lines[0].directive if lines else ""
+
+
+def depth(lines: Sequence[str]) -> int:
+    """Return how many blocks are open after these lines."""
+    return reduce(_blocks_after, lines, 0)
+
+
+def _blocks_after(before: int, line: str) -> int:
+    word, words = _first_word(line), _LABEL.sub("", _COMMENT.sub("", line), count=1).upper().split()
+    if word in CLOSERS:
+        return max(0, before - 1)
+    opens = word in OPENERS or (word == "IF" and words[-1:] == ["THEN"]) or words == ["DO"]
+    return before + opens
+
+
+def _first_word(line: str) -> str:
+    found = _FIRST.match(_LABEL.sub("", line.lstrip(), count=1))
+    return found.group().upper() if found else ""
+
+
+def read_header(line: str) -> ProgramHeader | Diagnostic:
+    """Return the heading, or the mistake in it."""
+    try:
+        header = parse_prompt(line)
+    except LineRefused as refused:
+        return refused.diagnostic
+    if isinstance(header, ProgramHeader):
+        return header
+    return error(CannotInterpret, Span(1, 1, len(line) + 1), "the first line names the program", ".PROGRAM name")
+
+
+def read_step(text: str, line: int, dialect: Dialect) -> tuple[Step, Diagnostic | None]:
+    """Return a step, or a bad line with the mistake in it. Raises nothing."""
+    try:
+        return parse_step(text, line, dialect), None
+    except LineRefused as refused:
+        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+        return Step(None, BadLine(text.strip(), span=span), None, span=span), refused.diagnostic
+
+
+# --- canonical form --------------------------------------------------------------------------------------------------
+
+
+def canonical(text: str, dialect: Dialect) -> str:
+    """Return a text with keywords in upper case, names in lower case and blocks indented. Lines that cannot be read
+    stay as they are.
+    """
+    program = ProgramBuffer.of_text(text, dialect).read().program
+    if program is None:
+        return text
+    typed, count = text.split("\n")[1:], len(program.steps)
+    rows = zip(program.steps, step_texts(program), typed, strict=False)
+    shown = (line if isinstance(step.statement, BadLine) else text for step, text, line in rows)
+    return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
+
+
+def canonical_line(text: str, row: int, dialect: Dialect) -> str:
+    """Return one line of a text (from 0) in canonical form."""
+    lines, changed = text.split("\n"), canonical(text, dialect).split("\n")
+    return changed[row] if row < len(changed) else lines[row]
+
+
+def program_text(program: Program) -> str:
+    """Return a program as SEE shows it, with one empty step if it has none."""
+    return "\n".join((program_header(program), *step_texts(program), *("",) * (not program.steps)))
+
+
+def list_steps(analysis: Analysis) -> tuple[ListedStep, ...]:
+    """Return the steps of a program in canonical form, numbered; those with a mistake are marked."""
+    program, wrong = analysis.program, {one.span.line for one in errors(analysis.diagnostics)}
+    return tuple(
+        ListedStep(number, text, bad=isinstance(step.statement, BadLine) or step.span.line in wrong)
+        for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
+    )
+
+
+# --- programs in memory ----------------------------------------------------------------------------------------------
+
+
+def rebuild(program: Program) -> tuple[Program, str]:
+    """Return a program with its steps where they stand in its canonical text, and that text."""
+    texts, steps = step_texts(program), list[Step]()
+    for line, (step, text) in enumerate(zip(program.steps, texts, strict=True), FIRST_STEP_LINE):
+        if isinstance(step.statement, BadLine):
+            span = Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
+            steps.append(replace(step, statement=replace(step.statement, span=span), span=span))
+        else:
+            steps.append(parse_step(text, line, Dialect.VPLUS))  # the printed parentheses leave no doubt in any dialect
+    header = program_header(program)
+    source = "\n".join((header, *texts, ".END", ""))
+    return resolve_program(replace(program, steps=tuple(steps), span=Span(1, 1, len(header) + 1))), source
+
+
+def store(station: Station, program: Program) -> Dialogue[tuple[Reply, ...]]:
+    """Put an edited program in memory. Return its first fault, and what it is now."""
+    whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuild(program))
+    first = first_error((yield from station.keep(whole, source)))
+    report: tuple[Reply, ...] = ()
+    if first is not None:
+        report = (DiagnosticsReport((Diagnosed(first, source.split("\n")[first.span.line - 1]),)),)
+    else:
+        bad = next((number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, BadLine)), None)
+        if bad is not None:
+            report = (Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
+    ready = "" if station.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
+    return (*report, Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
+
+
+def open_program(station: Station, asked: Program, step: int = 1) -> Dialogue[ProgramBuffer]:
+    """Return a buffer of the program of that name in memory, or of a new one. Parameters that are named replace its
+    own. Raises UsageError if the program runs.
+    """
+    check_not_running(station, asked.name)
+    stored = station.programs.get(key_of(asked.name))
+    program = replace(asked, dialect=station.dialect) if stored is None else stored.program
+    if asked.parameters:
+        program = replace(program, parameters=asked.parameters)
+    long = len(program.steps) > LONG_PROGRAM
+    return (yield from beside_if(long, lambda: ProgramBuffer.of_program(program, step - 1)))
+
+
+def analysis_of(memory: Memory, program: Program) -> Analysis:
+    """Analyse a program among those in memory, in place of one of its name."""
+    programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
+    return analyze(program, memory.kinds, programs)
+
+
+def check_not_running(station: Station, name: str) -> None:
+    """Check that a program does not run now. Raises UsageError."""
+    if station.running and station.task is not None and station.task.uses(name):
+        raise UsageError(f"{name} is running", "ABORT stops it")
+
+
+def named_program(text: str) -> Program:
+    """Return an empty program by its name and parameters, `pick(part, height)`. Raises LineRefused."""
+    header = parse_prompt(f".PROGRAM {text}")
+    assert isinstance(header, ProgramHeader)
+    return Program(header.name, header.parameters, (), None, span=Span(1, 1, 1))
+
+
+def asked_program(expression: Expression) -> Program:
+    """Return an empty program of the name and parameters of an argument. Raises IllegalValue."""
+    given = expression.arguments if isinstance(expression, ProgramCall) else ()
+    parameters = tuple(one for one in given if isinstance(one, Variable))
+    if not isinstance(expression, ProgramCall) or len(parameters) < len(given):
+        raise IllegalValue("the parameters of a program are variables", "EDIT pick(part, height)")
+    return Program(expression.name, parameters, (), None, span=Span(1, 1, 1))

@@ -1,0 +1,324 @@
+"""EDIT, the line editor of VAL-II (val2 section 3.6), and SEE without its screen. Both work on a `ProgramBuffer`, and
+know no terminal.
+
+A sub-command of EDIT is a function of the buffer, of what follows its letter, and of the whole line (`SUBCOMMANDS`).
+Every other line is an instruction, which takes the place of the step at the cursor. Nothing in memory changes before
+EDIT is left by `E` or `C`, or SEE stores: then the program is stored and its structure checked.
+
+A letter before `=` or `[` is a variable: `d = 4` is an assignment, `D 4` deletes four steps.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+from vrs_cli.errors import IllegalValue, NotAvailable, ProgramExists, UsageError
+from vrs_cli.interfaces.dialogue import Dialogue, beside_if
+from vrs_cli.interfaces.editor.buffer import (
+    ProgramBuffer,
+    ProgramReading,
+    check_not_running,
+    closes_entry,
+    named_program,
+    open_program,
+    read_header,
+    store,
+)
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT
+from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.text.ast import Program, ProgramHeader
+from vrs_cli.language.text.parser import parse_step
+from vrs_cli.language.text.printer import step_texts
+from vrs_cli.language.words.values import key_of
+from vrs_cli.values.acts import Findings, KeepDraft, Kept, ReadDraft
+from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused
+from vrs_cli.values.numbers import count
+from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, Message, ProgramPart, Reply
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.station.station import Station
+
+W = TypeVar("W")
+Replies = tuple[Reply, ...]
+_SUBCOMMAND = re.compile(r"\s*(?P<word>[A-Za-z]{1,2})(?:\s+(?P<argument>(?![=\[]).*))?$")
+_STEP_NUMBER = re.compile(r"\d{1,9}$")
+
+
+# --- sub-commands of EDIT --------------------------------------------------------------------------------------------
+
+
+class _Context(NamedTuple):
+    """The buffer of EDIT, the memory, what follows the letter of a sub-command, and the whole line."""
+
+    buffer: ProgramBuffer
+    memory: Memory
+    argument: str
+    line: str
+
+    def number(self, form: str) -> int:
+        """Read the number of steps, or of a step; 1 if none is given. Raises IllegalValue."""
+        if not self.argument:
+            return 1
+        if _STEP_NUMBER.match(self.argument) is None or int(self.argument) == 0:
+            raise IllegalValue(self.argument, f"{form}: a number from 1 on")
+        return int(self.argument)
+
+
+def _check_alone(argument: str, letter: str) -> None:
+    """Check that nothing follows a letter. Raises UsageError."""
+    if argument:
+        raise UsageError(f"{letter} {argument}", f"{letter} stands alone")
+
+
+def _delete(it: _Context) -> Replies:
+    gone = it.buffer.delete(it.number("D n, n steps"))
+    if not gone:
+        raise IllegalValue("D", "there is no step here to delete")
+    return (Message(f"{count(gone, 'step')} deleted"),)
+
+
+def _find(it: _Context) -> None:
+    """Go to the next step that holds the text, in either case; behind the last step the search goes on at the first."""
+    if not it.argument:
+        raise UsageError("F without a text", "F text")
+    buffer, wanted = it.buffer, it.argument.strip()
+    order = [*range(buffer.at + 1, len(buffer.lines)), *range(min(buffer.at + 1, len(buffer.lines)))]
+    found = next((at for at in order if wanted.lower() in buffer.lines[at].lower()), None)
+    if found is None:
+        raise UsageError(f"no step holds {wanted}", "F looks for text as it is listed")
+    buffer.move(found)
+
+
+def _insert(it: _Context) -> None:
+    _check_alone(it.argument, "I")
+    it.buffer.inserting = True
+
+
+def _print(it: _Context) -> Replies:
+    buffer, wanted = it.buffer, it.number("P n, n steps")
+    steps = buffer.show(buffer.at, wanted, it.memory)
+    buffer.move(buffer.at + wanted)
+    return (ProgramPart("", steps),) if steps else ()
+
+
+def _overlay(it: _Context) -> None:
+    """Replace the characters of the present step by those typed below them; a blank keeps one."""
+    buffer, line = it.buffer, it.line
+    if buffer.at == len(buffer.lines):
+        raise IllegalValue("R", "there is no step here to change")
+    program = buffer.read().program
+    assert program is not None
+    above, first = step_texts(program)[buffer.at], len(line) - len(line.lstrip())
+    below = f"{line[:first]} {line[first + 1 :]}"  # without the letter, every other character in its column
+    width = max(len(above), len(below.rstrip()))
+    pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
+    text = "".join(old if new.isspace() else new for old, new in pairs)
+    parse_step(text, 1, buffer.dialect)  # raises LineRefused
+    at, buffer.inserting = buffer.at, False
+    buffer.add(text)
+    buffer.move(at)
+
+
+def _go_back(it: _Context) -> None:
+    it.buffer.move(it.buffer.at - it.number("L n, n steps"))
+
+
+def _go_to(it: _Context) -> None:
+    it.buffer.move(it.number("S step") - 1)
+
+
+def _teach(_it: _Context) -> None:
+    hint = "leave by E, define places by HERE, and write MOVE or MOVES"
+    raise NotAvailable("T and TS record places with the pendant, and there is none", hint)
+
+
+class Subcommand(NamedTuple):
+    """The form of a sub-command, what it does, and its function, which returns replies or None."""
+
+    form: str
+    summary: str
+    act: Callable[[_Context], Replies | None]
+
+
+SUBCOMMANDS: Mapping[str, Subcommand] = {
+    "D": Subcommand("D [n]", "delete n steps from here", _delete),
+    "F": Subcommand("F text", "go to the next step that holds the text", _find),
+    "I": Subcommand("I", "insert lines before this step, until an empty line", _insert),
+    "L": Subcommand("L [n]", "go back one step, or n", _go_back),
+    "P": Subcommand("P [n]", "print n steps and stand behind them", _print),
+    "R": Subcommand("R text", "replace the characters above the text; a blank keeps one", _overlay),
+    "S": Subcommand("S [step]", "go to a step, the first where none is named", _go_to),
+    "T": Subcommand("T", "record MOVEs with the pendant (there is none)", _teach),
+    "TS": Subcommand("TS", "record MOVESs with the pendant (there is none)", _teach),
+}
+LEAVING: Mapping[str, str] = {"E": "store the program, check it, and leave", "C": "C program [,step]: edit another"}
+
+
+def subcommand(line: str) -> tuple[str, str] | None:
+    """Return the letter of a sub-command, in upper case, and what follows it; None for an instruction."""
+    found = _SUBCOMMAND.match(line.rstrip())
+    if found is None or found["word"].upper() not in {*SUBCOMMANDS, *LEAVING}:
+        return None
+    return found["word"].upper(), found["argument"] or ""
+
+
+def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
+    """Carry out a line of EDIT other than E and C, and return its replies. Raises LineRefused for an instruction that
+    cannot be read, VrsError for a wrong sub-command: then the buffer stays as it was.
+    """
+    if not line.strip():
+        buffer.move(buffer.at if buffer.inserting else buffer.at + 1)
+        return ()
+    asked = subcommand(line)
+    if asked is not None:
+        letter, argument = asked
+        return SUBCOMMANDS[letter].act(_Context(buffer, memory, argument, line)) or ()
+    step, warnings = buffer.check(line, memory.kinds)
+    buffer.add(step_texts(Program("", (), (step,), None, buffer.dialect, span=step.span))[0])
+    return (DiagnosticsReport(tuple(Diagnosed(one, line) for one in warnings)),) if warnings else ()
+
+
+class Editor:
+    """EDIT: a buffer of a program of a station, from the line that opens it to `E`."""
+
+    def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
+        self._station = station
+        self.done = False
+        self._open(buffer)
+
+    def _open(self, buffer: ProgramBuffer) -> None:
+        self.buffer, self.name, self._opened = buffer, buffer.name, buffer.lines.copy()
+
+    @property
+    def prompt(self) -> str:
+        return self.buffer.prompt
+
+    @property
+    def source(self) -> str:
+        return self.buffer.source
+
+    @property
+    def changed(self) -> bool:
+        """Return whether something would be lost without E."""
+        return self.buffer.lines != self._opened
+
+    def take(self, line: str) -> Dialogue[Replies]:
+        """Carry out a line, and return its replies. Raises LineRefused, VrsError: then the same step is asked for
+        again.
+        """
+        letter, argument = subcommand(line) or ("", "")
+        if letter == "E" or closes_entry(line):
+            _check_alone(argument, "E")
+            replies = yield from self._store()
+            self.done = True
+            return replies
+        if letter == "C":
+            return (yield from self._change(argument))
+
+        def work(memory: Memory) -> Replies:
+            buffer = self.buffer
+            replies = edit_line(buffer, line, memory)
+            steps = () if buffer.inserting else buffer.show(buffer.at, 1, memory)
+            return (*replies, ProgramPart("", steps)) if steps else replies
+
+        return (yield from self._among_memory(work))
+
+    def screen(self) -> Dialogue[Replies]:
+        """Return the lines that are shown on entry: the heading and the present step."""
+        buffer = self.buffer
+        return self._among_memory(lambda memory: (ProgramPart(buffer.header, buffer.show(buffer.at, 1, memory)),))
+
+    def _among_memory(self, work: Callable[[Memory], W]) -> Dialogue[W]:
+        """Work with the memory; for a long program another thread does it, with a copy of the memory."""
+        environment, long = self._station.environment, len(self.buffer.lines) > LONG_PROGRAM
+        memory = environment.copy() if long else environment
+        return (yield from beside_if(long, lambda: work(memory)))
+
+    def mistake(self, line: str) -> Diagnostic | None:
+        """Return the mistake in an instruction, before it is sent; sub-commands have none."""
+        if not line.strip() or subcommand(line) is not None:
+            return None
+        return self.buffer.mistake(line, self._station.environment.kinds)
+
+    def _store(self) -> Dialogue[Replies]:
+        program = (yield from beside_if(len(self.buffer.lines) > LONG_PROGRAM, self.buffer.read)).program
+        assert program is not None
+        return (yield from store(self._station, program))
+
+    def _change(self, argument: str) -> Dialogue[Replies]:
+        """Store the program, and edit another one."""
+        name, comma, step = (part.strip() for part in argument.partition(","))
+        if not name or (comma and not step):
+            raise UsageError("C", LEAVING["C"])
+        at = _Context(self.buffer, self._station.environment, step, "").number("C program, step")
+        program = named_program(name)
+        check_not_running(self._station, program.name)
+        replies = yield from self._store()
+        self._open((yield from open_program(self._station, program, at)))
+        return (*replies, *(yield from self.screen()))
+
+
+# --- SEE -------------------------------------------------------------------------------------------------------------
+
+
+class ScreenDraft:
+    """SEE: a program of a station while it is edited as one text, without `.END`."""
+
+    def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
+        self._station = station
+        self.name, self.dialect = buffer.name, buffer.dialect
+        self.text = buffer.text if buffer.lines else f"{buffer.text}\n"
+        self.row = buffer.at + 1 if buffer.at < len(buffer.lines) else max(len(buffer.lines), 1)
+        self.said: Replies = ()
+        self._stored = self.text
+
+    def do(self, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
+        """Find the mistakes in the text, which is the draft from now on, or store it. Raises LineRefused, ProgramExists
+        for the name of another program.
+        """
+        user_state, programs = self._station.user_state, self._station.programs
+        user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
+        program, findings = yield from _read_text(self._station, act.text, self.dialect)
+        if isinstance(act, ReadDraft):
+            return Findings(findings)
+        if program is not None and program.key != key_of(self.name) and program.key in programs:
+            raise ProgramExists(program.name, "give this one another name")
+        kept, self.said = yield from _keep_text(self._station, program, findings)
+        self.name, self._stored, user_state.drafted = kept.name, act.text, ""
+        return kept
+
+
+def do_without_screen(station: Station, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
+    """Find the mistakes in the text of a program, or store it in place of the one of its name. Raises LineRefused if
+    its heading cannot be read, UsageError for a program that runs.
+    """
+    header = read_header(act.text.partition("\n")[0])
+    before = station.programs.get(key_of(header.name)) if isinstance(header, ProgramHeader) else None
+    dialect = station.dialect if before is None else before.program.dialect
+    program, findings = yield from _read_text(station, act.text, dialect)
+    if isinstance(act, ReadDraft):
+        return Findings(findings)
+    if program is not None:
+        check_not_running(station, program.name)
+    kept, _ = yield from _keep_text(station, program, findings)
+    return kept
+
+
+def _read_text(station: Station, text: str, dialect: Dialect) -> Dialogue[ProgramReading]:
+    """Read a text among the programs in memory; another thread reads a long one, with a copy of the memory."""
+    environment, long = station.environment, len(text) > LONG_TEXT
+    memory = environment.copy() if long else environment
+    return (yield from beside_if(long, lambda: ProgramBuffer.of_text(text, dialect).read_among(memory)))
+
+
+def _keep_text(
+    station: Station, program: Program | None, findings: tuple[Diagnostic, ...]
+) -> Dialogue[tuple[Kept, Replies]]:
+    """Store the program of a text. Raises LineRefused if its heading could not be read."""
+    if program is None:
+        raise LineRefused(findings[0])
+    said = yield from store(station, program)
+    station.user_state.last_edited = program.name
+    return Kept(program.name, next((one.text for one in reversed(said) if isinstance(one, Message)), "")), said
