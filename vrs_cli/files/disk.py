@@ -16,17 +16,7 @@ from pathlib import Path
 
 from msgspec import Struct, field
 
-from vrs_cli.errors import (
-    EndOfInput,
-    FileError,
-    FileExists,
-    FileNotOpened,
-    FileOpened,
-    FileOutside,
-    NonexistentFile,
-    UnitNotAttached,
-    VrsError,
-)
+from vrs_cli import errors
 from vrs_cli.files.atomic import NewFile, atomically, create_beside, hold
 from vrs_cli.files.opening import FREE, Folder, neighbours, reason, text_of, unreadable
 from vrs_cli.language.run.effects import DISKS, SUCCESS, Access
@@ -41,7 +31,7 @@ def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
     """
     folder, pattern = (asked, "*") if asked.is_dir() else (asked.parent, asked.name)
     if not folder.is_dir():
-        raise NonexistentFile(str(folder), "name a folder, or files as *.v2")
+        raise errors.NonexistentFile(str(folder), "name a folder, or files as *.v2")
     try:
         with within.parent(folder / pattern) as there, os.scandir(folder if there is None else there) as all_of_them:
             rows = [
@@ -53,16 +43,16 @@ def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
         raise unreadable(folder, error) from error
     found = [row for row in rows if fnmatchcase(row.name.lower(), pattern.lower())]
     if not found and not set(pattern) & set("*?["):
-        raise NonexistentFile(str(asked), _near(asked))
+        raise errors.NonexistentFile(str(asked), _near(asked))
     return tuple(sorted(found, key=lambda row: (row.size is not None, row.name)))
 
 
 def existing(path: Path) -> Path:
     """The path of a file that is there. Raises NonexistentFile, FileError for a folder."""
     if path.is_dir():
-        raise FileError(f"{path} is a folder", "name a file")
+        raise errors.FileError(f"{path} is a folder", "name a file")
     if not os.path.lexists(path):
-        raise NonexistentFile(str(path), _near(path))
+        raise errors.NonexistentFile(str(path), _near(path))
     return path
 
 
@@ -71,7 +61,7 @@ def target(old: Path, new: Path) -> Path:
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
     if place.exists() and place.samefile(old):
-        raise FileError(f"{old} and {place} are one file", "give the new one another name")
+        raise errors.FileError(f"{old} and {place} are one file", "give the new one another name")
     return place
 
 
@@ -111,7 +101,7 @@ def _telling(what: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise FileError(f"{what}: {reason(error)}", "check the folder and its permissions") from error
+        raise errors.FileError(f"{what}: {reason(error)}", "check the folder and its permissions") from error
 
 
 def _near(path: Path) -> str:
@@ -155,16 +145,18 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
                 path.parent.mkdir(parents=True, exist_ok=True)
             with given.open_to_read(original) as stream:
                 if (size := os.fstat(stream.fileno()).st_size) > MAX_COPY_BYTES:
-                    raise FileError(f"{path.name} has {size} bytes", f"a folder run reads {MAX_COPY_BYTES} at most")
+                    raise errors.FileError(
+                        f"{path.name} has {size} bytes", f"a folder run reads {MAX_COPY_BYTES} at most"
+                    )
                 try:
                     with path.open("xb") as copy:
                         shutil.copyfileobj(stream, copy)
                 except OSError as error:
-                    raise FileError(
+                    raise errors.FileError(
                         f"{path.name}: {error.strerror}", "the folder of the run has no room for a copy"
                     ) from None
                 return path.stat()
-        except (OSError, FileOutside):  # it is not there, or cannot be read
+        except (OSError, errors.FileOutside):  # it is not there, or cannot be read
             return None
 
     def drop_copies(self) -> None:
@@ -195,7 +187,7 @@ def working_folder(source: Path, kept: Path | None = None, *, below: bool = True
     try:
         kept.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(f"{kept}: {error.strerror}", "name another folder") from None
+        raise errors.FileError(f"{kept}: {error.strerror}", "name another folder") from None
     folder = WorkingFolder(root=kept, source=source, below=below)
     try:
         yield folder
@@ -221,12 +213,12 @@ class Unit(Struct, eq=False):
         """Set the status by how the block ends."""
         try:
             yield
-        except VrsError as error:
+        except errors.VrsError as error:
             self.status = error.code
         except FileNotFoundError:
-            self.status = NonexistentFile.code
+            self.status = errors.NonexistentFile.code
         except OSError:
-            self.status = FileError.code
+            self.status = errors.FileError.code
         else:
             self.status = SUCCESS
 
@@ -234,16 +226,16 @@ class Unit(Struct, eq=False):
         """Raises FileNotOpened, FileError, EndOfInput."""
         self.check_open()
         if not isinstance(self.file, StringIO):
-            raise FileError("the file is open to be written", "FCLOSE, then FOPENR reads it")
+            raise errors.FileError("the file is open to be written", "FCLOSE, then FOPENR reads it")
         if not (text := record(self.file)):
-            raise EndOfInput("the file", "all of it has been read")
+            raise errors.EndOfInput("the file", "all of it has been read")
         return text
 
     def write(self, text: str) -> None:
         """Raises FileNotOpened, FileError, OSError."""
         self.check_open()
         if not isinstance(self.file, NewFile):
-            raise FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
+            raise errors.FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
         self.file.stream.write(text.encode("utf-8", "replace"))
 
     def close(self) -> None:
@@ -257,7 +249,7 @@ class Unit(Struct, eq=False):
 
     def check_open(self) -> None:
         if self.file is None:
-            raise FileNotOpened("", "FOPENR, FOPENW and FOPENA open one")
+            raise errors.FileNotOpened("", "FOPENR, FOPENW and FOPENA open one")
 
 
 class Disk(Struct, eq=False):
@@ -291,7 +283,7 @@ class Disk(Struct, eq=False):
         """A unit that a task has attached. Raises UnitNotAttached."""
         one = self.unit(task, unit)
         if not one.attached:
-            raise UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
+            raise errors.UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
         return one
 
     def attach(self, task: int, unit: int) -> None:
@@ -304,7 +296,7 @@ class Disk(Struct, eq=False):
         for unit in DISKS:
             if not self.unit(task, unit).attached:
                 return unit
-        raise UnitNotAttached("every unit of the disk is in use", "DETACH one")
+        raise errors.UnitNotAttached("every unit of the disk is in use", "DETACH one")
 
     def detach(self, task: int, unit: int) -> None:
         """Take a unit back, and close what is open on it. Raises UnitNotAttached."""
@@ -328,11 +320,11 @@ class Disk(Struct, eq=False):
             self.spend(BLOCK)
         with one.attempt():
             if one.path is not None:
-                raise FileOpened(one.path.name, "FCLOSE closes it")
+                raise errors.FileOpened(one.path.name, "FCLOSE closes it")
             others = [other for other in self._units.values() if other.path == path]
             written = any(isinstance(other.file, NewFile) for other in others)
             if written or (others and access is not Access.READ):  # many may read a file, or one may write it
-                raise FileOpened(path.name, "it is open on another unit")
+                raise errors.FileOpened(path.name, "it is open on another unit")
             one.file = _open(path, access, folder)
             one.path = path
 
@@ -349,9 +341,9 @@ class Disk(Struct, eq=False):
         one, path = self.attached_unit(task, unit), folder.inside(name)
         with one.attempt():
             if any(other.path == path for other in self._units.values()):
-                raise FileOpened(path.name, "FCLOSE closes it")
+                raise errors.FileOpened(path.name, "FCLOSE closes it")
             if not path.is_file():
-                raise NonexistentFile(path.name)
+                raise errors.NonexistentFile(path.name)
             delete(path, folder)
 
     # --- records ---
@@ -368,7 +360,7 @@ class Disk(Struct, eq=False):
         """The code of the next character, or of what went wrong."""
         try:
             return ord(self.attached_unit(task, unit).read(lambda text: text.read(1)))
-        except VrsError as error:
+        except errors.VrsError as error:
             return error.code
 
     def write(self, task: int, unit: int, text: str) -> None:
@@ -408,12 +400,12 @@ def _open(path: Path, access: Access, within: Folder) -> StringIO | NewFile:
     import shutil
 
     if path.exists() and not path.is_file():
-        raise FileError(f"{path.name} is no file", "name a file")
+        raise errors.FileError(f"{path.name} is no file", "name a file")
     if access is Access.READ:
         with within.open_to_read(path) as stream:
             return StringIO(text_of(stream.read()))
     if access is Access.WRITE and path.exists():
-        raise FileExists(path.name, "FDELETE deletes it, FOPENA adds to it")
+        raise errors.FileExists(path.name, "FDELETE deletes it, FOPENA adds to it")
     beside = create_beside(path, within=within)
     try:
         if path.exists():

@@ -16,14 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vrs_cli.engine.position import (
-    PlaceArrays,
-    PositionArrays,
-    accelerations_at_ends,
-    joints_over,
-    places_at,
-    positions_at,
-)
+from vrs_cli.engine import position
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.samples import CHUNK, NANOSECONDS, check_mcap, joint_names, nanoseconds, sample_times, write_mcap
 from vrs_cli.kinematics.arm import RobotArm
@@ -88,14 +81,14 @@ def write_csv(
     stream.write(f"{','.join((*columns, *also))}\n".encode("ascii"))
     form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (len(columns) - 1 + len(also))) + "\n"
     for times in sample_times(timeline, rate):
-        rows = table(places_at(arm, timeline, times), arm.model.units)
+        rows = table(position.places_at(arm, timeline, times), arm.model.units)
         if measured is not None:
             rows = np.hstack((rows, _shown_measured(measured, times, arm.model.units)))
         text = form * len(rows) % tuple(rows.ravel().tolist())
         stream.write(text.replace("nan", "").encode("ascii"))
 
 
-def table(places: PlaceArrays, units: JointUnits) -> Floats:
+def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
     """(N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]; degrees and millimetres are rounded."""
     T = places.T_world_tool
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
@@ -127,7 +120,7 @@ def write_json(
     units = arm.model.units.told(n)
     before = "[\n  "
     for times in sample_times(timeline, rate):
-        places = places_at(arm, timeline, times)
+        places = position.places_at(arm, timeline, times)
         seen = None if measured is None else _shown_measured(measured, times, arm.model.units).tolist()
         rows = zip(table(places, arm.model.units).tolist(), places.hand.tolist(), strict=True)
         for place, (row, hand) in enumerate(rows):
@@ -170,7 +163,7 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
     with ExitStack() as opened:
         files: dict[str, IO[bytes]] = {}
         for times in sample_times(timeline, rate):
-            here = positions_at(arm, timeline, times)
+            here = position.positions_at(arm, timeline, times)
             part = {
                 "times": here.times,
                 "joints": here.joints,
@@ -254,7 +247,9 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
     before = "\n  "
     for points in _in_chunks(_ros_times(arm, timeline, rate), timeline.start):
-        told = ",\n  ".join(_ros_points(positions_at(arm, timeline, points.times), points.smooth, timeline.start))
+        told = ",\n  ".join(
+            _ros_points(position.positions_at(arm, timeline, points.times), points.smooth, timeline.start)
+        )
         stream.write(f"{before}{told}".encode("ascii"))
         before = ",\n  "
     stream.write(b"\n]\n}\n")
@@ -277,7 +272,7 @@ def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
         if segment.start > at:
             yield _Span(at, segment.start, still, still)
         if segment.finish > segment.start:
-            yield _Span(segment.start, segment.finish, *accelerations_at_ends(arm, segment), segment)
+            yield _Span(segment.start, segment.finish, *position.accelerations_at_ends(arm, segment), segment)
         at = segment.finish
     yield _Span(at, at, still, still)
 
@@ -316,7 +311,10 @@ def _refine(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *, 
         times, smooth = _with(times, smooth, np.setdiff1d(grid, times))
     for _ in range(HALVINGS):
         middles = 0.5 * (times[:-1] + times[1:])
-        off = np.abs(_interpolate(positions_at(arm, timeline, times), smooth) - joints_over(arm, timeline, middles))
+        off = np.abs(
+            _interpolate(position.positions_at(arm, timeline, times), smooth)
+            - position.joints_over(arm, timeline, middles)
+        )
         wrong = off.max(axis=1) > EXACT
         if not wrong.any():
             break
@@ -329,7 +327,7 @@ def _with(times: Floats, smooth: Flags, more: Floats) -> tuple[Floats, Flags]:
     return np.insert(times, at, more), np.insert(smooth, at, True)
 
 
-def _interpolate(at: PositionArrays, smooth: Flags) -> Floats:
+def _interpolate(at: position.PositionArrays, smooth: Flags) -> Floats:
     """The joints halfway between points (N,), as a controller has them: (N - 1, n)."""
     h = np.diff(at.times)[:, None]
     middle = 0.5 * (at.joints[:-1] + at.joints[1:])
@@ -358,7 +356,7 @@ def _join(parts: Sequence[_Points]) -> _Points:
     return _Points(np.concatenate([part.times for part in parts]), np.concatenate([part.smooth for part in parts]))
 
 
-def _ros_points(positions: PositionArrays, smooth: Flags, start: float) -> Iterator[str]:
+def _ros_points(positions: position.PositionArrays, smooth: Flags, start: float) -> Iterator[str]:
     rows = zip(
         nanoseconds(positions.times - start),
         positions.joints.tolist(),

@@ -13,29 +13,11 @@ from msgspec import Struct
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
-from vrs_cli.values.commands import (
-    AlignedTarget,
-    JointOffsetTarget,
-    JointTarget,
-    NamedTarget,
-    PoseTarget,
-    Target,
-    ToolOffsetTarget,
-)
+from vrs_cli.values import commands, replies
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.numbers import LIMIT, Value
-from vrs_cli.values.replies import (
-    BranchRow,
-    BranchTable,
-    ComparisonTable,
-    NamedLocation,
-    PartTable,
-    ProgramName,
-    ReachReport,
-    TimelineTable,
-)
 from vrs_cli.values.results import CommandRecord, FollowReport, RunResult, Untrue
 from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
 
@@ -52,36 +34,36 @@ class Goal(Struct, frozen=True, omit_defaults=True):
     aligned: bool = False
 
     @classmethod
-    def of(cls, target: Target) -> Goal:
+    def of(cls, target: commands.Target) -> Goal:
         match target:
-            case PoseTarget():
+            case commands.PoseTarget():
                 return cls(pose=target.T_world_tool)
-            case JointTarget():
+            case commands.JointTarget():
                 return cls(joints=target.joints)
-            case NamedTarget():
+            case commands.NamedTarget():
                 return cls(named=target.name)
-            case JointOffsetTarget():
+            case commands.JointOffsetTarget():
                 return cls(joint=target.joint, change=target.change)
-            case ToolOffsetTarget():
+            case commands.ToolOffsetTarget():
                 return cls(offset=target.T_destination_target)
-            case AlignedTarget():
+            case commands.AlignedTarget():
                 return cls(aligned=True)
 
     @property
-    def target(self) -> Target:
+    def target(self) -> commands.Target:
         """Raises IllegalValue for what is no place."""
         if self.pose is not None:
-            return PoseTarget(rotating(self.pose))
+            return commands.PoseTarget(rotating(self.pose))
         if self.joints is not None:
-            return JointTarget(_finite(self.joints))
+            return commands.JointTarget(_finite(self.joints))
         if self.named is not None:
-            return NamedTarget(self.named)
+            return commands.NamedTarget(self.named)
         if self.joint is not None:
-            return JointOffsetTarget(self.joint, *_finite((self.change,)))
+            return commands.JointOffsetTarget(self.joint, *_finite((self.change,)))
         if self.offset is not None:
-            return ToolOffsetTarget(rotating(self.offset))
+            return commands.ToolOffsetTarget(rotating(self.offset))
         if self.aligned:
-            return AlignedTarget()
+            return commands.AlignedTarget()
         raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
 
 
@@ -194,14 +176,14 @@ class Redo(RobotAct[None], frozen=True):
     count: int = 1
 
 
-class Explain(RobotAct[ReachReport], frozen=True):
+class Explain(RobotAct[replies.ReachReport], frozen=True):
     """WHY; `name`: how the goal is called in the report."""
 
     goal: Goal
     name: str
 
 
-class Compare(RobotAct[ComparisonTable], frozen=True):
+class Compare(RobotAct[replies.ComparisonTable], frozen=True):
     """Two branches."""
 
     a: str
@@ -247,15 +229,15 @@ class ListCommands(RobotAct[CommandList], frozen=True):
     """List all motion commands that hold."""
 
 
-class ListBranches(RobotAct[BranchTable], frozen=True):
+class ListBranches(RobotAct[replies.BranchTable], frozen=True):
     """List all branches, main first."""
 
 
-class ListMotions(RobotAct[TimelineTable], frozen=True):
+class ListMotions(RobotAct[replies.TimelineTable], frozen=True):
     """The timeline as a table."""
 
 
-class LookAtParts(RobotAct[PartTable], frozen=True):
+class LookAtParts(RobotAct[replies.PartTable], frozen=True):
     """PARTS, at a time [s]; None: now."""
 
     time: float | None = None
@@ -280,13 +262,13 @@ class PartialList(Struct, frozen=True):
 class LocationList(PartialList, frozen=True, kw_only=True):
     """LISTL: transformations, and then precision points, each kind in the order of names."""
 
-    rows: tuple[NamedLocation, ...]
+    rows: tuple[replies.NamedLocation, ...]
 
 
 class ProgramList(PartialList, frozen=True, kw_only=True):
     """DIRECTORY."""
 
-    rows: tuple[ProgramName, ...]
+    rows: tuple[replies.ProgramName, ...]
 
 
 class TaskRow(Struct, frozen=True):
@@ -305,7 +287,7 @@ class TaskRow(Struct, frozen=True):
 class BranchSeen(Struct, frozen=True):
     """A branch, and the version of its timeline."""
 
-    row: BranchRow
+    row: replies.BranchRow
     version: int
 
 

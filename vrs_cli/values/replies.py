@@ -13,29 +13,8 @@ from msgspec import Struct
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.values import measured, results
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, in_order
-from vrs_cli.values.measured import (
-    BodySeen,
-    DivergenceAlarm,
-    MeasuredComparison,
-    MeasuredPosition,
-    OnAlarm,
-    ResyncReport,
-)
-from vrs_cli.values.results import (
-    AnglesReport,
-    ChainReport,
-    CommandRecord,
-    Comparison,
-    Displacement,
-    ExplainOverview,
-    InverseReport,
-    MotionReport,
-    Position,
-    Reach,
-    SpliceReport,
-    Untrue,
-)
 from vrs_cli.values.tagged import Spoken
 from vrs_cli.values.world import Contact
 
@@ -90,7 +69,7 @@ class ProgramStopped(Spoken, frozen=True):
 class Whereabouts(Spoken, frozen=True):
     """WHERE. `stamped`: the time is shown; it was asked for, or passes by itself."""
 
-    position: Position
+    position: results.Position
     stamped: bool = False
     units: JointUnits = TURNING
 
@@ -98,14 +77,14 @@ class Whereabouts(Spoken, frozen=True):
 class WhereaboutsTable(Spoken, frozen=True):
     """WHERE FROM t1 TO t2 STEP dt."""
 
-    positions: tuple[Position, ...]
+    positions: tuple[results.Position, ...]
     units: JointUnits = TURNING
 
 
 class MeasuredWhereabouts(Spoken, frozen=True):
     """WHERE MEASURED. `is_last`: it is the last report, from which on all is unknown."""
 
-    at: MeasuredPosition
+    at: measured.MeasuredPosition
     is_last: bool = False
     units: JointUnits = TURNING
 
@@ -152,7 +131,7 @@ class ArmPicture(Spoken, frozen=True, tag="Picture"):
     tool tip. `stamped`: the time was asked for. `bodies`: of the cell.
     """
 
-    position: Position
+    position: results.Position
     links: tuple[Vector, ...]
     joints: tuple[Vector, ...]
     past: tuple[tuple[Vector, ...], ...]
@@ -169,7 +148,7 @@ class ReachReport(Spoken, frozen=True):
     """
 
     name: str
-    reach: Reach
+    reach: results.Reach
     units: JointUnits = TURNING
     move_contact: Contact | None = None
     line_contact: Contact | None = None
@@ -351,16 +330,16 @@ class BodyReport(Spoken, frozen=True):
     measured [s], what is done on an alarm, and the last alarm while the body differs.
     """
 
-    body: BodySeen | None = None
+    body: measured.BodySeen | None = None
     unknown: float | None = None
-    on_alarm: OnAlarm = OnAlarm.WARN
-    alarm: DivergenceAlarm | None = None
+    on_alarm: measured.OnAlarm = measured.OnAlarm.WARN
+    alarm: measured.DivergenceAlarm | None = None
 
 
 class Resynchronised(Spoken, frozen=True):
     """RESYNC was done; `distances` are to be shown in these units."""
 
-    report: ResyncReport
+    report: measured.ResyncReport
     units: JointUnits
 
 
@@ -429,13 +408,13 @@ class HelpPage(Spoken, frozen=True):
 class Displaced(Spoken, frozen=True):
     """The effect of a command on motions that were scheduled already."""
 
-    displacement: Displacement
+    displacement: results.Displacement
 
 
 class NoLongerTrue(Spoken, frozen=True):
     """What a command did to what programs have read of signals."""
 
-    readings: tuple[Untrue, ...]
+    readings: tuple[results.Untrue, ...]
 
 
 class SegmentRow(Struct, frozen=True):
@@ -453,11 +432,11 @@ class TimelineTable(Spoken, frozen=True):
     """TIMELINE: the commands and what the planner made of them; `stops`: segments after which a motion rests on its
     way; `untrue`: what programs have read of signals and no longer holds."""
 
-    commands: tuple[CommandRecord, ...]
+    commands: tuple[results.CommandRecord, ...]
     segments: tuple[SegmentRow, ...]
     stops: tuple[SegmentRow, ...]
     clock: float
-    untrue: tuple[Untrue, ...] = ()
+    untrue: tuple[results.Untrue, ...] = ()
 
 
 class BranchRow(Struct, frozen=True):
@@ -481,7 +460,7 @@ class ComparisonTable(Spoken, frozen=True):
 
     a: str
     b: str
-    comparison: Comparison
+    comparison: results.Comparison
     units: JointUnits = TURNING
 
 
@@ -489,7 +468,7 @@ class MeasuredComparisonTable(Spoken, frozen=True):
     """COMPARE MEASURED: the reports of the body beside the timeline of a branch."""
 
     branch: str
-    comparison: MeasuredComparison
+    comparison: measured.MeasuredComparison
     units: JointUnits = TURNING
 
 
@@ -567,12 +546,12 @@ Reply = (
     | MeasuredComparisonTable
     | Plot
     | ReplayTable
-    | ExplainOverview
-    | MotionReport
-    | ChainReport
-    | AnglesReport
-    | InverseReport
-    | SpliceReport
+    | results.ExplainOverview
+    | results.MotionReport
+    | results.ChainReport
+    | results.AnglesReport
+    | results.InverseReport
+    | results.SpliceReport
     | Farewell
 )
 

@@ -22,24 +22,8 @@ from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, TimelineDelta
 from vrs_cli.values.commands import Event, Motion
 from vrs_cli.version import __version__
+from vrs_cli.wire import records
 from vrs_cli.wire.codec import decode
-from vrs_cli.wire.records import (
-    Count,
-    DeltaRecord,
-    EventRecord,
-    Form,
-    Motions,
-    RecordError,
-    SegmentRecord,
-    StrictRecord,
-    Time,
-    delta_of,
-    delta_record,
-    event_records,
-    events_of,
-    segment_records,
-    segments_of,
-)
 from vrs_cli.wire.report_columns import ReportsRecord, columns_of, reports_record
 
 FORMAT = 1
@@ -77,7 +61,7 @@ class Checksums:
         body = line[:-LENGTH]
         due = zlib.crc32(body, self.last)
         if line[-LENGTH:] != SEALED % due:
-            raise RecordError("its checksum does not fit: it is not the line that was written here")
+            raise records.RecordError("its checksum does not fit: it is not the line that was written here")
         self.last = due
         return body + b"}"
 
@@ -86,7 +70,7 @@ class Checksums:
         """Continue the checksums after this line. Raises RecordError if it has none."""
         said = _SAID.search(line.removesuffix(b"\n"))
         if said is None:
-            raise RecordError("a line without a checksum")
+            raise records.RecordError("a line without a checksum")
         return cls(int(said[1], 16))
 
     def skip(self, line: bytes) -> bytes:
@@ -105,53 +89,53 @@ class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     off.
     """
 
-    vrst: Count
+    vrst: records.Count
     vrs: str
     units: dict[str, str]
     robot: dict[str, Any]
-    initial: tuple[SegmentRecord, ...]
-    laws: Count = 1
+    initial: tuple[records.SegmentRecord, ...]
+    laws: records.Count = 1
     crc: str | None = None
 
 
-class RowRecord(StrictRecord, frozen=True):
+class RowRecord(records.StrictRecord, frozen=True):
     """Segments that follow each other in a timeline; all their motions are described."""
 
-    row: Annotated[tuple[SegmentRecord, ...], msgspec.Meta(min_length=1)]
+    row: Annotated[tuple[records.SegmentRecord, ...], msgspec.Meta(min_length=1)]
 
 
-class EventRowRecord(StrictRecord, frozen=True):
+class EventRowRecord(records.StrictRecord, frozen=True):
     """Events that follow each other in a timeline."""
 
-    events: Annotated[tuple[EventRecord, ...], msgspec.Meta(min_length=1)]
+    events: Annotated[tuple[records.EventRecord, ...], msgspec.Meta(min_length=1)]
 
 
-class PartRecord(StrictRecord, frozen=True, array_like=True):
+class PartRecord(records.StrictRecord, frozen=True, array_like=True):
     """A part of a row: where the line of the row begins in the file, how many segments it has, and those from `first`
     to before `last`; when they begin and end as the row says; the timeline has them `offset` later.
     """
 
-    place: Count
-    count: Count
-    first: Count
-    last: Count
-    begin: Time
-    end: Time
-    offset: Time
+    place: records.Count
+    count: records.Count
+    first: records.Count
+    last: records.Count
+    begin: records.Time
+    end: records.Time
+    offset: records.Time
 
 
-class CheckpointRecord(StrictRecord, frozen=True):
+class CheckpointRecord(records.StrictRecord, frozen=True):
     """The state after the lines above. `checkpoint`: the version of the timeline; `number`: of the last motion;
     `commands`: how many are in effect; `deltas`: where the lines of each PART-th delta begin; `before`: the checkpoint
     before this one. `parts` are those of the segments, `events` those of the events.
     """
 
-    checkpoint: Count
-    number: Count
-    commands: Count
+    checkpoint: records.Count
+    number: records.Count
+    commands: records.Count
     parts: Annotated[tuple[PartRecord, ...], msgspec.Meta(min_length=1)]
-    deltas: tuple[Count, ...]
-    before: Count | None = None
+    deltas: tuple[records.Count, ...]
+    before: records.Count | None = None
     events: tuple[PartRecord, ...] = ()
 
 
@@ -161,7 +145,7 @@ ROW, EVENTS, CHECKPOINT, REPORTS = b'{"row":', b'{"events":', b'{"checkpoint":',
 class Marks(msgspec.Struct):
     """The keys of the first line that tell a trajectory file of any version from other files."""
 
-    vrst: Count
+    vrst: records.Count
     vrs: Annotated[str, msgspec.Meta(max_length=40)] = ""
 
 
@@ -178,7 +162,7 @@ class LineEncoder:
     """
 
     def __init__(self, motions: Mapping[int, Motion] = MappingProxyType({}), checksum: int | None = START) -> None:
-        self._motions, self._checksums = Motions(motions), Checksums(checksum)
+        self._motions, self._checksums = records.Motions(motions), Checksums(checksum)
 
     @property
     def checksum(self) -> int | None:
@@ -187,22 +171,22 @@ class LineEncoder:
 
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
         """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
-        segments = segment_records(initial, self._motions, None)
+        segments = records.segment_records(initial, self._motions, None)
         return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments, VERSION))
 
     def delta(self, delta: TimelineDelta) -> bytes:
         """The next line. Each PART-th one describes motions anew: the lines from there on can be read alone."""
         if not delta.version % PART:
             self._motions.clear()
-        return self._line(delta_record(delta, self._motions))
+        return self._line(records.delta_record(delta, self._motions))
 
     def row(self, segments: Iterable[Segment]) -> bytes:
         """The next line, which holds segments."""
-        return self._line(RowRecord(segment_records(segments, Motions(), None)))
+        return self._line(RowRecord(records.segment_records(segments, records.Motions(), None)))
 
     def events(self, events: Iterable[Event]) -> bytes:
         """The next line, which is of events."""
-        return self._line(EventRowRecord(event_records(events)))
+        return self._line(EventRowRecord(records.event_records(events)))
 
     def checkpoint(self, record: CheckpointRecord) -> bytes:
         """The next line, which is a checkpoint."""
@@ -219,22 +203,22 @@ class LineEncoder:
 # --- reading --------------------------------------------------------------------------------------------
 
 
-def decode_delta(line: bytes, motions: Motions, form: Form) -> TimelineDelta:
+def decode_delta(line: bytes, motions: records.Motions, form: records.Form) -> TimelineDelta:
     """Read a line without its checksum as a delta. Raises RecordError."""
-    return delta_of(decode(line, DeltaRecord), motions, form)
+    return records.delta_of(decode(line, records.DeltaRecord), motions, form)
 
 
-def decode_row(line: bytes, form: Form) -> tuple[Segment, ...]:
+def decode_row(line: bytes, form: records.Form) -> tuple[Segment, ...]:
     """Read a line without its checksum as the segments of a row. Raises RecordError."""
-    return segments_of(decode(line, RowRecord).row, Motions(), None, form)
+    return records.segments_of(decode(line, RowRecord).row, records.Motions(), None, form)
 
 
 def decode_events(line: bytes) -> tuple[Event, ...]:
     """The events of a line without its checksum. Raises RecordError."""
-    return events_of(decode(line, EventRowRecord).events)
+    return records.events_of(decode(line, EventRowRecord).events)
 
 
-def decode_reports(line: bytes, form: Form) -> ReportColumns:
+def decode_reports(line: bytes, form: records.Form) -> ReportColumns:
     """The reports of a line without its checksum. Raises RecordError."""
     return columns_of(decode(line, ReportsRecord), form.joint_count)
 
@@ -253,6 +237,6 @@ def is_object(line: bytes) -> bool:
     """Return whether a line is one whole JSON object."""
     try:
         decode(line, dict[str, msgspec.Raw])
-    except RecordError:
+    except records.RecordError:
         return False
     return True

@@ -34,23 +34,9 @@ from msgspec import Struct
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.lineage import waits_for_signals
 from vrs_cli.language.analysis.names import Analysis
+from vrs_cli.language.compile import lowering
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library
-from vrs_cli.language.compile.lowering import (
-    CaseBegin,
-    CaseTest,
-    Finish,
-    ForBegin,
-    ForNext,
-    Jump,
-    JumpIf,
-    Jumping,
-    Lowered,
-    Mark,
-    Op,
-    Perform,
-    lower,
-)
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.collector import free_in_parts, pause_collector
 from vrs_cli.language.text.printer import statement_text
@@ -74,7 +60,7 @@ class _ProgramCompiler(ExpressionCompiler):
     `_inner`: the present block, if it is a `while True` of its own.
     """
 
-    def __init__(self, library: Library, analysis: Analysis, lowered: Lowered) -> None:
+    def __init__(self, library: Library, analysis: Analysis, lowered: lowering.Lowered) -> None:
         declared = (*analysis.program.parameters, *(own.variable for own in analysis.own))
         super().__init__(library, analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
         self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
@@ -85,7 +71,7 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def variant(self, everywhere: bool) -> Variant:
         ops = self._lowered.ops
-        targets = range(len(ops)) if everywhere else (op.target for op in ops if isinstance(op, Jumping))
+        targets = range(len(ops)) if everywhere else (op.target for op in ops if isinstance(op, lowering.Jumping))
         leaders = sorted({0, *targets, *range(0, len(ops), OPS_A_FUNCTION)})
         self._numbers = numbers = {op: number for number, op in enumerate(leaders)}
         cuts = [numbers[op] for op in range(0, len(ops), OPS_A_FUNCTION)]
@@ -126,12 +112,12 @@ class _ProgramCompiler(ExpressionCompiler):
         first = leaders[number]
         end = leaders[number + 1] if number + 1 < len(leaders) else len(self._lowered.ops)
         ops = self._lowered.ops[first:end]
-        inner = any(isinstance(op, Jumping) and op.target == first for op in ops)
+        inner = any(isinstance(op, lowering.Jumping) and op.target == first for op in ops)
         self._inner = number if inner else None
         statements: list[py.stmt] = []
         for place, op in enumerate(ops, first):
             statements += self._operation(place, op)
-            if type(op) in (Jump, CaseBegin):
+            if type(op) in (lowering.Jump, lowering.CaseBegin):
                 break
         else:
             if end < len(self._lowered.ops):
@@ -148,7 +134,7 @@ class _ProgramCompiler(ExpressionCompiler):
         away = py.Continue() if self._inner is None else py.Break()
         return [tree.assign("pc", tree.constant(target)), away]
 
-    def _operation(self, place: int, op: Op) -> list[py.stmt]:
+    def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
         self.reads = self.observes = False
         statements = _OPERATIONS[type(op)](self, op)
         if self.observes:
@@ -157,14 +143,14 @@ class _ProgramCompiler(ExpressionCompiler):
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "reading_begins")))
         return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
 
-    def _jump_if(self, op: JumpIf) -> list[py.stmt]:
+    def _jump_if(self, op: lowering.JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
         first = [] if op.first is None else self._statement(op.first)
         return [*first, py.If(truth if op.when else tree.not_(truth), self._to(op.target), [])]
 
     # loops and cases
 
-    def _for_begin(self, op: ForBegin) -> list[py.stmt]:
+    def _for_begin(self, op: lowering.ForBegin) -> list[py.stmt]:
         statement = op.statement
         limit, step = f"l{op.slot}", f"s{op.slot}"
         taken: list[py.stmt] = [
@@ -177,7 +163,7 @@ class _ProgramCompiler(ExpressionCompiler):
         past = tree.not_(self._another_pass(statement, limit, step))
         return [*taken, *self._store(statement.variable, tree.name("v")), py.If(past, self._to(op.target), [])]
 
-    def _for_next(self, op: ForNext) -> list[py.stmt]:
+    def _for_next(self, op: lowering.ForNext) -> list[py.stmt]:
         statement = op.statement
         limit, step = f"l{op.slot}", f"s{op.slot}"
         known = _constant_step(statement)
@@ -199,7 +185,7 @@ class _ProgramCompiler(ExpressionCompiler):
             return py.IfExp(tree.compare(tree.name(step), py.Gt(), tree.constant(0.0)), up, down)
         return up if known > 0.0 else down
 
-    def _case_test(self, op: CaseTest) -> list[py.stmt]:
+    def _case_test(self, op: lowering.CaseTest) -> list[py.stmt]:
         kind = self.kind_of(op.subject)
         subject = tree.name(f"l{op.slot}")
         tests = [self.comparison(subject, "==", self.value(value), kind) for value in op.values]
@@ -318,15 +304,18 @@ def _constant_step(statement: ast.For) -> float | None:
 
 
 _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
-    Perform: lambda compiler, op: compiler._statement(op.statement),
-    Jump: lambda compiler, op: compiler._to(op.target),
-    JumpIf: _ProgramCompiler._jump_if,
-    ForBegin: _ProgramCompiler._for_begin,
-    ForNext: _ProgramCompiler._for_next,
-    CaseBegin: lambda compiler, op: [tree.assign(f"l{op.slot}", compiler.value(op.subject)), *compiler._to(op.target)],
-    CaseTest: _ProgramCompiler._case_test,
-    Mark: lambda _compiler, _op: [py.Pass()],
-    Finish: lambda _compiler, _op: [tree.yield_(tree.name("RETURN")), py.Return(None)],
+    lowering.Perform: lambda compiler, op: compiler._statement(op.statement),
+    lowering.Jump: lambda compiler, op: compiler._to(op.target),
+    lowering.JumpIf: _ProgramCompiler._jump_if,
+    lowering.ForBegin: _ProgramCompiler._for_begin,
+    lowering.ForNext: _ProgramCompiler._for_next,
+    lowering.CaseBegin: lambda compiler, op: [
+        tree.assign(f"l{op.slot}", compiler.value(op.subject)),
+        *compiler._to(op.target),
+    ],
+    lowering.CaseTest: _ProgramCompiler._case_test,
+    lowering.Mark: lambda _compiler, _op: [py.Pass()],
+    lowering.Finish: lambda _compiler, _op: [tree.yield_(tree.name("RETURN")), py.Return(None)],
 }
 
 _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
@@ -369,7 +358,7 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
 
     library: Library
     analysis: Analysis
-    lowered: Lowered
+    lowered: lowering.Lowered
     spelling: Mapping[str, str]
     array_parameters: frozenset[str]
     ordinary: Variant
@@ -390,9 +379,9 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
         return min(steps, default=None)
 
 
-def _silent(op: Op) -> bool:
+def _silent(op: lowering.Op) -> bool:
     """Return whether the driver does not see the operation as a step."""
-    return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
+    return isinstance(op, lowering.Mark | lowering.Finish) or (isinstance(op, lowering.Jump) and not op.counted)
 
 
 def compile_program(library: Library, analysis: Analysis) -> Compiled:
@@ -400,7 +389,7 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.program.name, "mend its errors first")
     try:
-        lowered = lower(analysis)
+        lowered = lowering.lower(analysis)
         compiler = _ProgramCompiler(library, analysis, lowered)
         with pause_collector():
             variant = compiler.variant(everywhere=False)

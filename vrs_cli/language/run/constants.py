@@ -14,18 +14,8 @@ from functools import partial
 
 from msgspec import Struct
 
+from vrs_cli import errors
 from vrs_cli.engine.settings import FULL_SPEED
-from vrs_cli.errors import (
-    AboveFullSpeed,
-    ArithmeticOverflow,
-    IllegalJoint,
-    IllegalSignal,
-    IllegalValue,
-    NegativeSquareRoot,
-    NotAvailable,
-    UsageError,
-    VrsError,
-)
 from vrs_cli.language.analysis.lineage import waits_for_signals
 from vrs_cli.language.analysis.names import VARIABLES
 from vrs_cli.language.compile.expressions import WORDS, word_of
@@ -39,22 +29,25 @@ from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.values import Kind, plain
 from vrs_cli.language.words.word import Argument, Shape, State, argument_at
-from vrs_cli.values.commands import (
-    Request,
-    SetAcceleration,
-    SetConfiguration,
-    SetDuration,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    SpeedUnit,
-    Stamp,
-)
+from vrs_cli.values import commands
 from vrs_cli.values.diagnostics import Diagnostic, Span, warning
 from vrs_cli.values.numbers import Value
 
-NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)
-CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter, SetConfiguration)
+NEVER_RIGHT = (
+    errors.IllegalValue,
+    errors.IllegalSignal,
+    errors.IllegalJoint,
+    errors.ArithmeticOverflow,
+    errors.NegativeSquareRoot,
+)
+CHECKED_BY_THE_ROBOT = (
+    commands.SetSpeed,
+    commands.SetMonitorSpeed,
+    commands.SetAcceleration,
+    commands.SetDuration,
+    commands.SetParameter,
+    commands.SetConfiguration,
+)
 LIMITED = frozenset({"SPEED", "ACCEL"})  # a percentage above full speed is taken as full speed
 STAND_INS = (1.0, 8.0, 32.0)  # for a real that is not known: what each of them meets with in the same words, all do
 TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # a plain number is a signal to them
@@ -76,7 +69,7 @@ class Constants(Struct, frozen=True):
     """Tries out constants. Nobody else uses `context`, nor the robot behind `perform`, which raises VrsError."""
 
     context: Context
-    perform: Callable[[Request], None]
+    perform: Callable[[commands.Request], None]
 
     def findings(self, program: Program) -> Iterator[Diagnostic]:
         """Yield a warning for each constant that no run could take. It is no error: no run may come to that step."""
@@ -89,7 +82,7 @@ class Constants(Struct, frozen=True):
         """Yield a warning for each constant speed above what the robot does: a run takes it as full speed, silently."""
         limited = (one for one in program.statements if isinstance(one, ast.Instruction) and one.word in LIMITED)
         found = (one for statement in limited for one in self._instruction(statement))
-        yield from (one for one in found if one.code == AboveFullSpeed.code)
+        yield from (one for one in found if one.code == errors.AboveFullSpeed.code)
 
     # --- expressions ---
 
@@ -100,7 +93,7 @@ class Constants(Struct, frozen=True):
     def _expression(self, expression: Expression) -> list[Diagnostic]:
         if not _evaluable(expression):
             return self._in_expressions(ast.children(expression))
-        error = _error(lambda: self._evaluate(expression), (*NEVER_RIGHT, UsageError))
+        error = _error(lambda: self._evaluate(expression), (*NEVER_RIGHT, errors.UsageError))
         if error is None:
             return []
         named = next((one for one in ast.children(expression) if isinstance(one, ast.BareWord)), expression)
@@ -160,25 +153,26 @@ class Constants(Struct, frozen=True):
             return self._value(expression)
         return expression.value if isinstance(expression, ast.StringConstant) else Gap.OTHER
 
-    def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[VrsError | None]:
+    def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[errors.VrsError | None]:
         """Return the error, or None, for each number that is tried in the gaps."""
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
         filled = [[x if isinstance(one, Gap) else one for one in given] for x in stand_ins]
         carry_out = partial(self._carry_out, statement)
         return [
-            _error(partial(carry_out, *operands), (*NEVER_RIGHT, NotAvailable, AboveFullSpeed)) for operands in filled
+            _error(partial(carry_out, *operands), (*NEVER_RIGHT, errors.NotAvailable, errors.AboveFullSpeed))
+            for operands in filled
         ]
 
     def _carry_out(self, statement: ast.Instruction, *operands: object) -> None:
         *arguments, value = operands
-        stamp = Stamp(0.0) if statement.modifiers.timed else None
+        stamp = commands.Stamp(0.0) if statement.modifiers.timed else None
         it = Wording("", value, stamp, statement.modifiers.always, statement.modifiers.unit)
         for request in HANDLERS[statement.word](self.context, it, *arguments) or ():
             if isinstance(request, CHECKED_BY_THE_ROBOT):
                 self.perform(request)
                 _check_limited(request)
 
-    def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: VrsError) -> Span:
+    def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: errors.VrsError) -> Span:
         """Return the place of the operand that causes the error: any other number there gives another answer."""
         places = list(enumerate((*statement.arguments, statement.value)))
         for place, expression in reversed(places):
@@ -189,25 +183,25 @@ class Constants(Struct, frozen=True):
         return statement.span
 
 
-def _check_limited(request: Request) -> None:
+def _check_limited(request: commands.Request) -> None:
     """Raises AboveFullSpeed for more than the robot does."""
-    if isinstance(request, SetAcceleration):
+    if isinstance(request, commands.SetAcceleration):
         what, percent = "ACCEL", request.acceleration
-    elif isinstance(request, SetSpeed) and request.unit is SpeedUnit.PERCENT:
+    elif isinstance(request, commands.SetSpeed) and request.unit is commands.SpeedUnit.PERCENT:
         what, percent = "SPEED", request.value
     else:
         return
     if percent > FULL_SPEED:
-        raise AboveFullSpeed(f"{what} {plain(percent)}", f"the robot does {FULL_SPEED:g} % at most")
+        raise errors.AboveFullSpeed(f"{what} {plain(percent)}", f"the robot does {FULL_SPEED:g} % at most")
 
 
-def _error(act: Callable[[], object], wrong: tuple[type[VrsError], ...] = NEVER_RIGHT) -> VrsError | None:
+def _error(act: Callable[[], object], wrong: tuple[type[errors.VrsError], ...] = NEVER_RIGHT) -> errors.VrsError | None:
     """Return what no run could do either; what only a run can tell (a unit, a program) is no error."""
     try:
         act()
     except wrong as error:
         return error
-    except VrsError:
+    except errors.VrsError:
         pass
     return None
 
@@ -244,7 +238,7 @@ def _evaluable(expression: Expression) -> bool:
     )
 
 
-def _wrong(place: Span, error: VrsError) -> Diagnostic:
+def _wrong(place: Span, error: errors.VrsError) -> Diagnostic:
     return warning(type(error), place, error.detail, error.hint)
 
 

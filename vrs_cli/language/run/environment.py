@@ -27,16 +27,7 @@ from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
 from vrs_cli.language.run.semantics.instructions import MOTIONS, TASKS
 from vrs_cli.language.run.variables import NO_CELLS, Cells, Given, Reference, new_variable
 from vrs_cli.language.text.ast import Variable
-from vrs_cli.language.words.values import (
-    Kind,
-    integer,
-    kind_of_name,
-    kind_of_value,
-    storable,
-    whole,
-    within_range,
-    wrap,
-)
+from vrs_cli.language.words import values
 from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.numbers import Value, count
@@ -55,22 +46,24 @@ def setting(name: str, variable: Reference) -> Value:
 
 def by_value(context: Context, value: Value) -> Reference:
     """Pass the value of an expression to a CALL, in a variable that nobody else can see."""
-    kind, key = kind_of_value(value), _ARGUMENT
-    reference = new_variable(context.environment.spelling, key, Kind.REAL if kind is Kind.LOCATION else kind)
-    (reference.locations if kind is Kind.LOCATION else reference.cells)[key] = value
+    kind, key = values.kind_of_value(value), _ARGUMENT
+    reference = new_variable(
+        context.environment.spelling, key, values.Kind.REAL if kind is values.Kind.LOCATION else kind
+    )
+    (reference.locations if kind is values.Kind.LOCATION else reference.cells)[key] = value
     return reference
 
 
 _ARGUMENT = "the argument"
-_ANY_REAL = Cells({}, Kind.REAL)  # so that a real that is used as a transformation is told as such
+_ANY_REAL = Cells({}, values.Kind.REAL)  # so that a real that is used as a transformation is told as such
 _ANY_REAL[_ARGUMENT] = 0.0
-_NO_LOCATION = Cells({}, Kind.LOCATION)
+_NO_LOCATION = Cells({}, values.Kind.LOCATION)
 _NO_LOCATION.others = ref(_ANY_REAL)
 
 
 def real_by_value(context: Context, value: float) -> Given:
     """Pass a real as `by_value` does, at less cost: it stays one, so that it needs no cells for a transformation."""
-    cells = Cells(context.environment.spelling, Kind.REAL)
+    cells = Cells(context.environment.spelling, values.Kind.REAL)
     cells[_ARGUMENT] = value
     return cells, _NO_LOCATION, _ARGUMENT
 
@@ -115,15 +108,15 @@ HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 
 _CALLED: tuple[Callable[..., Any], ...] = (
     *(compose, modulo, power),
-    *(for_step, guard, at_once, stamp_of, storable, whole, within_range),
+    *(for_step, guard, at_once, stamp_of, values.storable, values.whole, values.within_range),
     *(setting, by_value, real_by_value, CallProgram, Definable, Reference, Wait, Wording),
 )
 _NAMES: Mapping[str, object] = {  # what compiled programs find as globals
     **{one.__name__: one for one in _CALLED},
-    "complement": lambda x: wrap(~integer(x)),
-    "bit_and": lambda a, b: wrap(integer(a) & integer(b)),
-    "bit_or": lambda a, b: wrap(integer(a) | integer(b)),
-    "bit_xor": lambda a, b: wrap(integer(a) ^ integer(b)),
+    "complement": lambda x: values.wrap(~values.integer(x)),
+    "bit_and": lambda a, b: values.wrap(values.integer(a) & values.integer(b)),
+    "bit_or": lambda a, b: values.wrap(values.integer(a) | values.integer(b)),
+    "bit_xor": lambda a, b: values.wrap(values.integer(a) ^ values.integer(b)),
     "NO_CELLS": NO_CELLS,
     "BREAK": Break(),
     "RETURN": Return(),
@@ -133,7 +126,7 @@ LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)
 
 
 def evaluator(
-    make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
+    make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, values.Kind], own: Sequence[str] = ()
 ) -> Callable[..., Any]:
     """Compile an expression to a function of the context, and of a reference for each of `own`."""
     function, arrays = compile_expression(LIBRARY, make, kinds, own)
@@ -216,18 +209,20 @@ class Executable:
         )
 
     @cached_property
-    def _automatic(self) -> tuple[tuple[str, Kind, bool] | None, ...]:
+    def _automatic(self) -> tuple[tuple[str, values.Kind, bool] | None, ...]:
         """For each variable of its own the key, kind, and whether it is an array; None for one of LOCAL."""
         for own in self.analysis.own:
             self._memory.spelling.setdefault(own.key, self.compilation.spelling.get(own.key, own.key))
         return tuple(
-            (own.key, kind_of_name(own.key), own.array) if own.automatic else None for own in self.analysis.own
+            (own.key, values.kind_of_name(own.key), own.array) if own.automatic else None for own in self.analysis.own
         )
 
     @cached_property
     def _local(self) -> tuple[Reference, ...]:
         made = (own for own in self.analysis.own if not own.automatic)
-        return tuple(new_variable(self._memory.spelling, it.key, kind_of_name(it.key), array=it.array) for it in made)
+        return tuple(
+            new_variable(self._memory.spelling, it.key, values.kind_of_name(it.key), array=it.array) for it in made
+        )
 
     def local_size(self) -> int:
         """Elements of the arrays and characters of the strings of LOCAL."""
@@ -235,14 +230,14 @@ class Executable:
         return sum(reference.size() for reference in made)
 
     @cached_property
-    def _parameters(self) -> tuple[tuple[Kind, bool, int | None], ...]:
+    def _parameters(self) -> tuple[tuple[values.Kind, bool, int | None], ...]:
         """For each parameter: its kind; whether it is an array; where in a reference the cells of the other kind are,
         if the program decides between a real and a transformation.
         """
-        other = {Kind.REAL: 1, Kind.LOCATION: 0, None: None}
+        other = {values.Kind.REAL: 1, values.Kind.LOCATION: 0, None: None}
         return tuple(
             (
-                kind_of_name(one.sigil),
+                values.kind_of_name(one.sigil),
                 one.key in self.compilation.array_parameters,
                 None if one.sigil else other[self.analysis.kinds.get(one.key)],
             )
@@ -273,7 +268,7 @@ class Executable:
         """Return the reference for a parameter; one that is not given is undefined until the program assigns it."""
         given = None if argument is None else Reference(*argument)
         typed = parameter.sigil + parameter.name
-        name, kind = f"{typed} of {self.name}", kind_of_name(parameter.sigil)
+        name, kind = f"{typed} of {self.name}", values.kind_of_name(parameter.sigil)
         is_array = parameter.key in self.compilation.array_parameters
         if given is None:
             array = parameter.indexes is not None
@@ -285,7 +280,7 @@ class Executable:
             wanted, got = ("one value", "an array") if given.key is None else ("an array", "one value")
             raise ArgumentMismatch(f"{name} is given {got}", f"{wanted} is wanted")
         decided = self.analysis.kinds.get(parameter.key)
-        if decided is not None and given.key in (given.locations if decided is Kind.REAL else given.cells):
+        if decided is not None and given.key in (given.locations if decided is values.Kind.REAL else given.cells):
             raise ArgumentMismatch(f"{name}: {given.name} is not a {decided.value}", f"a {decided.value} is wanted")
         return given
 

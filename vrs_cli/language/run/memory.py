@@ -10,16 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
+from vrs_cli import errors
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import (
-    IllegalValue,
-    JointOutOfRange,
-    LocationTooClose,
-    MotionError,
-    TypeMismatch,
-    UndefinedName,
-    UnitNotAttached,
-)
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits, put_inside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.analysis.names import Analysis
@@ -55,7 +47,7 @@ def speed(engine: Engine, number: int) -> float:
     settings = engine.settings
     speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
     if not 1 <= number <= len(speeds):
-        raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
+        raise errors.IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
     return speeds[number - 1]
 
 
@@ -63,7 +55,7 @@ def state(engine: Engine, number: int) -> float:
     """Return the state that STATE tells. Raises IllegalValue."""
     tell = STATES.get(number)
     if tell is None:
-        raise IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
+        raise errors.IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
     return float(tell(engine))
 
 
@@ -74,7 +66,7 @@ def in_range(engine: Engine, place: Transform | Joints) -> int:
             engine.joints_for(place)
         else:
             check_joint_limits(engine.model, place)
-    except MotionError as error:
+    except errors.MotionError as error:
         return _reason(error)
     return 0
 
@@ -86,19 +78,19 @@ def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configur
     way = engine.arm.configuration(near) if asked is None else asked
     try:
         return engine.joints_for(T_world_tool, near, way), 0
-    except JointOutOfRange as error:
+    except errors.JointOutOfRange as error:
         T_robot_flange = compose(compose(engine.frames.base, T_world_tool), inverse(engine.frames.tool))
         found = engine.arm.branch_joints(T_robot_flange, way, near) or near
         return put_inside(found, engine.model.lower, engine.model.upper), _reason(error)
-    except MotionError as error:
+    except errors.MotionError as error:
         return near, _reason(error)
 
 
-def _reason(error: MotionError) -> int:
+def _reason(error: errors.MotionError) -> int:
     """Return the reason why a place is out of reach, as a bit."""
-    if isinstance(error, JointOutOfRange):
+    if isinstance(error, errors.JointOutOfRange):
         return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
-    return TOO_CLOSE_BIT if isinstance(error, LocationTooClose) else TOO_FAR_BIT
+    return TOO_CLOSE_BIT if isinstance(error, errors.LocationTooClose) else TOO_FAR_BIT
 
 
 def _motion_state(engine: Engine) -> int:
@@ -192,7 +184,7 @@ class System:
 
     def unit_status(self, unit: int) -> int:  # noqa: ARG002
         """Return the status of the last operation on a logical unit: 1, or a code."""
-        return UnitNotAttached.code
+        return errors.UnitNotAttached.code
 
     def record_length(self, unit: int) -> int:  # noqa: ARG002
         """Characters of the last record of a logical unit."""
@@ -210,7 +202,7 @@ class System:
 
     def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
         """The code of the next character of a logical unit, or of what went wrong. Raises LineMissing."""
-        return UnitNotAttached.code
+        return errors.UnitNotAttached.code
 
 
 # --- timers and programs ---------------------------------------------------------------------------------------------
@@ -228,7 +220,7 @@ class Timers:
     def set(self, number: float, seconds: float, now: float) -> None:
         """Set a timer to `seconds`. Raises IllegalValue for a timer that does not exist, or a time out of range."""
         if not abs(seconds) <= LATEST:
-            raise IllegalValue(f"a timer at {plain(seconds)} s", f"it is from {-LATEST:g} to {LATEST:g} s")
+            raise errors.IllegalValue(f"a timer at {plain(seconds)} s", f"it is from {-LATEST:g} to {LATEST:g} s")
         self._zero[self._check_number(number)] = now - seconds
 
     def read(self, number: float, now: float) -> float:
@@ -298,14 +290,14 @@ class Memory(Variables):
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
         if not begun:
             names = {other: stored.name for other, stored in self.programs.items()}
-            raise UndefinedName(
+            raise errors.UndefinedName(
                 f"program {typed}",
                 closest(key, names) or f"{{LOAD {typed}}} reads it from {typed.removesuffix('.v2')}.v2",
             )
         if key in self.programs:
             return self.programs[key]
         if len(begun) > 1:
-            raise UndefinedName(f"program {typed}", f"{', '.join(stored.name for stored in begun)} begin so")
+            raise errors.UndefinedName(f"program {typed}", f"{', '.join(stored.name for stored in begun)} begin so")
         return begun[0]
 
     def program(self, name: str) -> StoredProgram:
@@ -313,7 +305,9 @@ class Memory(Variables):
         key = name if name in self.programs else key_of(name)
         if key not in self.programs:
             names = {other: stored.name for other, stored in self.programs.items()}
-            raise UndefinedName(f"program {name}", closest(key, names) or f"{{LOAD {name}}} reads it from {name}.v2")
+            raise errors.UndefinedName(
+                f"program {name}", closest(key, names) or f"{{LOAD {name}}} reads it from {name}.v2"
+            )
         return self.programs[key]
 
 
@@ -350,7 +344,7 @@ class Definable(Struct, frozen=True):
         elif isinstance(value, Transform):
             self.reference.assign(compose(inverse(self.T_world_before), value))
         else:
-            raise TypeMismatch("a precision point in a compound", "only transformations can be compounded")
+            raise errors.TypeMismatch("a precision point in a compound", "only transformations can be compounded")
 
 
 class Wording(Struct, frozen=True):
@@ -371,14 +365,14 @@ Handler = Callable[..., Iterable[Event] | None]
 def transform(place: Transform | Joints) -> Transform:
     """Raises TypeMismatch for a precision point."""
     if not isinstance(place, Transform):
-        raise TypeMismatch("a precision point", "a transformation is wanted here")
+        raise errors.TypeMismatch("a precision point", "a transformation is wanted here")
     return place
 
 
 def checked_seconds(what: str, seconds: float) -> float:
     """Return a length of time. Raises IllegalValue if it is negative."""
     if seconds < 0.0:
-        raise IllegalValue(f"{what} of {plain(seconds)} seconds", "it must not be negative")
+        raise errors.IllegalValue(f"{what} of {plain(seconds)} seconds", "it must not be negative")
     return seconds
 
 
@@ -388,5 +382,5 @@ def stamp_of(at: float | None, within: float | None) -> Stamp | None:
     if seconds is None:
         return None
     if seconds < 0.0:
-        raise IllegalValue(f"{'IN' if at is None else 'AT'} {plain(seconds)}", "times are 0 or more seconds")
+        raise errors.IllegalValue(f"{'IN' if at is None else 'AT'} {plain(seconds)}", "times are 0 or more seconds")
     return Stamp(seconds, relative=at is None)

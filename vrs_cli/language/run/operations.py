@@ -15,43 +15,13 @@ from math import cos, radians, sin, sqrt
 from operator import or_
 
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, UndefinedValue, VrsError
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.joints import Arm, Configuration, Elbow, Flag, Joints, Wrist
-from vrs_cli.kinematics.transform import (
-    IDENTITY,
-    Transform,
-    Vector,
-    at_position,
-    cross,
-    distance,
-    from_oat,
-    inverse,
-    normalised,
-    position,
-    rotation_x,
-    rotation_y,
-    rotation_z,
-    scaled,
-    subtracted,
-    translation,
-)
 from vrs_cli.language.run.effects import CLOSED, NO_WAIT, OPENED, checked_unit
 from vrs_cli.language.run.formats import encode
 from vrs_cli.language.run.memory import ROBOT_NUMBER, TICK, Context, in_range, speed, state
 from vrs_cli.language.run.variables import Reference
-from vrs_cli.language.words.values import (
-    FALSE,
-    INTEGER_HIGH,
-    TRUE,
-    from_axes,
-    in_degrees,
-    integer,
-    integer_between,
-    leading_number,
-    millimetres,
-    plain,
-    quadrant,
-    whole,
-)
+from vrs_cli.language.words import values
 from vrs_cli.values.numbers import LIMIT, Value
 from vrs_cli.version import __version__
 
@@ -60,12 +30,12 @@ from vrs_cli.version import __version__
 
 def truth(condition: bool) -> float:
     """-1 or 0."""
-    return TRUE if condition else FALSE
+    return values.TRUE if condition else values.FALSE
 
 
 def square_root(x: float) -> float:
     if x < 0.0:
-        raise NegativeSquareRoot(f"SQRT({plain(x)})", "the argument must not be negative")
+        raise NegativeSquareRoot(f"SQRT({values.plain(x)})", "the argument must not be negative")
     return sqrt(x)
 
 
@@ -73,38 +43,38 @@ _SINES: tuple[Callable[[float], float], ...] = (sin, cos, lambda x: -sin(x), lam
 
 
 def sine(angle: float) -> float:
-    right_angles, rest = quadrant(angle)
+    right_angles, rest = values.quadrant(angle)
     return _SINES[right_angles](rest) + 0.0
 
 
 def cosine(angle: float) -> float:
-    right_angles, rest = quadrant(angle)
+    right_angles, rest = values.quadrant(angle)
     return _SINES[(right_angles + 1) % 4](rest) + 0.0
 
 
 def tangent(angle: float) -> float:
     adjacent = cosine(angle)
     if adjacent == 0.0:
-        raise ArithmeticOverflow(f"TAN({plain(angle)})", "the tangent of a right angle is infinite")
+        raise ArithmeticOverflow(f"TAN({values.plain(angle)})", "the tangent of a right angle is infinite")
     return sine(angle) / adjacent
 
 
 def modulo(a: float, b: float) -> float:
     """`a MOD b`: both rounded to integers; the sign is that of a. Raises ArithmeticOverflow for b = 0."""
-    dividend, divisor = integer(a), integer(b)
+    dividend, divisor = values.integer(a), values.integer(b)
     if divisor == 0:
-        raise ArithmeticOverflow(f"{plain(a)} MOD {plain(b)}", "the divisor is 0")
+        raise ArithmeticOverflow(f"{values.plain(a)} MOD {values.plain(b)}", "the divisor is 0")
     return float(math.fmod(dividend, divisor)) + 0.0
 
 
 def power(a: float, b: float) -> float:
     """`a ** b`. Raises ArithmeticOverflow, and IllegalValue for the root of a negative number."""
     if a < 0.0 and b != math.trunc(b):
-        raise IllegalValue(f"{plain(a)} ** {plain(b)}", "a negative number has whole powers only")
+        raise IllegalValue(f"{values.plain(a)} ** {values.plain(b)}", "a negative number has whole powers only")
     try:
         return float(a**b)
     except (OverflowError, ZeroDivisionError):
-        raise ArithmeticOverflow(f"{plain(a)} ** {plain(b)}") from None
+        raise ArithmeticOverflow(f"{values.plain(a)} ** {values.plain(b)}") from None
 
 
 # --- bits --------------------------------------------------------------------------------------------------------
@@ -113,14 +83,14 @@ _BCD_DIGITS = 6  # four bits each fill 24
 
 
 def from_bcd(x: float) -> float:
-    text = format(integer_between(x, 0, INTEGER_HIGH, "DCB of"), "x")
+    text = format(values.integer_between(x, 0, values.INTEGER_HIGH, "DCB of"), "x")
     if not text.isdecimal():
-        raise IllegalValue(f"DCB({plain(x)})", "every four bits must be a digit from 0 to 9")
+        raise IllegalValue(f"DCB({values.plain(x)})", "every four bits must be a digit from 0 to 9")
     return float(int(text))
 
 
 def bit_mask(*bits: float) -> float:
-    masks = (1 << (integer_between(bit, 1, 24, "bit") - 1) for bit in bits)
+    masks = (1 << (values.integer_between(bit, 1, 24, "bit") - 1) for bit in bits)
     return float(reduce(or_, masks, 0))
 
 
@@ -139,13 +109,13 @@ def _or(number: float | None, default: float) -> float:
     return default if number is None else number
 
 
-def trans(*numbers: float | None) -> Transform:
+def trans(*numbers: float | None) -> transform.Transform:
     x, y, z = (_or(number, 0.0) / 1000.0 for number in numbers[:3])
     angles = numbers[3:]
     if all(angle is None for angle in angles):
-        return translation(x, y, z)  # exactly, without the rounding of two right angles
+        return transform.translation(x, y, z)  # exactly, without the rounding of two right angles
     o, a, t = map(_or, angles, NULL_ANGLES)
-    return from_oat(x, y, z, radians(o), radians(a), radians(t))
+    return transform.from_oat(x, y, z, radians(o), radians(a), radians(t))
 
 
 def precision_point(context: Context, *joints: float | None) -> Joints:
@@ -155,24 +125,33 @@ def precision_point(context: Context, *joints: float | None) -> Joints:
     return context.environment.units.read(_or(joint, 0.0) for joint in (*joints, *(None,) * dof)[:dof])
 
 
-def shift(T: Transform, dx: float | None = None, dy: float | None = None, dz: float | None = None) -> Transform:
-    x, y, z = position(T)
-    return at_position(T, x + _or(dx, 0.0) / 1000.0, y + _or(dy, 0.0) / 1000.0, z + _or(dz, 0.0) / 1000.0)
+def shift(
+    T: transform.Transform, dx: float | None = None, dy: float | None = None, dz: float | None = None
+) -> transform.Transform:
+    x, y, z = transform.position(T)
+    return transform.at_position(T, x + _or(dx, 0.0) / 1000.0, y + _or(dy, 0.0) / 1000.0, z + _or(dz, 0.0) / 1000.0)
 
 
-def _direction(v: Vector, problem: str) -> Vector:
+def _direction(v: transform.Vector, problem: str) -> transform.Vector:
     length = math.hypot(*v)
     if length < 1e-9:
         raise IllegalValue(f"FRAME: {problem}", "give three positions that are not on one line")
     return v[0] / length, v[1] / length, v[2] / length
 
 
-def frame(a: Transform, b: Transform, c: Transform, d: Transform | None) -> Transform:
-    x = _direction(subtracted(position(b), position(a)), "the first two positions are the same")
-    z = _direction(cross(x, subtracted(position(c), position(a))), "the third position is on the line of the first two")
-    y = cross(z, x)
-    origin = position(a if d is None else d)
-    return Transform(
+def frame(
+    a: transform.Transform, b: transform.Transform, c: transform.Transform, d: transform.Transform | None
+) -> transform.Transform:
+    x = _direction(
+        transform.subtracted(transform.position(b), transform.position(a)), "the first two positions are the same"
+    )
+    z = _direction(
+        transform.cross(x, transform.subtracted(transform.position(c), transform.position(a))),
+        "the third position is on the line of the first two",
+    )
+    y = transform.cross(z, x)
+    origin = transform.position(a if d is None else d)
+    return transform.Transform(
         x[0], y[0], z[0], origin[0], x[1], y[1], z[1], origin[1], x[2], y[2], z[2], origin[2]
     )  # fmt: skip
 
@@ -186,13 +165,13 @@ def code_of(text: str, index: float | None) -> float:
 
 
 def position_of(text: str, part: str, start: float | None) -> float:
-    first = max(whole(_or(start, 1.0)), 1)
+    first = max(values.whole(_or(start, 1.0)), 1)
     return float(text.find(part, first - 1) + 1) if part else 0.0
 
 
 def middle(text: str, first: float, count: float | None) -> str:
     start = _from_one(first, "a string")
-    size = len(text) if count is None else max(whole(count), 0)
+    size = len(text) if count is None else max(values.whole(count), 0)
     return text[start - 1 : start - 1 + size]
 
 
@@ -200,7 +179,7 @@ def decode(source: Reference, separators: str, mode: float | None) -> str:
     """Take the head of a string up to a separator (or the leading separators). The string keeps the rest."""
     text = source.value()
     assert isinstance(text, str)
-    wanted = whole(_or(mode, 0.0)) > 0
+    wanted = values.whole(_or(mode, 0.0)) > 0
     size = next((i for i, c in enumerate(text) if (c in separators) is not wanted), len(text))
     source.assign(text[size:])
     return text[:size]
@@ -211,28 +190,28 @@ def packer(code: str, low: float, high: float) -> Callable[[float], str]:
 
     def pack(x: float) -> str:
         if not low <= x <= high:
-            raise IllegalValue(plain(x), f"{plain(low)} to {plain(high)} can be packed")
-        return struct.pack(f">{code}", x if code in "fd" else whole(x)).decode("latin-1")
+            raise IllegalValue(values.plain(x), f"{values.plain(low)} to {values.plain(high)} can be packed")
+        return struct.pack(f">{code}", x if code in "fd" else values.whole(x)).decode("latin-1")
 
     return pack
 
 
 def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
     """The numbers of a big-endian binary form from a character on. Raises IllegalValue for what holds none."""
-    start, size = whole(_or(first, 1.0)) - 1, struct.calcsize(f">{code}")
+    start, size = values.whole(_or(first, 1.0)) - 1, struct.calcsize(f">{code}")
     piece = text[start : start + size] if start >= 0 else ""
     if len(piece) < size:
         raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
     numbers = struct.unpack(f">{code}", piece.encode("latin-1", "replace"))
     if not all(abs(number) <= LIMIT for number in numbers):  # nor one that is no number
-        raise IllegalValue("bytes of no real", f"a real is at most {plain(LIMIT)}")
+        raise IllegalValue("bytes of no real", f"a real is at most {values.plain(LIMIT)}")
     return tuple(map(float, numbers))
 
 
-def location_bytes(T: Transform) -> str:
+def location_bytes(T: transform.Transform) -> str:
     """The axes and the position [mm] as numbers of single precision, a character a byte (V+ Language Reference)."""
     axes = (number for column in range(3) for number in T[column::4])
-    return struct.pack(">12f", *axes, *map(millimetres, position(T))).decode("latin-1")
+    return struct.pack(">12f", *axes, *map(values.millimetres, transform.position(T))).decode("latin-1")
 
 
 PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string
@@ -257,14 +236,14 @@ def pack(array: Reference, first: float, count: float, text: str) -> None:
 
 def _stretch(array: Reference, first: float, count: float) -> tuple[list[Reference], int, int]:
     """Return the two elements that hold the characters, the index of the first character in them, and the number."""
-    size = integer_between(count, 0, PIECE, "a number of characters of")
+    size = values.integer_between(count, 0, PIECE, "a number of characters of")
     start = _from_one(first, "an array") - 1
     return [element(array, start // PIECE + k) for k in (0, 1)], start % PIECE, size
 
 
 def _from_one(number: float, what: str) -> int:
     """The place of a character. Raises IllegalValue."""
-    place = whole(number)
+    place = values.whole(number)
     if place < 1:
         raise IllegalValue(f"character {place} of {what}", "characters count from 1")
     return place
@@ -285,7 +264,7 @@ IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
 
 def about_task(context: Context, select: float | None, task: float | None) -> float:
     """TASK."""
-    which, system = whole(_or(select, 0.0)), context.environment.system
+    which, system = values.whole(_or(select, 0.0)), context.environment.system
     asked = {0: lambda _: system.task(), 1: system.run_state, 2: system.robot_of}
     if which not in asked:
         raise IllegalValue(f"TASK({which})", "0 the number of this task, 1 what a task does, 2 its robot")
@@ -294,14 +273,14 @@ def about_task(context: Context, select: float | None, task: float | None) -> fl
 
 def _task(context: Context, number: float | None) -> int:
     """Return the number of a task: this one's where it is left out."""
-    return context.environment.system.task() if number is None else whole(number)
+    return context.environment.system.task() if number is None else values.whole(number)
 
 
 def select_robot(device: str, mode: float | None) -> float:
     """SELECT. Raises IllegalValue for a device that there is not."""
     if device != "ROBOT":
         raise IllegalValue(f"SELECT({device})", "there is one robot: SELECT(ROBOT)")
-    integer_between(_or(mode, 0.0), -1, 0, "SELECT mode")
+    values.integer_between(_or(mode, 0.0), -1, 0, "SELECT mode")
     return float(ROBOT_NUMBER)
 
 
@@ -315,7 +294,7 @@ def configuration_bits(configuration: Configuration) -> int:
 
 def configuration_of(bits: float) -> Configuration:
     """Read the bits of `configuration_bits`. Raises IllegalValue."""
-    number = integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
+    number = values.integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
     return Configuration(
         Arm.RIGHTY if number & _CONFIGURATION_BITS[Arm.RIGHTY] else Arm.LEFTY,
         Elbow.BELOW if number & _CONFIGURATION_BITS[Elbow.BELOW] else Elbow.ABOVE,
@@ -323,9 +302,9 @@ def configuration_of(bits: float) -> Configuration:
     )
 
 
-def latched_place(context: Context, select: float | None) -> tuple[Transform, Joints]:
+def latched_place(context: Context, select: float | None) -> tuple[transform.Transform, Joints]:
     """LATCH, #PLATCH. Raises UndefinedValue before the signal has come."""
-    integer_between(_or(select, 0.0), 0, 0, "LATCH")
+    values.integer_between(_or(select, 0.0), 0, 0, "LATCH")
     found = context.environment.system.latch()
     if found is None:
         raise UndefinedValue("LATCH", "PARAMETER LATCH.SIGNAL names the signal, and it has not come yet")
@@ -334,21 +313,21 @@ def latched_place(context: Context, select: float | None) -> tuple[Transform, Jo
 
 def present_configuration(context: Context, select: float | None) -> float:
     """CONFIG."""
-    engine, at_end = context.engine, integer_between(_or(select, 0.0), 0, 1, "CONFIG")
+    engine, at_end = context.engine, values.integer_between(_or(select, 0.0), 0, 1, "CONFIG")
     place = engine.destination(engine.end) if at_end else engine.position()
     return float(configuration_bits(engine.arm.configuration(place.joints)))
 
 
 def free(which: float) -> float:
     """The memory of a virtual controller does not run out."""
-    if whole(which) == 0:
+    if values.whole(which) == 0:
         return 100.0
-    raise IllegalValue(f"FREE({plain(which)})", "0 the percentage of memory that is free")
+    raise IllegalValue(f"FREE({values.plain(which)})", "0 the percentage of memory that is free")
 
 
 def io_status(context: Context, unit: float, mode: float | None) -> float:
     """IOSTAT: 0, 1 and 3 the status of the last operation, which is complete; 2 the length of the last record."""
-    system, which = context.environment.system, integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
+    system, which = context.environment.system, values.integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
     number = checked_unit(unit)
     return float(system.record_length(number) if which == RECORD_LENGTH else system.unit_status(number))
 
@@ -420,45 +399,45 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "SIN": sine,
     "COS": cosine,
     "TAN": tangent,
-    "ATAN2": lambda y, x: in_degrees(math.atan2(y, x)),
+    "ATAN2": lambda y, x: values.in_degrees(math.atan2(y, x)),
     "MAX": lambda *x: max(x),
     "MIN": lambda *x: min(x),
     "OUTSIDE": lambda low, x, high: truth(x < low or x > high),
-    "BCD": lambda x: float(int(str(integer_between(x, 0, 10**_BCD_DIGITS - 1, "BCD of")), 16)),
+    "BCD": lambda x: float(int(str(values.integer_between(x, 0, 10**_BCD_DIGITS - 1, "BCD of")), 16)),
     "DCB": from_bcd,
     "BMASK": bit_mask,
-    "DX": lambda T: millimetres(T.px),
-    "DY": lambda T: millimetres(T.py),
-    "DZ": lambda T: millimetres(T.pz),
-    "DISTANCE": lambda a, b: millimetres(distance(a, b)),
+    "DX": lambda T: values.millimetres(T.px),
+    "DY": lambda T: values.millimetres(T.py),
+    "DZ": lambda T: values.millimetres(T.pz),
+    "DISTANCE": lambda a, b: values.millimetres(transform.distance(a, b)),
     "IDENTICAL": lambda a, b: truth(a == b),
     "TRANS": trans,
     "SHIFT": shift,
     "FRAME": frame,
-    "INVERSE": inverse,
-    "RX": lambda angle: rotation_x(radians(angle)),
-    "RY": lambda angle: rotation_y(radians(angle)),
-    "RZ": lambda angle: rotation_z(radians(angle)),
-    "SCALE": lambda T, factor: at_position(T, *scaled(position(T), factor)),
-    "NORMAL": normalised,
-    "NULL": lambda: IDENTITY,
+    "INVERSE": transform.inverse,
+    "RX": lambda angle: transform.rotation_x(radians(angle)),
+    "RY": lambda angle: transform.rotation_y(radians(angle)),
+    "RZ": lambda angle: transform.rotation_z(radians(angle)),
+    "SCALE": lambda T, factor: transform.at_position(T, *transform.scaled(transform.position(T), factor)),
+    "NORMAL": transform.normalised,
+    "NULL": lambda: transform.IDENTITY,
     "DEFINED": lambda variable: truth(variable.has_value()),
     "LAST": last_index,
     "TAS": test_and_set,
     "PI": lambda: math.pi,
-    "TRUE": lambda: TRUE,
-    "FALSE": lambda: FALSE,
-    "ON": lambda: TRUE,
-    "OFF": lambda: FALSE,
+    "TRUE": lambda: values.TRUE,
+    "FALSE": lambda: values.FALSE,
+    "ON": lambda: values.TRUE,
+    "OFF": lambda: values.FALSE,
     "LEN": lambda text: float(len(text)),
     "ASC": code_of,
-    "VAL": lambda text: (leading_number(text.strip()) or (0.0,))[0],
+    "VAL": lambda text: (values.leading_number(text.strip()) or (0.0,))[0],
     "POS": position_of,
     "STRDIF": lambda a, b: float((a > b) - (a < b)),
-    "$CHR": lambda code: chr(integer_between(code, 0, 255, "character")),
+    "$CHR": lambda code: chr(values.integer_between(code, 0, 255, "character")),
     "$MID": middle,
     "$DECODE": decode,
-    "$ERROR": lambda code: message(whole(code)),
+    "$ERROR": lambda code: message(values.whole(code)),
     "$ID": lambda _=None: f"vrs {__version__}",
     "$TRUNCATE": lambda text: text.split("\0", 1)[0],
     "$INTB": packer("h", -32768.0, 32767.0),
@@ -470,7 +449,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "FLTB": lambda text, first: _numbers_in(text, first, "f")[0],
     "DBLB": lambda text, first: _numbers_in(text, first, "d")[0],
     "$TRANSB": location_bytes,
-    "TRANSB": lambda text, first: normalised(from_axes(_numbers_in(text, first, "12f"))),
+    "TRANSB": lambda text, first: transform.normalised(values.from_axes(_numbers_in(text, first, "12f"))),
     "FREE": free,
     "TPS": lambda: 1.0 / TICK,
     "SELECT": select_robot,
@@ -495,8 +474,8 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "BITS": lambda it, first, count: float(it.environment.signals.read_bits(first, _or(count, 1.0))),
     "TIMER": lambda it, number: it.environment.timers.read(number, it.engine.now),
     "TIME": lambda it: it.engine.now,
-    "SPEED": lambda it, n: float(speed(it.engine, whole(n))),
-    "STATE": lambda it, n: float(state(it.engine, whole(n))),
+    "SPEED": lambda it, n: float(speed(it.engine, values.whole(n))),
+    "STATE": lambda it, n: float(state(it.engine, values.whole(n))),
     "SWITCH": lambda it, name: truth(it.engine.settings.switch(name)),
     "PARAMETER": parameter,
     "HAND": lambda it: float(it.engine.position().hand),
@@ -512,9 +491,9 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "#PLATCH": lambda it, select: latched_place(it, select)[1],
     "LATCHED": lambda it, _select: truth(it.environment.system.take_latch()),
     "PRIORITY": lambda it: float(it.environment.system.priority()),
-    "ID": lambda it, component: it.environment.system.identity(whole(component)),
+    "ID": lambda it, component: it.environment.system.identity(values.whole(component)),
     "IOSTAT": io_status,
     "GETC": lambda it, unit, mode: float(
-        it.environment.system.character(checked_unit(unit), wait=not whole(_or(mode, 0.0)) & NO_WAIT)
+        it.environment.system.character(checked_unit(unit), wait=not values.whole(_or(mode, 0.0)) & NO_WAIT)
     ),
 }

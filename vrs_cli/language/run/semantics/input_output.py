@@ -15,34 +15,7 @@ from msgspec.structs import replace
 from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAttached, VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, inverse
-from vrs_cli.language.run.effects import (
-    ANY,
-    CHOOSE,
-    MODE_BITS,
-    NO_WAIT,
-    ROBOT,
-    Access,
-    Answers,
-    AttachRobot,
-    AttachUnit,
-    CloseFile,
-    CommandDevice,
-    DeleteFile,
-    DetachRobot,
-    DetachUnit,
-    Event,
-    OpenDevice,
-    OpenFile,
-    Prompt,
-    ReadRecord,
-    RecordRefused,
-    Type,
-    WriteRecord,
-    checked_device,
-    checked_disk,
-    checked_open,
-    checked_unit,
-)
+from vrs_cli.language.run import effects
 from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.memory import Context, Definable, Handler, Wording, in_range, solve, transform
 from vrs_cli.language.run.operations import configuration_bits, configuration_of, element, frame, pack, shift
@@ -135,8 +108,8 @@ def _beginning(array: Reference) -> Reference:
 NOWHERE = Span(0, 0, 0)
 
 
-def _type(context: Context, _it: Wording, *items: TypeItem | None) -> Iterable[Event]:
-    return (Type(*encode(items, context.environment.units)),)
+def _type(context: Context, _it: Wording, *items: TypeItem | None) -> Iterable[effects.Event]:
+    return (effects.Type(*encode(items, context.environment.units)),)
 
 
 _BETWEEN = re.compile(r"\s*,\s*|\s+")
@@ -158,13 +131,13 @@ def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
     return values
 
 
-def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> Answers:
+def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects.Answers:
     """Asks until the line can be read. The answer None stands for an empty line."""
     text = "".join(item for item in items if isinstance(item, str))
     targets = [item for item in items if isinstance(item, Reference)]
     values: list[Value] | VrsError | None = None
     while not isinstance(values, list):
-        answer = yield Prompt(text, len(targets), values)
+        answer = yield effects.Prompt(text, len(targets), values)
         values = _entries(answer or "", [target.cells.kind for target in targets]) if targets else []
     for target, value in zip(targets, values, strict=True):
         if kind_of_value(value) is not target.cells.kind:
@@ -177,54 +150,56 @@ Unit = Reference | float | None  # in a variable, as a number, or left out: the 
 
 def _attach(
     _context: Context, _it: Wording, asked: Unit = None, mode: float | None = None, device: str | None = None
-) -> Answers:
+) -> effects.Answers:
     """The robot where no unit is named. Mode 4: the system chooses one, and tells its number in the variable."""
-    if integer_between(mode or 0.0, 0, MODE_BITS, "ATTACH mode") & CHOOSE:
+    if integer_between(mode or 0.0, 0, effects.MODE_BITS, "ATTACH mode") & effects.CHOOSE:
         yield from _attach_any(asked, device)
         return
     given = asked.value() if isinstance(asked, Reference) else asked
-    unit = ROBOT if given is None else whole(cast(float, given))
-    name = checked_device(device, unit)
-    yield AttachRobot() if unit == ROBOT else AttachUnit(checked_unit(unit), name)
+    unit = effects.ROBOT if given is None else whole(cast(float, given))
+    name = effects.checked_device(device, unit)
+    yield effects.AttachRobot() if unit == effects.ROBOT else effects.AttachUnit(effects.checked_unit(unit), name)
 
 
-def _attach_any(asked: Unit, device: str | None) -> Answers:
-    name = checked_device(device, None)
+def _attach_any(asked: Unit, device: str | None) -> effects.Answers:
+    name = effects.checked_device(device, None)
     if not isinstance(asked, Reference):
         raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
-    answer = yield AttachUnit(ANY, name)
+    answer = yield effects.AttachUnit(effects.ANY, name)
     if answer is None:
         raise UnitNotAttached("no unit is free", "DETACH one")
     asked.assign(float(answer))
 
 
-def _detach(_context: Context, _it: Wording, number: float | None = None) -> Iterable[Event]:
+def _detach(_context: Context, _it: Wording, number: float | None = None) -> Iterable[effects.Event]:
     unit = whole(number or 0.0)
-    return (Break(), DetachRobot()) if unit == ROBOT else (DetachUnit(checked_unit(unit)),)
+    return (
+        (Break(), effects.DetachRobot()) if unit == effects.ROBOT else (effects.DetachUnit(effects.checked_unit(unit)),)
+    )
 
 
-def _open(access: Access, _context: Context, _it: Wording, unit: float, name: str) -> Iterable[Event]:
-    return (OpenFile(checked_disk(unit, access.value), name, access),)
+def _open(access: effects.Access, _context: Context, _it: Wording, unit: float, name: str) -> Iterable[effects.Event]:
+    return (effects.OpenFile(effects.checked_disk(unit, access.value), name, access),)
 
 
 def _write(
     context: Context, _it: Wording, number: float, handle: float | None = None, *items: TypeItem | None
-) -> Iterable[Event]:
+) -> Iterable[effects.Event]:
     connection = None if handle is None else whole(handle)
     waits = not any(isinstance(item, Format) and item.code == "N" for item in items)
-    unit, units = checked_unit(number), context.environment.units
-    return (WriteRecord(unit, *encode(items, units), connection, waits),)
+    unit, units = effects.checked_unit(number), context.environment.units
+    return (effects.WriteRecord(unit, *encode(items, units), connection, waits),)
 
 
 def _read(
     context: Context, _it: Wording, number: float, handle: Unit, mode: float | None, *variables: Reference | None
-) -> Answers:
+) -> effects.Answers:
     """One record, whose values go to the variables: all of them, or none and the unit says why. `handle`, where it is a
     variable, is that of the connection on which it has come.
     """
     targets = [variable for variable in variables if variable is not None]
-    unit, waits = checked_unit(number), not whole(mode or 0.0) & NO_WAIT
-    line = yield ReadRecord(unit, isinstance(handle, Reference), waits)
+    unit, waits = effects.checked_unit(number), not whole(mode or 0.0) & effects.NO_WAIT
+    line = yield effects.ReadRecord(unit, isinstance(handle, Reference), waits)
     if isinstance(handle, Reference) and (connection := context.environment.system.connection(unit)) is not None:
         handle.assign(float(connection))
     if line is None:
@@ -232,7 +207,7 @@ def _read(
     try:
         values = _record(line, [target.cells.kind for target in targets])
     except VrsError as refused:
-        yield RecordRefused(unit, refused.code)
+        yield effects.RecordRefused(unit, refused.code)
         return
     for target, value in zip(targets, values, strict=True):
         target.assign(value)
@@ -245,18 +220,20 @@ def _command(
     command: float,
     data: str | None = None,
     answer: Reference | None = None,
-) -> Answers:
+) -> effects.Answers:
     """FCMND: the second text is a variable for what the device answers (eV+ keyword reference, from memory; likely)."""
-    yield CommandDevice(checked_open(unit, "FCMND"), whole(command), data or "")
+    yield effects.CommandDevice(effects.checked_open(unit, "FCMND"), whole(command), data or "")
     if answer is not None:
         answer.assign("")  # of 600, the one command that there is
 
 
-def _fopen(context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None) -> Iterable[Event]:
+def _fopen(
+    context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None
+) -> Iterable[effects.Event]:
     """The mode of a V+ program (16 for TCP) says what the device shows already."""
     whole(mode or 0.0)
     how, _ = encode(items, context.environment.units)
-    return (OpenDevice(checked_open(unit, "FOPEN"), how),)
+    return (effects.OpenDevice(effects.checked_open(unit, "FOPEN"), how),)
 
 
 def _record(line: str, kinds: list[Kind]) -> list[Value]:
@@ -292,15 +269,15 @@ INPUT_OUTPUT: Mapping[str, Handler] = {
     "SOLVE.ANGLES": _solve_angles,
     "SOLVE.TRANS": _solve_place,
     "TYPE": _type,
-    "TYPEI": lambda _context, _it, number: (Type(*encode([Format("I", 0, None, span=NOWHERE), number])),),
+    "TYPEI": lambda _context, _it, number: (effects.Type(*encode([Format("I", 0, None, span=NOWHERE), number])),),
     "PROMPT": _prompt,
     "ATTACH": _attach,
     "DETACH": _detach,
-    **{access.value: partial(_open, access) for access in Access},
+    **{access.value: partial(_open, access) for access in effects.Access},
     "FOPEN": _fopen,
-    "FCLOSE": lambda _context, _it, unit: (CloseFile(checked_open(unit, "FCLOSE")),),
+    "FCLOSE": lambda _context, _it, unit: (effects.CloseFile(effects.checked_open(unit, "FCLOSE")),),
     "FCMND": _command,
-    "FDELETE": lambda _context, _it, unit, name: (DeleteFile(checked_disk(unit, "FDELETE"), name),),
+    "FDELETE": lambda _context, _it, unit, name: (effects.DeleteFile(effects.checked_disk(unit, "FDELETE"), name),),
     "READ": _read,
     "WRITE": _write,
 }

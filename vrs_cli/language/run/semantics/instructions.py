@@ -21,71 +21,20 @@ from vrs_cli.engine.settings import (
 from vrs_cli.errors import IllegalJoint, IllegalSignal, IllegalValue
 from vrs_cli.kinematics.joints import Arm, Elbow, Flag, Joints, Profile, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_x, rotation_y, rotation_z, translation
-from vrs_cli.language.run.effects import (
-    DEFAULT_PRIORITY,
-    LAST_TASK,
-    PROCESS_CONTROL,
-    CallProgram,
-    ControlTask,
-    Event,
-    EventSignal,
-    Halt,
-    LookAround,
-    Pause,
-    Reaction,
-    Return,
-    RunSignal,
-    SetEvent,
-    StartTask,
-    Stop,
-    TaskControl,
-    Wait,
-    WaitEvent,
-    checked_priority,
-    checked_signal,
-)
+from vrs_cli.language.run import effects
 from vrs_cli.language.run.memory import Context, Handler, Wording, checked_seconds, transform
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import INPUTS, TRUE, integer, integer_between, plain, whole
-from vrs_cli.values.commands import (
-    AlignedTarget,
-    Alter,
-    AlterMode,
-    Brake,
-    Break,
-    Delay,
-    JointOffsetTarget,
-    JointTarget,
-    Mode,
-    Move,
-    NamedTarget,
-    OperateHand,
-    PoseTarget,
-    SetAcceleration,
-    SetAlter,
-    SetBase,
-    SetConfiguration,
-    SetDuration,
-    SetMode,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    SetSwitch,
-    SetSwivel,
-    SetTool,
-    SpeedUnit,
-    Swivel,
-    ToolOffsetTarget,
-)
+from vrs_cli.values import commands
 
 MAX_SKIPPED_STEPS = 9999  # that RETURN n leaves out
 
 # --- signals and reactions ---------------------------------------------------------------------------------------
 
-_LOOK_AROUND = (LookAround(),)
+_LOOK_AROUND = (effects.LookAround(),)
 
 
-def _signal(context: Context, it: Wording, *numbers: float | None) -> Iterable[Event]:
+def _signal(context: Context, it: Wording, *numbers: float | None) -> Iterable[effects.Event]:
     signals, given = context.environment.signals, [number for number in numbers if number is not None]
     if it.stamp is not None:
         return (signals.request(given, it.stamp, it.text),)
@@ -93,46 +42,54 @@ def _signal(context: Context, it: Wording, *numbers: float | None) -> Iterable[E
     return _LOOK_AROUND
 
 
-def _reset(context: Context, it: Wording) -> Iterable[Event]:
+def _reset(context: Context, it: Wording) -> Iterable[effects.Event]:
     if it.stamp is not None:
         return (context.environment.signals.reset_request(it.stamp, it.text),)
     context.environment.signals.reset(it.text)
     return _LOOK_AROUND
 
 
-def _bits(context: Context, it: Wording, first: float, count: float | None = None) -> Iterable[Event]:
+def _bits(context: Context, it: Wording, first: float, count: float | None = None) -> Iterable[effects.Event]:
     context.environment.signals.write_bits(first, 1.0 if count is None else count, integer(it.value), it.text)
     return _LOOK_AROUND
 
 
 def _react(
-    immediate: bool, context: Context, _it: Wording, number: float, call: CallProgram, given: float | None = None
+    immediate: bool,
+    context: Context,
+    _it: Wording,
+    number: float,
+    call: effects.CallProgram,
+    given: float | None = None,
 ) -> None:
-    signal, priority = checked_signal(number), checked_priority(DEFAULT_PRIORITY if given is None else given, 1)
+    signal, priority = (
+        effects.checked_signal(number),
+        effects.checked_priority(effects.DEFAULT_PRIORITY if given is None else given, 1),
+    )
     context.environment.signals.read(signal)
     context.environment.program(call.name)
-    context.reactions.set(Reaction(signal, call.name, priority, immediate))
+    context.reactions.set(effects.Reaction(signal, call.name, priority, immediate))
 
 
-def _react_to_errors(context: Context, _it: Wording, call: CallProgram | None = None) -> None:
+def _react_to_errors(context: Context, _it: Wording, call: effects.CallProgram | None = None) -> None:
     if call is not None:
         context.environment.program(call.name)
     context.reactions.on_error = None if call is None else call.name
 
 
 def _ignore(context: Context, _it: Wording, number: float) -> None:
-    signal = checked_signal(number)
+    signal = effects.checked_signal(number)
     context.environment.signals.read(signal)
     context.reactions.ignore(signal)
 
 
-def _lock(context: Context, _it: Wording, priority: float) -> Iterable[Event]:
-    context.reactions.priority = checked_priority(priority, 0)
+def _lock(context: Context, _it: Wording, priority: float) -> Iterable[effects.Event]:
+    context.reactions.priority = effects.checked_priority(priority, 0)
     return _LOOK_AROUND
 
 
-def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[Event]:
-    return (RunSignal(context.environment.signals.writable(checked_signal(number))),)
+def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[effects.Event]:
+    return (effects.RunSignal(context.environment.signals.writable(effects.checked_signal(number))),)
 
 
 # --- tasks -------------------------------------------------------------------------------------------------------
@@ -140,51 +97,53 @@ def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[Event
 
 def checked_task(number: float) -> int:
     """Raises IllegalValue."""
-    return integer_between(number, 0, LAST_TASK, "task")
+    return integer_between(number, 0, effects.LAST_TASK, "task")
 
 
 def _start(
     context: Context,
     _it: Wording,
-    call: CallProgram,
+    call: effects.CallProgram,
     cycles: float | None = None,
     step: float | None = None,
     task: float | None = None,
-) -> Iterable[Event]:
+) -> Iterable[effects.Event]:
     number = None if task is None else checked_task(task)
     context.environment.program(call.name)
     times = 1 if cycles is None else whole(cycles) or 1  # programs of V+ write 0 for once
-    return (StartTask(number, call, times, 1 if step is None else whole(step)),)
+    return (effects.StartTask(number, call, times, 1 if step is None else whole(step)),)
 
 
-def _control(control: TaskControl, _context: Context, _it: Wording, task: float | None = None) -> Iterable[Event]:
-    return (ControlTask(control, checked_task(task or 0.0)),)
+def _control(
+    control: effects.TaskControl, _context: Context, _it: Wording, task: float | None = None
+) -> Iterable[effects.Event]:
+    return (effects.ControlTask(control, checked_task(task or 0.0)),)
 
 
 def _wait_event(
     _context: Context, _it: Wording, event: float | None = None, seconds: float | None = None
-) -> Iterable[Event]:
+) -> Iterable[effects.Event]:
     if seconds is not None:
         checked_seconds("a wait", seconds)
-    return (WaitEvent(event is not None or seconds is None, seconds),)
+    return (effects.WaitEvent(event is not None or seconds is None, seconds),)
 
 
 def _event(
     on: bool, _context: Context, _it: Wording, task: float | None = None, flag: float | None = None
-) -> Iterable[Event]:
+) -> Iterable[effects.Event]:
     integer_between(1.0 if flag is None else flag, 1, 1, "flag")
-    return (SetEvent(None if task is None else checked_task(task), on),)
+    return (effects.SetEvent(None if task is None else checked_task(task), on),)
 
 
-def _event_signal(context: Context, _it: Wording, number: float, level: float | None = None) -> Iterable[Event]:
+def _event_signal(context: Context, _it: Wording, number: float, level: float | None = None) -> Iterable[effects.Event]:
     """`level` is of the bus of a controller, which is not there."""
     integer_between(1.0 if level is None else level, 1, 2, "level")
     if whole(number) == 0:
-        return (EventSignal(None),)
+        return (effects.EventSignal(None),)
     if whole(number) not in INPUTS:
         raise IllegalSignal(plain(number), f"INT.EVENT wants an input, {INPUTS[0]} to {INPUTS[-1]}, or 0")
     context.environment.signals.read(number)
-    return (EventSignal(whole(number)),)
+    return (effects.EventSignal(whole(number)),)
 
 
 TASKS: Mapping[str, Handler] = {
@@ -199,20 +158,20 @@ TASKS: Mapping[str, Handler] = {
     "LOCK": _lock,
     "RUNSIG": _run_signal,
     "RETURN": lambda _context, _it, steps=None: (
-        Return(integer_between(steps or 0.0, 0, MAX_SKIPPED_STEPS, "a number of steps of")),
+        effects.Return(integer_between(steps or 0.0, 0, MAX_SKIPPED_STEPS, "a number of steps of")),
     ),
-    "RETURNE": lambda _context, _it: (Return(mended=True),),
-    "STOP": lambda _context, _it: (Stop(),),
-    "PAUSE": lambda _context, _it: (Pause(),),
-    "HALT": lambda _context, _it: (Halt(),),
+    "RETURNE": lambda _context, _it: (effects.Return(mended=True),),
+    "STOP": lambda _context, _it: (effects.Stop(),),
+    "PAUSE": lambda _context, _it: (effects.Pause(),),
+    "HALT": lambda _context, _it: (effects.Halt(),),
     "EXECUTE": _start,
-    "PCEXECUTE": partial(_start, task=PROCESS_CONTROL),
-    **{control.value: partial(_control, control) for control in TaskControl},
+    "PCEXECUTE": partial(_start, task=effects.PROCESS_CONTROL),
+    **{control.value: partial(_control, control) for control in effects.TaskControl},
     "WAIT.EVENT": _wait_event,
     "SET.EVENT": partial(_event, True),
     "CLEAR.EVENT": partial(_event, False),
     "INT.EVENT": _event_signal,
-    "RELEASE": lambda _context, _it, _task=None: (Wait(lambda: True, 1),),
+    "RELEASE": lambda _context, _it, _task=None: (effects.Wait(lambda: True, 1),),
 }
 
 
@@ -221,11 +180,11 @@ TASKS: Mapping[str, Handler] = {
 
 def _move(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, hand: float | None = None
-) -> Iterable[Event]:
+) -> Iterable[effects.Event]:
     """An air hand opens for anything above 0, and for TRUE; otherwise it closes."""
-    target = PoseTarget(place) if isinstance(place, Transform) else JointTarget(place)
+    target = commands.PoseTarget(place) if isinstance(place, Transform) else commands.JointTarget(place)
     opening = None if hand is None else float(hand > 0.0 or hand == TRUE)
-    return (Move(target, straight, hand=opening, stamp=it.stamp, text=it.text),)
+    return (commands.Move(target, straight, hand=opening, stamp=it.stamp, text=it.text),)
 
 
 def _back_off(distance: float) -> Transform:
@@ -235,50 +194,56 @@ def _back_off(distance: float) -> Transform:
 
 def _approach(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, distance: float
-) -> Iterable[Event]:
+) -> Iterable[effects.Event]:
     pose = compose(transform(place), _back_off(distance))
-    return (Move(PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
+    return (commands.Move(commands.PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
 
 
-def _depart(straight: bool, _context: Context, it: Wording, distance: float) -> Iterable[Event]:
-    return (Move(ToolOffsetTarget(_back_off(distance)), straight, stamp=it.stamp, text=it.text),)
+def _depart(straight: bool, _context: Context, it: Wording, distance: float) -> Iterable[effects.Event]:
+    return (commands.Move(commands.ToolOffsetTarget(_back_off(distance)), straight, stamp=it.stamp, text=it.text),)
 
 
-def _drive(context: Context, it: Wording, joint: float, change: float, speed: float | None = None) -> Iterable[Event]:
+def _drive(
+    context: Context, it: Wording, joint: float, change: float, speed: float | None = None
+) -> Iterable[effects.Event]:
     if not 0.5 <= joint < context.engine.model.joint_count + 0.5:
         raise IllegalJoint(plain(joint), f"joints are 1 to {context.engine.model.joint_count}")
-    target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
+    target = commands.JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
     fraction = None if speed is None else JOINT_SPEED.check(speed) / FULL_SPEED
-    return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
+    return (commands.Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 
-def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[Event]:
+def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[effects.Event]:
     target = shift(context.engine.destination(context.engine.end).T_world_tool, *distances)
-    return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
+    return (commands.Move(commands.PoseTarget(target), True, stamp=it.stamp, text=it.text),)
 
 
-def _move_joints(context: Context, it: Wording, *values: float | None) -> Iterable[Event]:
+def _move_joints(context: Context, it: Wording, *values: float | None) -> Iterable[effects.Event]:
     joints, units = list(context.engine.destination(context.engine.end).joints), context.environment.units
     if len(values) > len(joints):
         raise IllegalValue(f"JMOVE with {len(values)} values", f"the robot has {len(joints)} joints")
     for number, value in enumerate(values):
         if value is not None:
             joints[number] = units.one_read(number + 1, value)
-    return (Move(JointTarget(tuple(joints)), False, stamp=it.stamp, text=it.text),)
+    return (commands.Move(commands.JointTarget(tuple(joints)), False, stamp=it.stamp, text=it.text),)
 
 
 ADDS, WORLD = 1, 2  # bits of the mode of ALTON
 
 
-def _alter_on(_context: Context, _it: Wording, _lun: float | None = None, mode: float | None = None) -> Iterable[Event]:
+def _alter_on(
+    _context: Context, _it: Wording, _lun: float | None = None, mode: float | None = None
+) -> Iterable[effects.Event]:
     bits = integer_between(mode or 0.0, 0, ADDS | WORLD, "ALTON mode")
-    return (SetAlter(AlterMode(world=bool(bits & WORLD), adds=bool(bits & ADDS))),)
+    return (commands.SetAlter(commands.AlterMode(world=bool(bits & WORLD), adds=bool(bits & ADDS))),)
 
 
-def _alter(_context: Context, it: Wording, _lun: float | None = None, *numbers: float | None) -> Iterable[Event]:
+def _alter(
+    _context: Context, it: Wording, _lun: float | None = None, *numbers: float | None
+) -> Iterable[effects.Event]:
     *shift_by, rx, ry, rz = (number or 0.0 for number in (*numbers, *(None,) * 6)[:6])
     turn = compose(compose(rotation_x(radians(rx)), rotation_y(radians(ry))), rotation_z(radians(rz)))
-    return (Alter(shift(turn, *shift_by), it.text),)
+    return (commands.Alter(shift(turn, *shift_by), it.text),)
 
 
 # --- what motions go by ------------------------------------------------------------------------------------------
@@ -286,25 +251,27 @@ def _alter(_context: Context, it: Wording, _lun: float | None = None, *numbers: 
 LAST_PROFILE = 8  # V+ Language Reference Guide, ACCEL
 
 
-def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[Event]:
+def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[effects.Event]:
     if it.unit == "MONITOR":
-        return (SetMonitorSpeed(MONITOR_SPEED.check(speed)),)
-    unit = SpeedUnit.PERCENT if it.unit is None else SpeedUnit(it.unit)
+        return (commands.SetMonitorSpeed(MONITOR_SPEED.check(speed)),)
+    unit = commands.SpeedUnit.PERCENT if it.unit is None else commands.SpeedUnit(it.unit)
     if rotation is not None:
         ROTATION_SPEED.check(rotation)
-    return (SetSpeed(PROGRAM_SPEED[unit].check(speed), rotation, unit, it.always),)
+    return (commands.SetSpeed(PROGRAM_SPEED[unit].check(speed), rotation, unit, it.always),)
 
 
-def _swivel(context: Context, it: Wording, joint: float | None = None, value: float | None = None) -> Iterable[Event]:
+def _swivel(
+    context: Context, it: Wording, joint: float | None = None, value: float | None = None
+) -> Iterable[effects.Event]:
     if joint is None:
         if value is not None:
             raise IllegalValue("SWIVEL of no joint", "name the joint that has the value: SWIVEL 3, 20")
-        return (SetSwivel(None, it.always),)
+        return (commands.SetSwivel(None, it.always),)
     if not 0.5 <= joint < context.engine.model.joint_count + 0.5:
         raise IllegalJoint(plain(joint), f"joints are 1 to {context.engine.model.joint_count}")
     number = whole(joint)
     end = None if value is None else context.environment.units.one_read(number, value)
-    return (SetSwivel(Swivel(number, end), it.always),)
+    return (commands.SetSwivel(commands.Swivel(number, end), it.always),)
 
 
 def _acceleration(
@@ -313,15 +280,15 @@ def _acceleration(
     profile: float | None = None,
     acceleration: float | None = None,
     deceleration: float | None = None,
-) -> Iterable[Event]:
+) -> Iterable[effects.Event]:
     """Set the profile and both accelerations; those that are left out stay as they are."""
     if profile is not None:
-        yield SetParameter("PROFILE", _profile(profile).name)
+        yield commands.SetParameter("PROFILE", _profile(profile).name)
     if acceleration is not None or deceleration is not None:
         if deceleration is not None:
             DECELERATION.check(deceleration)
         given = context.engine.settings.acceleration * FULL_SPEED if acceleration is None else acceleration
-        yield SetAcceleration(ACCELERATION.check(given), deceleration)
+        yield commands.SetAcceleration(ACCELERATION.check(given), deceleration)
 
 
 def _profile(number: float) -> Profile:
@@ -342,21 +309,23 @@ def _payload(context: Context, _it: Wording, percent: float | None = None, joint
     integer_between(joint or 0.0, 0, context.engine.model.joint_count, "joint")
 
 
-def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float | None = None) -> Iterable[Event]:
+def _mode(
+    mode: commands.Mode, on: bool, _context: Context, it: Wording, tolerance: float | None = None
+) -> Iterable[effects.Event]:
     if tolerance is not None and not tolerance > 0.0:
         raise IllegalValue(f"a tolerance of {plain(tolerance)}", "it must be greater than 0")
-    return (SetMode(mode, on, it.always, tolerance),)
+    return (commands.SetMode(mode, on, it.always, tolerance),)
 
 
 def _hand(
     opening: float | None, immediate: bool, _context: Context, it: Wording, width: float | None = None
-) -> Iterable[Event]:
-    return (OperateHand(opening, immediate, it.text, None if width is None else width / 1000.0, it.stamp),)
+) -> Iterable[effects.Event]:
+    return (commands.OperateHand(opening, immediate, it.text, None if width is None else width / 1000.0, it.stamp),)
 
 
-def _base(_context: Context, _it: Wording, *numbers: float | None) -> Iterable[Event]:
+def _base(_context: Context, _it: Wording, *numbers: float | None) -> Iterable[effects.Event]:
     *distances, turn = [number or 0.0 for number in (*numbers, *(None,) * 4)[:4]]
-    return (SetBase(compose(shift(IDENTITY, *distances), rotation_z(radians(turn)))),)
+    return (commands.SetBase(compose(shift(IDENTITY, *distances), rotation_z(radians(turn)))),)
 
 
 def _select(_context: Context, it: Wording, device: str) -> None:
@@ -364,23 +333,23 @@ def _select(_context: Context, it: Wording, device: str) -> None:
         raise IllegalValue(f"SELECT {device} = {plain(it.value)}", "there is one robot: SELECT ROBOT = 1")
 
 
-def _configure(flag: Flag, _context: Context, _it: Wording) -> Iterable[Event]:
-    return (SetConfiguration(flag),)
+def _configure(flag: Flag, _context: Context, _it: Wording) -> Iterable[effects.Event]:
+    return (commands.SetConfiguration(flag),)
 
 
 MODE_WORDS = {
-    "COARSE": (Mode.COARSE, True),
-    "FINE": (Mode.COARSE, False),
-    "NULL": (Mode.NULLING, True),
-    "NONULL": (Mode.NULLING, False),
-    "CPON": (Mode.CONTINUOUS_PATH, True),
-    "CPOFF": (Mode.CONTINUOUS_PATH, False),
-    "INTON": (Mode.INTEGRAL, True),
-    "INTOFF": (Mode.INTEGRAL, False),
-    "SINGLE": (Mode.SINGLE, True),
-    "MULTIPLE": (Mode.SINGLE, False),
-    "OVERLAP": (Mode.OVERLAP, True),
-    "NOOVERLAP": (Mode.OVERLAP, False),
+    "COARSE": (commands.Mode.COARSE, True),
+    "FINE": (commands.Mode.COARSE, False),
+    "NULL": (commands.Mode.NULLING, True),
+    "NONULL": (commands.Mode.NULLING, False),
+    "CPON": (commands.Mode.CONTINUOUS_PATH, True),
+    "CPOFF": (commands.Mode.CONTINUOUS_PATH, False),
+    "INTON": (commands.Mode.INTEGRAL, True),
+    "INTOFF": (commands.Mode.INTEGRAL, False),
+    "SINGLE": (commands.Mode.SINGLE, True),
+    "MULTIPLE": (commands.Mode.SINGLE, False),
+    "OVERLAP": (commands.Mode.OVERLAP, True),
+    "NOOVERLAP": (commands.Mode.OVERLAP, False),
 }
 
 _HANDS = {"OPEN": 1.0, "CLOSE": 0.0, "RELAX": None}
@@ -398,17 +367,19 @@ MOTIONS: Mapping[str, Handler] = {
     "DRAW": _draw,
     "DRIVE": _drive,
     "JMOVE": _move_joints,
-    "READY": lambda _context, it: (Move(NamedTarget("ready"), False, stamp=it.stamp, text=it.text),),
-    "NEST": lambda _context, it: (Move(NamedTarget("nest"), False, stamp=it.stamp, text=it.text),),
-    "ALIGN": lambda _context, it: (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),),
+    "READY": lambda _context, it: (commands.Move(commands.NamedTarget("ready"), False, stamp=it.stamp, text=it.text),),
+    "NEST": lambda _context, it: (commands.Move(commands.NamedTarget("nest"), False, stamp=it.stamp, text=it.text),),
+    "ALIGN": lambda _context, it: (commands.Move(commands.AlignedTarget(), True, stamp=it.stamp, text=it.text),),
     "ALTON": _alter_on,
     "ALTER": _alter,
-    **dict.fromkeys(("ALTOFF", "NOALTER"), lambda _context, _it, _lun=None: (SetAlter(None),)),
-    "DELAY": lambda _context, it, seconds: (Delay(checked_seconds("a delay", seconds), it.text),),
-    "BREAK": lambda _context, _it: (Break(),),
-    "BRAKE": lambda _context, _it: (Brake(),),
+    **dict.fromkeys(("ALTOFF", "NOALTER"), lambda _context, _it, _lun=None: (commands.SetAlter(None),)),
+    "DELAY": lambda _context, it, seconds: (commands.Delay(checked_seconds("a delay", seconds), it.text),),
+    "BREAK": lambda _context, _it: (commands.Break(),),
+    "BRAKE": lambda _context, _it: (commands.Brake(),),
     "SPEED": _speed,
-    "DURATION": lambda _context, it, seconds: (SetDuration(checked_seconds("a duration", seconds), it.always),),
+    "DURATION": lambda _context, it, seconds: (
+        commands.SetDuration(checked_seconds("a duration", seconds), it.always),
+    ),
     "SWIVEL": _swivel,
     "ACCEL": _acceleration,
     "PAYLOAD": _payload,
@@ -417,13 +388,13 @@ MOTIONS: Mapping[str, Handler] = {
     **{flag.name: partial(_configure, flag) for flags in (Arm, Elbow, Wrist) for flag in flags},
     **{word: partial(_hand, opening, False) for word, opening in _HANDS.items()},
     **{f"{word}I": partial(_hand, opening, True) for word, opening in _HANDS.items()},
-    "GRASP": lambda _context, it, *_operands: (OperateHand(0.0, True, it.text),),
-    "TOOL": lambda _context, _it, tool=None: (SetTool(IDENTITY if tool is None else transform(tool)),),
+    "GRASP": lambda _context, it, *_operands: (commands.OperateHand(0.0, True, it.text),),
+    "TOOL": lambda _context, _it, tool=None: (commands.SetTool(IDENTITY if tool is None else transform(tool)),),
     "BASE": _base,
-    "ENABLE": lambda _context, _it, *names: [SetSwitch(name, True) for name in names],
-    "DISABLE": lambda _context, _it, *names: [SetSwitch(name, False) for name in names],
-    "SWITCH": lambda _context, it, name: (SetSwitch(name, bool(it.value)),),
-    "PARAMETER": lambda _context, it, name: (SetParameter(name, it.value),),
+    "ENABLE": lambda _context, _it, *names: [commands.SetSwitch(name, True) for name in names],
+    "DISABLE": lambda _context, _it, *names: [commands.SetSwitch(name, False) for name in names],
+    "SWITCH": lambda _context, it, name: (commands.SetSwitch(name, bool(it.value)),),
+    "PARAMETER": lambda _context, it, name: (commands.SetParameter(name, it.value),),
     "SELECT": _select,
     "CALIBRATE": lambda _context, _it: None,
 }
