@@ -1,6 +1,6 @@
-"""Acts: what is asked of a robot by value, to the bit, where a line of the prompt says it in words and digits.
+"""Acts: requests to a robot by value, exact to the bit, where a line of the prompt has words and digits.
 
-An act is data, and goes over a connection; `interfaces/session/acts.py` carries it out.
+An act is data and goes over a connection; `interfaces/session/acts.py` carries it out.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):
-    """The target of a motion: exactly one of these. `joint` is changed by `change`; `offset` is that of DEPART."""
+    """The target of a motion: exactly one of the fields. `change` belongs to `joint`; `offset` is that of DEPART."""
 
     pose: Transform | None = None
     joints: Joints | None = None
@@ -51,7 +51,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
 
     @property
     def target(self) -> commands.Target:
-        """Raises IllegalValue for what is no place."""
+        """Return the target. Raises IllegalValue if no field is set, or for a pose that is no location."""
         if self.pose is not None:
             return commands.PoseTarget(rotating(self.pose))
         if self.joints is not None:
@@ -68,7 +68,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
 
 
 class Valued(Spoken, frozen=True, omit_defaults=True):
-    """The value of a variable or an expression: exactly one of these."""
+    """The value of a variable or an expression: exactly one of the fields."""
 
     real: float | None = None
     text: str | None = None
@@ -85,7 +85,7 @@ class Valued(Spoken, frozen=True, omit_defaults=True):
 
     @property
     def value(self) -> Value:
-        """Raises IllegalValue for what is no value."""
+        """Return the value. Raises IllegalValue if no field is set, or for a number that is not finite."""
         if self.location is not None:
             return rotating(self.location)
         if self.joints is not None:
@@ -98,7 +98,7 @@ class Valued(Spoken, frozen=True, omit_defaults=True):
 
 
 def _finite(numbers: Joints) -> Joints:
-    """Raises IllegalValue for what is no number."""
+    """Return the numbers. Raises IllegalValue if one is not finite."""
     for number in numbers:
         if not isfinite(number):
             raise IllegalValue(f"{number}", "a finite number")
@@ -106,7 +106,9 @@ def _finite(numbers: Joints) -> Joints:
 
 
 def rotating(T: Transform) -> Transform:
-    """Raises IllegalValue for a matrix that is no location, or a place that no line could name."""
+    """Return a transformation. Raises IllegalValue if its axes are no rotation, or a number is beyond the range of
+    reals.
+    """
     if max(map(abs, _finite(T))) > LIMIT:
         raise IllegalValue("a location beyond all numbers", "reals go to about 3E38")
     if not is_rotation((T[0:3], T[4:7], T[8:11])):
@@ -115,13 +117,13 @@ def rotating(T: Transform) -> Transform:
 
 
 class Say(RobotAct[None], frozen=True):
-    """A line of the prompt. What is refused is raised, and not answered."""
+    """Carry out a line of the prompt. A refused line raises its error."""
 
     line: str
 
 
 class Go(RobotAct[None], frozen=True, omit_defaults=True):
-    """A motion: `executed` is t_exec [s], after the last motion where that is None; `speed` the fraction of nominal."""
+    """Move: `executed` is t_exec [s], None: after the last motion; `speed` the fraction of nominal."""
 
     goal: Goal
     straight: bool = False
@@ -131,8 +133,8 @@ class Go(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
-    """A chunk of time-stamped joints, which takes the place of everything from its first time on: `times` [s] in
-    increasing order, `joints` [rad, m] at each; `speed` the fraction of nominal.
+    """Follow time-stamped joints, which replace everything from their first time on: `times` [s] in increasing order,
+    `joints` [rad, m] at each; `speed` the fraction of nominal.
     """
 
     times: tuple[float, ...]
@@ -141,9 +143,9 @@ class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
 
 
 class Steer(RobotAct[None], frozen=True, omit_defaults=True):
-    """One target of a stream: chase `joints` [rad, m] that move at `velocity` [rad/s, m/s], from now on, for `lasting`
-    [s] until the next target comes. Without `velocity`, which the first and the last target of a stream do not have,
-    come to rest there. What was scheduled is dropped. `speed`: the fraction of nominal.
+    """Chase one target of a stream: `joints` [rad, m] that move at `velocity` [rad/s, m/s], from now on, for `lasting`
+    [s] until the next target comes. Without `velocity`, as in the first and the last target of a stream, come to rest
+    there. Scheduled motions are dropped. `speed`: the fraction of nominal.
     """
 
     joints: Joints
@@ -153,80 +155,90 @@ class Steer(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class DragTool(RobotAct[Shortfall], frozen=True, omit_defaults=True):
-    """Drag the tool towards `pose` (T_world_tool), as near as the arm comes, from now on; without one, let it go."""
+    """Drag the tool towards `pose` (T_world_tool) as far as the arm can follow, from now on; without a pose, end the
+    drag.
+    """
 
     pose: Transform | None = None
 
 
 class ResyncBody(RobotAct[ResyncReport], frozen=True, omit_defaults=True):
-    """Bring the body and the timeline together; if it `stops`, nothing that was scheduled is done."""
+    """Bring the body and the timeline together; `stops`: drop the scheduled motions."""
 
     stops: bool = False
 
 
 class Rest(RobotAct[None], frozen=True):
-    """In virtual time: go on to when the robot stands."""
+    """In virtual time: advance the clock until the robot stands still."""
 
 
 class Undo(RobotAct[None], frozen=True):
+    """Take back the last `count` commands."""
+
     count: int = 1
 
 
 class Redo(RobotAct[None], frozen=True):
+    """Do the last `count` undone commands again."""
+
     count: int = 1
 
 
 class Explain(RobotAct[replies.ReachReport], frozen=True):
-    """WHY; `name`: how the goal is called in the report."""
+    """WHY; `name`: the name of the goal in the report."""
 
     goal: Goal
     name: str
 
 
 class Compare(RobotAct[replies.ComparisonTable], frozen=True):
-    """Two branches."""
+    """Compare two branches by name."""
 
     a: str
     b: str
 
 
 class Evaluate(RobotAct[Valued], frozen=True):
+    """Evaluate an expression."""
+
     expression: str
 
 
 class Assign(RobotAct[None], frozen=True):
-    """Give a variable, or an element of an array, a value."""
+    """Assign a value to a variable or an element of an array."""
 
     variable: str
     value: Valued
 
 
 class Defined(Spoken, frozen=True):
-    """The names of programs that were put in memory."""
+    """The names of the programs that were stored in memory."""
 
     names: tuple[str, ...]
 
 
 class Define(RobotAct[Defined], frozen=True):
-    """Put the programs and variables of a text in memory; `where` stands before the number of a wrong line."""
+    """Store the programs and variables of a text in memory; `where` stands before the line number in messages."""
 
     text: str
     where: str = "line "
 
 
 class Execute(RobotAct[RunResult], frozen=True):
-    """A program that is in memory, to its end."""
+    """Run a program of the memory to its end."""
 
     program: str
     cycles: int = 1
 
 
 class CommandList(Spoken, frozen=True):
+    """Motion commands in effect."""
+
     commands: tuple[CommandRecord, ...]
 
 
 class ListCommands(RobotAct[CommandList], frozen=True):
-    """List all motion commands that hold."""
+    """List all motion commands in effect."""
 
 
 class ListBranches(RobotAct[replies.BranchTable], frozen=True):
@@ -234,46 +246,46 @@ class ListBranches(RobotAct[replies.BranchTable], frozen=True):
 
 
 class ListMotions(RobotAct[replies.TimelineTable], frozen=True):
-    """The timeline as a table."""
+    """Return the timeline as a table."""
 
 
 class LookAtParts(RobotAct[replies.PartTable], frozen=True):
-    """PARTS, at a time [s]; None: now."""
+    """PARTS at a time [s]; None: now."""
 
     time: float | None = None
 
 
 class Recorded(Spoken, frozen=True):
-    """A trajectory file."""
+    """The bytes of a trajectory file."""
 
     data: bytes
 
 
 class Record(RobotAct[Recorded], frozen=True):
-    """The trajectory as SAVE would write it to a file."""
+    """Return the trajectory as the file that SAVE would write."""
 
 
 class PartialList(Struct, frozen=True):
-    """A list, or its first rows: there are `more`."""
+    """A list, or its first rows: `more` rows are left out."""
 
     more: int = 0
 
 
 class LocationList(PartialList, frozen=True, kw_only=True):
-    """LISTL: transformations, and then precision points, each kind in the order of names."""
+    """LISTL: transformations, then precision points, each kind sorted by name."""
 
     rows: tuple[replies.NamedLocation, ...]
 
 
 class ProgramList(PartialList, frozen=True, kw_only=True):
-    """DIRECTORY."""
+    """The programs that DIRECTORY lists."""
 
     rows: tuple[replies.ProgramName, ...]
 
 
 class TaskRow(Struct, frozen=True):
-    """A task that runs or has stopped: where it is (`program`, and `step`, which counts from 1; None at its end), its
-    `state` as STATUS says it, and the question it waits for.
+    """A task that runs or has stopped: `program` and `step` (from 1; None at its end), its `state` in the words of
+    STATUS, and the question it waits for.
     """
 
     number: int
@@ -285,22 +297,22 @@ class TaskRow(Struct, frozen=True):
 
 
 class BranchSeen(Struct, frozen=True):
-    """A branch, and the version of its timeline."""
+    """A branch and the version of its timeline."""
 
     row: replies.BranchRow
     version: int
 
 
-MAX_UNTRUE = 3  # readings that a survey tells
+MAX_UNTRUE = 3  # outdated readings in a survey
 
 
 class Surveyed(Spoken, frozen=True):
-    """A list is None where its mark is among those that are known. `marks`: of both lists, and of the program that is
-    asked for: another one whenever it is stored anew, empty where it is not in memory.
+    """The state of a robot. A list is None if the client knows its mark. `marks`: of both lists, and of the requested
+    program; a mark changes whenever the list or program is stored anew, and is empty for an unknown program.
 
-    `on`: the signals that are on. `base`: T_robot_world, in which places are; `tool`: T_flange_tool [m]. `driver`:
-    whose lease it is, empty where nobody has one. `untrue`: what programs have read of signals and no longer holds, the
-    first MAX_UNTRUE of it. `breakpoints`: the steps of the program asked for before which it stops.
+    `on`: the signals that are on. `base`: T_robot_world, in which the places are given; `tool`: T_flange_tool [m].
+    `driver`: the owner of the lease, empty if nobody has it. `untrue`: the first MAX_UNTRUE readings of signals that no
+    longer hold. `breakpoints`: the steps of the requested program before which it stops.
     """
 
     places: LocationList | None
@@ -320,8 +332,8 @@ class Surveyed(Spoken, frozen=True):
 
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
-    """Survey the robot. `program`: whose mark and breakpoints are wanted, empty for none; `known`: the marks of lists
-    that are known.
+    """Return the state of the robot. `program`: the program whose mark and breakpoints are wanted, empty for none;
+    `known`: marks of lists that the client has.
     """
 
     program: str = ""
@@ -329,7 +341,7 @@ class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
 
 
 class ProgramSource(Spoken, frozen=True):
-    """A program as SEE shows it: `text` is the `.PROGRAM` line and one line a step, without `.END`."""
+    """A program as SEE shows it: `text` is the `.PROGRAM` line and one line for each step, without `.END`."""
 
     name: str
     text: str
@@ -342,8 +354,8 @@ class LookAtProgram(RobotAct[ProgramSource], frozen=True):
 
 
 class RecordProgram(RobotAct[Defined], frozen=True):
-    """Make a program that leads the tool along the way that it went from `begin` to `end` [s], within 2 mm and
-    1 degree, and put it in memory.
+    """Make a program that leads the tool along its path from `begin` to `end` [s], within 2 mm and 1 degree, and store
+    it in memory.
     """
 
     name: str
@@ -357,7 +369,7 @@ Line = tuple[Vector, Vector]
 
 
 class SketchBall(NamedTuple):
-    """A place in a sketch [m]. `mood`: `good` for an end that is reached, `stop` where the tool stops, `bad` for a
+    """A ball in a sketch, at a place [m]. `mood`: `good` for a reached end, `stop` where the tool stops, `bad` for a
     contact.
     """
 
@@ -367,7 +379,7 @@ class SketchBall(NamedTuple):
 
 
 class Sketch(Spoken, frozen=True, omit_defaults=True):
-    """An explanation as a picture, in the world [m]: ways that can be `followed`, ways that are `refused`, places,
+    """An explanation as a picture in the world [m]: paths that can be `followed`, paths that are `refused`, balls,
     frames of a chain, and a text at a place.
     """
 
@@ -380,7 +392,7 @@ class Sketch(Spoken, frozen=True, omit_defaults=True):
 
 
 class WhyRefused(RobotAct[Sketch | None], frozen=True):
-    """WHY of the place to which a motion of that text goes, as a picture; None where it goes to none."""
+    """WHY of the target of the motion `text`, as a picture; None if the motion has no target."""
 
     text: str
 
@@ -389,7 +401,7 @@ class BoundaryCurves(Spoken, frozen=True):
     """The boundary of the places that the tool reaches in its present configuration, with its present TOOL.
 
     `lines`: of points (distance from the first axis [m], height [m], angle about it [rad]) in the frame of the model's
-    `base`, while joint 1 is 0. `turns`: the range of joint 1 [rad], through which the lines turn.
+    `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad], through which the lines rotate.
     """
 
     lines: tuple[tuple[Vector, ...], ...]
@@ -397,33 +409,33 @@ class BoundaryCurves(Spoken, frozen=True):
 
 
 class Boundary(RobotAct[BoundaryCurves], frozen=True):
-    """The boundary of the reach. Raises IllegalValue for an arm whose first joint slides."""
+    """Return the boundary of the reach. Raises IllegalValue for an arm whose first joint is a slide."""
 
 
 # --- texts ------------------------------------------------------------------------------------------------------------
 
 
 class Findings(Spoken, frozen=True):
-    """All mistakes in a text, by line."""
+    """All mistakes in a text, sorted by line."""
 
     findings: tuple[Diagnostic, ...]
 
 
 class ReadDraft(UserAct[Findings], frozen=True):
-    """Find the mistakes in the text of SEE; where no SEE is open, in the text of any program."""
+    """Find the mistakes in the text of SEE; without an open SEE, in any program text."""
 
     text: str
 
 
 class Kept(Spoken, frozen=True):
-    """The program is stored, under this name; what is said of it."""
+    """The program was stored under this name; `said`: the messages about it."""
 
     name: str
     said: str
 
 
 class KeepDraft(UserAct[Kept], frozen=True):
-    """Store the program of SEE; where no SEE is open, any program that does not run, in place of the one of its
+    """Store the program of SEE; without an open SEE, store any program that does not run in place of the one of its
     name.
     """
 
@@ -431,14 +443,14 @@ class KeepDraft(UserAct[Kept], frozen=True):
 
 
 class Attend(UserAct[None], frozen=True):
-    """Put the questions that programs have to whoever types."""
+    """Direct the questions of programs to this user."""
 
 
 class LeaveEntry(UserAct[None], frozen=True):
-    """Forget the program that is typed; `why` stands before the message."""
+    """Discard the program that is being typed; `why` stands before the message."""
 
     why: str = ""
 
 
 class StopProgram(UserAct[None], frozen=True):
-    """Stop the program that runs beside an empty line."""
+    """Stop the program that runs while the line is empty."""

@@ -1,7 +1,7 @@
-"""The waist between language and engine: what is asked of the robot, as pure data.
+"""Values that go from the language to the engine: motions, dated events, and commands to the robot.
 
-The language yields these; it knows no clock. The engine makes a `Motion` of each `Move`, with its issue and execution
-times, and gives it to the planner f. Metres, radians, seconds.
+A program yields commands as plain data. The engine makes a `Motion` of each `Move`, adds its issue and execution times,
+and gives it to the planner f. Units: metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 
 class MotionKind(Enum):
-    """JOINT: joint-interpolated. STRAIGHT: the tool tip on a straight line. REST: stand still (DELAY, hand, tool).
-    STEERED: the joints follow a stream of targets, which are not kept. EVENT: no motion, but channels take values
-    (SIGNAL). RECORDED: the same from outside, or observed: no command; UNDO takes it along with the one before it.
+    """JOINT: joint-interpolated. STRAIGHT: the tool tip moves on a straight line. REST: the arm stands still (DELAY,
+    hand, tool). STEERED: the joints follow a stream of targets, which the timeline does not store. EVENT: channels take
+    values and nothing moves (SIGNAL). RECORDED: an EVENT from outside, or an observation; UNDO takes it back together
+    with the command before it.
     """
 
     JOINT = "joint"
@@ -30,12 +31,12 @@ class MotionKind(Enum):
 
     @property
     def space(self) -> str:
-        """Where such a motion is planned, as tables say it."""
+        """Return the space in which such a motion is planned, as tables show it."""
         return "joint" if self is MotionKind.STEERED else str(self.value)
 
 
 class Start(Enum):
-    """How a motion begins, which decides when it begins if an earlier one changes."""
+    """When a motion begins if an earlier one changes."""
 
     AT = "at"  # at its own time, or as soon as the motion before has ended
     AFTER = "after"  # when the motion before has ended, plus the pause there was
@@ -43,50 +44,50 @@ class Start(Enum):
 
 
 class Frames(Struct, frozen=True):
-    """What stands at both ends of the arm: T_robot_world (BASE) and T_flange_tool (TOOL)."""
+    """The frames at both ends of the arm: T_robot_world (BASE) and T_flange_tool (TOOL)."""
 
     base: Transform = IDENTITY
     tool: Transform = IDENTITY
 
 
 class ToolOffsetTarget(NamedTuple):
-    """DEPART: from where the motion before ends, a pose in that tool frame, T_destination_target."""
+    """DEPART: T_destination_target, the target seen from the tool at the end of the motion before."""
 
     T_destination_target: Transform
 
 
 class JointOffsetTarget(NamedTuple):
-    """DRIVE: one joint (counted from 1) changed by so many radians (metres) from where the motion before ends."""
+    """DRIVE: change one joint (counted from 1) by `change` [rad, m] from the end of the motion before."""
 
     joint: int
     change: float
 
 
 class AlignedTarget(Struct, frozen=True):
-    """ALIGN: where the motion before ends, with the tool's Z along the nearest axis of the world (BASE)."""
+    """ALIGN: the end place of the motion before, with the tool's Z along the nearest axis of the world (BASE)."""
 
 
 RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
 
 
 class Swivel(NamedTuple):
-    """Where a joint, counted from 1, is at the end of a straight line [rad, m]; None: where it is at its start."""
+    """The value of a joint (counted from 1) at the end of a straight line [rad, m]; None: its value at the start."""
 
     joint: int
     value: float | None = None
 
 
 class Motion(NamedTuple):
-    """`number` counts the motions of a timeline from 1; 0 is the initial pose.
+    """A motion of a timeline, with all that is needed to plan it again from another place.
 
-    `goal`: the joints to reach [rad] (JOINT), or the first target (STEERED). `pose`: T_robot_tool to reach (STRAIGHT).
-    `relative`: what both follow from, for a motion whose target depends on where the one before it ends. `speed` and
-    `acceleration` are fractions of the nominal ones. For a straight line `tip_speed` [m/s] and `rotation` (fraction of
-    the nominal angular speed) replace what `speed` gives.
-    `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed), in
-    older files alone: now it is a channel. `text`: the instruction that asked for it. `rounding` [m]: with
-    Start.BLEND, how near the tip comes to the end of the motion before, until this one begins; None: as soon as that
-    one slows down. `swivel`: of a straight line, for an arm with a joint too many.
+    `number` counts the motions of a timeline from 1; 0 is the initial pose. `goal`: the joints to reach [rad] (JOINT),
+    or the first target (STEERED). `pose`: T_robot_tool to reach (STRAIGHT). `relative`: the target from which goal and
+    pose follow, if it depends on the end of the motion before. `speed` and `acceleration` are fractions of the nominal
+    values. On a straight line `tip_speed` [m/s] and `rotation` (fraction of the nominal angular speed) replace `speed`.
+    `duration` [s]: the shortest time (for REST, the time). `hand`: the opening from the start on (1 open, 0 closed), in
+    older files only; newer files have events. `text`: the instruction. `rounding` [m]: with Start.BLEND, the distance
+    of the tip from the end of the motion before at which this motion begins; None: it begins when the motion before
+    slows down. `swivel`: of a straight line, for an arm with a redundant joint.
     """
 
     number: int
@@ -109,7 +110,7 @@ class Motion(NamedTuple):
 
 
 class PoseTarget(Struct, frozen=True):
-    """A transformation: the tool tip in the world (BASE) frame, T_world_tool."""
+    """A transformation: T_world_tool, the tool tip seen from the world (BASE)."""
 
     T_world_tool: Transform
 
@@ -151,15 +152,13 @@ class Event(NamedTuple):
     observed: bool = False
 
     def shift_by(self, shift: float) -> Event:
-        """Return the event so many seconds later."""
+        """Return the event `shift` seconds later."""
         return self._replace(time=self.time + shift) if shift else self
 
 
 class EventEdit(NamedTuple):
-    """The events' part of a timeline delta.
-
-    The first `keep` events stay and the next `drop` go. `events` come in their place. All events after them are
-    shifted by `shift` [s].
+    """The events' part of a timeline delta: the first `keep` events stay, the next `drop` go, `events` come in their
+    place, and all events after them move by `shift` [s].
     """
 
     keep: int
@@ -169,18 +168,15 @@ class EventEdit(NamedTuple):
 
     @property
     def adds(self) -> bool:
-        """Return whether all events of before stay as they are."""
+        """Return whether all earlier events stay as they are."""
         return not self.drop and not self.shift
 
 
 class Stamp(Struct, frozen=True):
-    """When a motion is executed: `AT seconds` on the timeline, or `IN seconds` from now (`relative`)."""
+    """The time at which a motion begins: `AT seconds` on the timeline, or `IN seconds` from now (`relative`)."""
 
     seconds: float
     relative: bool = False
-
-
-# --- targets: where a motion goes ------------------------------------------------------------------------------
 
 
 # --- what programs and the prompt ask for ----------------------------------------------------------------------
@@ -202,25 +198,26 @@ class Move(Struct, frozen=True):
 
 
 class Delay(Struct, frozen=True):
-    """DELAY: a null motion of so many seconds."""
+    """DELAY: stand still for `seconds`."""
 
     seconds: float
     text: str = ""
 
 
 class Break(Struct, frozen=True):
-    """Wait until the robot has come to rest."""
+    """BREAK: wait until the robot is at rest."""
 
 
 class Brake(Struct, frozen=True):
-    """Stop the present motion at once, within limits, and drop what was scheduled after it."""
+    """BRAKE: stop the present motion at once, within the limits, and drop all motions after it."""
 
 
 class OperateHand(Struct, frozen=True):
-    """OPENI, CLOSEI, RELAXI (`immediate`): break, operate, wait HAND.TIME. OPEN, CLOSE, RELAX: during the next motion.
+    """OPENI, CLOSEI, RELAXI (`immediate`): come to rest, operate the hand, and wait HAND.TIME. OPEN, CLOSE, RELAX:
+    operate the hand during the next motion.
 
-    `opening`: 1 open, 0 closed; None relaxed. `width` [m]: how far apart the fingers are to be, for a robot of which
-    that is known. `stamp` (OPENI AT t): the hand operates then, whatever the arm does; nobody waits.
+    `opening`: 1 open, 0 closed; None relaxed. `width` [m]: the distance between the fingers, for a robot that knows it.
+    `stamp` (OPENI AT t): operate the hand at that time, whatever the arm does, and do not wait.
     """
 
     opening: float | None
@@ -231,12 +228,12 @@ class OperateHand(Struct, frozen=True):
 
 
 class SetChannels(Struct, frozen=True):
-    """Channels of the timeline take values, in this order: (HAND or the number of a signal, value).
+    """Give channels of the timeline values, in this order: (HAND or the number of a signal, value).
 
-    Without a stamp: now, tied to the motions there. With a stamp: at its own time. `text`: the instruction as typed;
-    without a text the change came from outside (a script, a device, a rule of the cell), and UNDO takes it along with
-    the command before it. `observed`: nothing changes; a program has read these values. `duration`: of the
-    events [s].
+    Without a stamp the change is now, and follows the motions there. With a stamp it has its own time. `text`: the
+    instruction; without a text the change came from outside (a script, a device, a rule of the cell), and UNDO takes it
+    back with the command before it. `observed`: a program has read these values, and nothing changes. `duration`: of
+    the events [s].
     """
 
     changes: tuple[tuple[int, float], ...]
@@ -253,7 +250,9 @@ class SpeedUnit(Enum):
 
 
 class SetSpeed(Struct, frozen=True):
-    """Program speed: percent of nominal, or tool-tip speed in mm/s or inch/s; for the next motion unless `always`."""
+    """Set the program speed: percent of nominal, or tool-tip speed in mm/s or inch/s; for the next motion unless
+    `always`.
+    """
 
     value: float
     rotation: float | None = None
@@ -262,32 +261,36 @@ class SetSpeed(Struct, frozen=True):
 
 
 class SetMonitorSpeed(Struct, frozen=True):
+    """Set the monitor speed [%]."""
+
     percent: float
 
 
 class SetDuration(Struct, frozen=True):
-    """Minimum time of motions [s]."""
+    """Set the shortest time of motions [s]."""
 
     seconds: float
     always: bool = False
 
 
 class SetSwivel(Struct, frozen=True):
-    """Where a joint is at the end of straight lines, of an arm with a joint too many; None: as suits the line."""
+    """Set the value of a redundant joint at the end of straight lines; None: the planner chooses."""
 
     swivel: Swivel | None
     always: bool = False
 
 
 class SetAcceleration(Struct, frozen=True):
-    """ACCEL: percent of nominal acceleration and deceleration."""
+    """ACCEL: set acceleration and deceleration, in percent of nominal."""
 
     acceleration: float
     deceleration: float | None = None
 
 
 class SetConfiguration(Struct, frozen=True):
-    """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: asked of the next joint-interpolated motion to a transformation."""
+    """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: the configuration that the next joint-interpolated motion to a
+    transformation ends in.
+    """
 
     flag: Flag
 
@@ -304,6 +307,8 @@ class Mode(Enum):
 
 
 class SetMode(Struct, frozen=True):
+    """Switch a mode on or off. `tolerance`: of COARSE and FINE [%]."""
+
     mode: Mode
     on: bool
     always: bool = False
@@ -311,13 +316,13 @@ class SetMode(Struct, frozen=True):
 
 
 class SetTool(Struct, frozen=True):
-    """T_flange_tool."""
+    """TOOL: set T_flange_tool."""
 
     T_flange_tool: Transform
 
 
 class SetBase(Struct, frozen=True):
-    """The world frame seen from the robot's own: T_robot_world."""
+    """BASE: set T_robot_world, the world frame seen from the robot's own frame."""
 
     T_robot_world: Transform
 
@@ -330,13 +335,15 @@ class SetParameter(Struct, frozen=True):
 
 
 class SetSwitch(Struct, frozen=True):
+    """ENABLE, DISABLE: set a switch."""
+
     name: str
     on: bool
 
 
 class AlterMode(Struct, frozen=True):
-    """ALTON: how displacements of the path are meant. `world`: along and about its axes, else those of the tool;
-    `adds`: each is added to those before it.
+    """ALTON: the meaning of displacements of the path. `world`: along and about the world's axes, otherwise the tool's;
+    `adds`: each displacement is added to those before it.
     """
 
     world: bool
@@ -344,13 +351,13 @@ class AlterMode(Struct, frozen=True):
 
 
 class SetAlter(Struct, frozen=True):
-    """ALTON, and (None) ALTOFF: what comes then goes where it says again."""
+    """ALTON; ALTOFF (None): later motions go to their targets again."""
 
     mode: AlterMode | None
 
 
 class Alter(Struct, frozen=True):
-    """ALTER: from now on the motion under way goes to a place that is displaced, and so does every one that comes."""
+    """ALTER: displace the target of the present motion and of all later ones."""
 
     displacement: Transform
     text: str = ""

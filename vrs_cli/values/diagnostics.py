@@ -1,4 +1,9 @@
-"""Mistakes in a line: VAL-II's text and code, our detail, what would be right, and where."""
+"""Mistakes in a line (VAL-II's text and code, details, a hint, and the place), and the dialects of programs.
+
+A file names its dialect in a comment above its first program: `; dialect: val2`. Each dialect has the words of those
+before it. That VAL and VAL-II group AND, OR and NOT tighter than relations is from memory (val2 section 2.2); no paper
+manual has confirmed it.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +17,7 @@ from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
 
 
 class Dialect(Enum):
-    """By the name that a file and `--dialect` give; `title`: its name in messages."""
+    """A dialect, by the name that a file and `--dialect` give; `title`: its name in messages."""
 
     VAL = "val", "VAL"
     VAL2 = "val2", "VAL-II"
@@ -27,7 +32,9 @@ class Dialect(Enum):
     title: str
 
     def knows(self, where: str) -> bool:
-        """Return whether it has what a row of the tables says of its lineage; what is ours is in all of them."""
+        """Return whether the dialect has a word, by the lineage that the word's table row gives. Words of vrs itself
+        are in all.
+        """
         marks = where.split()
         return not marks or any(mark in self._marks for mark in marks)
 
@@ -46,19 +53,19 @@ DIALECTS = tuple(dialect.value for dialect in Dialect)
 
 Placed = TypeVar("Placed", bound="HasSpan")
 
-# characters that are shown of a source line (no line of an old program is longer) and of a detail
+# of a source line and of a detail; no line of an old program is longer
 MAX_LINE_CHARS, MAX_DETAIL_CHARS = 160, 400
 
 
 class HasSpan(Protocol):
-    """A value with a place in a text."""
+    """A value that has a place in a text."""
 
     @property
     def span(self) -> Span: ...
 
 
 def in_order(found: Iterable[Placed]) -> tuple[Placed, ...]:
-    """In the order of the text."""
+    """Sort values by their place in the text."""
     return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
 
@@ -70,8 +77,8 @@ class Severity(Enum):
 
 
 class Diagnostic(Struct, frozen=True):
-    """A finding in the source. `detail` says what, `hint` what would be right. `mend`: what to write in place of the
-    span, where that is sure: it means what the source means now, or can alone be meant; else empty.
+    """A mistake found in the source. `detail` says what is wrong, `hint` what would be right. `mend`: the text to write
+    in place of the span if exactly one mend is right, otherwise empty.
     """
 
     severity: Severity
@@ -84,19 +91,19 @@ class Diagnostic(Struct, frozen=True):
 
     @property
     def label(self) -> str:
-        """The code as a file or an option names it: V452 of -452."""
+        """Return the code as a file or an option names it: V452 for -452."""
         return f"V{abs(self.code):03d}"
 
     @property
     def message(self) -> str:
-        """`*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is shortened."""
+        """Return `*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is cut."""
         detail = self.detail
         shown = detail if len(detail) <= MAX_DETAIL_CHARS else f"{detail[:MAX_DETAIL_CHARS]}..."
         return sentence(self.text, shown, self.hint)
 
 
 class LineRefused(ProgramError):
-    """A line that cannot be read; `diagnostic` says why and where."""
+    """The error for a line that cannot be read; `diagnostic` says why and where."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.detail, diagnostic.hint)
@@ -111,50 +118,49 @@ class LineRefused(ProgramError):
 
 
 def error(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", mend: str = "") -> Diagnostic:
-    """An error with the text and code of its class."""
+    """Make an error with the text and code of a class of errors."""
     return Diagnostic(Severity.ERROR, kind.code, kind.text, detail, hint, span, mend)
 
 
 def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", mend: str = "") -> Diagnostic:
-    """A warning with the text and code of a class of errors."""
+    """Make a warning with the text and code of a class of errors."""
     return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span, mend)
 
 
 class DiagnosticCollector:
-    """The diagnostics so far."""
+    """Collects diagnostics."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
 
     def fault(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
-        """An error."""
+        """Add an error."""
         self.diagnostics.append(error(kind, span, detail, hint))
 
     def warn(self, kind: type[VrsError], span: Span, detail: str, hint: str = "", mend: str = "") -> None:
-        """A warning."""
+        """Add a warning."""
         self.diagnostics.append(warning(kind, span, detail, hint, mend))
 
 
 def refusal(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> LineRefused:
-    """The refusal of a line for an error."""
+    """Make the error that refuses a line."""
     return LineRefused(error(kind, span, detail, hint))
 
 
 def first_error(found: Iterable[Diagnostic]) -> Diagnostic | None:
-    """The first error among diagnostics; None where there are warnings at most."""
+    """Return the first error; None if there are only warnings."""
     return next(errors(found), None)
 
 
 def errors(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield the diagnostics that are no warnings."""
+    """Yield the errors among diagnostics."""
     return (one for one in found if one.severity is Severity.ERROR)
 
 
 def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
-    """`file:line:column: V452 *Text* detail (hint)`, the line, and a line of carets under the place. Plain text.
-    Without a path, as at the prompt, the place and the code are left out.
-
-    Of a very long line the stretch round the place is shown.
+    """Return `file:line:column: V452 *Text* detail (hint)`, the source line, and a line of carets under the place, as
+    plain text. Without a path (at the prompt) the place and the code are left out. Of a very long line only the part
+    around the place is shown.
     """
     span = diagnostic.span
     place = f"{path}:{span.line}:{span.column}: {diagnostic.label} " if path is not None else ""
@@ -163,12 +169,15 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
     if source_line.strip():
         stretch, place_in_it = _stretch(source_line.rstrip(), span)
         plain = (c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in stretch.rstrip())
-        lines += ["".join(plain), _pointer(stretch, place_in_it)]  # without what would move the cursor, but a tab
+        lines += [
+            "".join(plain),
+            _pointer(stretch, place_in_it),
+        ]  # characters that would move the cursor are replaced, tabs stay
     return "\n".join(lines)
 
 
 def _stretch(line: str, span: Span) -> tuple[str, Span]:
-    """The line, or what stands round the place in a longer one, and the place in it."""
+    """Return the part of a long line around the place, and the place in that part."""
     if len(line) <= MAX_LINE_CHARS:
         return line, span
     begin = max(0, min(span.column - 1 - MAX_LINE_CHARS // 2, len(line) - MAX_LINE_CHARS))
@@ -186,14 +195,14 @@ def _pointer(line: str, span: Span) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """`did you mean MOVES?`, in whatever letters either is written, or ""."""
+    """Return `did you mean MOVES?` for the nearest known word, in any case of letters; "" if none is near."""
     choices = {name.lower(): name for name in known}
     near = nearest(word.lower(), choices)
     return f"did you mean {choices[near]}?" if near else ""
 
 
 class Span(Struct, frozen=True):
-    """A stretch of one source line. Line and columns count from 1; `end` is the column after the last character."""
+    """A range of one source line. Line and columns count from 1; `end` is the column after the last character."""
 
     line: int
     column: int

@@ -1,4 +1,4 @@
-"""Moving the arm by hand: the steps of JOG, and the tool dragged in a picture."""
+"""Moving the arm by hand: the steps of JOG, and dragging the tool in a picture."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vrs_cli.values.tagged import Spoken, UserAct
 
 
 class Limit(Enum):
-    """The kind of limit that keeps the tool from a wish."""
+    """The kind of limit that stops the tool before a wish."""
 
     JOINT = "joint"
     REACH = "reach"
@@ -22,8 +22,9 @@ class Limit(Enum):
 
 
 class Hold(Struct, frozen=True, omit_defaults=True):
-    """One limit. `joint`, counted from 1: at its `end` (`lower`, `upper`), or as fast as it may be. `which`: of the
-    reach `far` or `close`, of the singularities `shoulder`, `elbow` or `wrist`; of a contact, what it is.
+    """A limit that holds the tool back. `joint`, counted from 1: the joint that is at its `end` (`lower`, `upper`), or
+    at its full speed. `which`: `far` or `close` for the reach; `shoulder`, `elbow` or `wrist` for a singularity; the
+    two bodies for a contact.
     """
 
     limit: Limit
@@ -32,6 +33,7 @@ class Hold(Struct, frozen=True, omit_defaults=True):
     which: str = ""
 
     def describe(self, model: RobotModel) -> str:
+        """Return the limit as a text."""
         match self.limit:
             case Limit.JOINT:
                 ends = model.lower if self.end == "lower" else model.upper
@@ -50,7 +52,7 @@ class Hold(Struct, frozen=True, omit_defaults=True):
 
 
 class Shortfall(Spoken, frozen=True, omit_defaults=True):
-    """The distance of a tool from a wish [m, rad], and the limits that hold it; no holds where it is there."""
+    """How far the tool is from a wish [m, rad], and the limits that hold it back; none when it has arrived."""
 
     away: float = 0.0
     turned: float = 0.0
@@ -58,9 +60,8 @@ class Shortfall(Spoken, frozen=True, omit_defaults=True):
 
 
 class DragState(Struct, frozen=True, omit_defaults=True):
-    """The user who drags the tool, empty for nobody, and how it follows; `why` it was let go, where that was not by who
-    dragged it. `issued`: when the newest wish was given that the robot goes after, or passes over, as its sender says
-    [s].
+    """The user who drags the tool (empty: nobody) and how it follows. `why`: the reason if the robot ended the drag.
+    `issued` [s]: when the sender gave the newest wish that the robot has followed or skipped.
     """
 
     by: str = ""
@@ -78,7 +79,7 @@ class Frame(Enum):
 
 
 class Axis(Struct, frozen=True):
-    """`index` counts from 0: joints, or X, Y, Z and the rotations about them."""
+    """The axis of a jog. `index` counts from 0: joints, or X, Y, Z and the rotations about them."""
 
     frame: Frame
     index: int
@@ -91,7 +92,7 @@ class Axis(Struct, frozen=True):
 
     @property
     def turns(self) -> bool:
-        """Return whether a step along it is an angle of the tool."""
+        """Return whether a step along the axis turns the tool."""
         return self.frame is not Frame.JOINT and self.index >= 3
 
 
@@ -99,7 +100,7 @@ CARTESIAN = ("X", "Y", "Z", "RX", "RY", "RZ")
 
 
 class Seen(Spoken, frozen=True):
-    """The arm and its clock; `end`: when it comes to rest [s]. `said`: what there is to say of the last step."""
+    """The arm and its clock. `end` [s]: when it comes to rest. `said`: messages about the last step."""
 
     position: Position
     end: float
@@ -108,7 +109,7 @@ class Seen(Spoken, frozen=True):
 
 
 class Press(UserAct[Seen], frozen=True):
-    """A key: a step of so much [mm, deg] along an axis, with `speed` [%]."""
+    """Press a key: move `amount` [mm, deg] along an axis at `speed` [%]."""
 
     axis: Axis
     amount: float

@@ -1,7 +1,7 @@
-"""The measured robot, as values: what a body reports, what is known of a body, and where it differs from the timeline.
+"""Values of the measured robot: what a body reports, what is known of a body, and how it differs from the timeline.
 
-A body is a client that is the robot, or stands for it. Metres, radians, seconds; all times are of the robot's clock,
-unless another clock is named.
+A body is a client that is the robot, or stands for it. Metres, radians, seconds; times are of the robot's clock unless
+another clock is named.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from vrs_cli.kinematics.transform import angle_between, distance
 from vrs_cli.values.results import Apart, Position
 from vrs_cli.values.tagged import Spoken
 
-MAX_LATENESS_S = 2.0  # [s] a report that is so much older than the newest one is dropped
+MAX_LATENESS_S = 2.0  # older than the newest report: a later report is dropped
 
 
 class BodyMode(Enum):
-    """What a body does: it follows the timeline, holds still by an order, or has stopped by itself (its own emergency
-    stop, a brake, a fault).
+    """The mode of a body: it follows the timeline, holds still because it was told to, or has stopped by itself (its
+    own emergency stop, a brake, a fault).
     """
 
     FOLLOWS = "follows"
@@ -29,8 +29,8 @@ class BodyMode(Enum):
 
 
 class Report(Struct, frozen=True, omit_defaults=True):
-    """What a body measured at time `t` [s]: joints [rad, m], and where it has them their velocities [rad/s, m/s] and
-    efforts [N m, N].
+    """A measurement of a body at time `t` [s]: joints [rad, m], and if known their velocities [rad/s, m/s] and efforts
+    [N m, N].
     """
 
     t: float
@@ -41,11 +41,11 @@ class Report(Struct, frozen=True, omit_defaults=True):
 
 
 class ReportCounts(Struct, frozen=True, omit_defaults=True):
-    """What became of reports.
+    """Counts of reports by what became of them.
 
-    `received`: all that came. `lost`: numbers that have not come; one that comes later is counted as `reordered`
-    instead. `late`: dropped, for they were more than LATE seconds older than the newest. `duplicate`: dropped, for
-    there was a report of that time. `reordered`: came after a newer one, and were put in their place.
+    `received`: all reports that came. `lost`: missing sequence numbers; a report that comes later counts as `reordered`
+    instead. `late`: dropped because they were more than MAX_LATENESS_S older than the newest. `duplicate`: dropped
+    because their time was known already. `reordered`: came after a newer report, and were sorted in.
     """
 
     received: int = 0
@@ -65,11 +65,11 @@ class ReportCounts(Struct, frozen=True, omit_defaults=True):
 
 
 class BodySeen(Struct, frozen=True, omit_defaults=True):
-    """What is known of a body.
+    """The state of a body.
 
-    `mode`: of its last report; `order`: what it was told last. `last`: the time of its last report. `offset` [s]: its
-    clock minus the robot's; `drift` [s/s]: how fast that grows. `delay` [s]: how old its reports are when they come;
-    `rate` [1/s]: how many come.
+    `mode`: of its last report; `order`: the last order to it. `last` [s]: the time of its last report. `offset` [s]:
+    its clock minus the robot's; `drift` [s/s]: the rate at which the offset grows. `delay` [s]: the age of its reports
+    on arrival; `rate` [1/s]: reports per second.
     """
 
     name: str
@@ -84,8 +84,8 @@ class BodySeen(Struct, frozen=True, omit_defaults=True):
 
 
 class MeasuredPosition(Struct, frozen=True):
-    """Where the robot was measured at one time, and where it should be by its timeline. The hand of `measured` is that
-    of the timeline; its acceleration is unknown, and zero.
+    """The measured and the expected place of the robot at one time. The hand of `measured` is that of the timeline; its
+    acceleration is unknown, and zero.
     """
 
     measured: Position
@@ -94,30 +94,30 @@ class MeasuredPosition(Struct, frozen=True):
 
     @property
     def errors(self) -> Joints:
-        """Measured minus expected joints [rad, m]."""
+        """Return measured minus expected joints [rad, m]."""
         return tuple([a - b for a, b in zip(self.measured.joints, self.expected.joints, strict=True)])
 
     @property
     def distance(self) -> float:
-        """Return how far the tool is from where it should be [m]."""
+        """Return the distance of the tool from its expected place [m]."""
         return distance(self.measured.T_world_tool, self.expected.T_world_tool)
 
     @property
     def angle(self) -> float:
-        """Return how far the tool is turned from how it should be [rad]."""
+        """Return the angle between the tool and its expected orientation [rad]."""
         return angle_between(self.measured.T_world_tool, self.expected.T_world_tool)
 
 
 class Deviation(Struct, frozen=True):
-    """The root of the mean square of many distances, and the greatest of them [rad, m]."""
+    """The root mean square of distances, and the greatest of them [rad, m]."""
 
     rms: float
     greatest: Apart
 
 
 class MeasuredComparison(Struct, frozen=True):
-    """All reports from `begin` to `end` [s] beside the timeline at their own times: of the place of the tool [m], of
-    how it is turned [rad], and of each joint [rad, m]. `unknown` [s]: how much of the time lies in gaps.
+    """All reports from `begin` to `end` [s] compared with the timeline at their times: the place of the tool [m], its
+    orientation [rad], and each joint [rad, m]. `unknown` [s]: the total length of gaps.
     """
 
     begin: float
@@ -145,9 +145,9 @@ class DivergenceCause(Enum):
 class DivergenceAlarm(Struct, frozen=True):
     """At `t` [s] the measured robot differs from the timeline by more than healthy noise.
 
-    `joint`: from 1, the one that differs most for its noise; `size`: its residual (measured minus g) [rad, m]; `tool`:
-    how far the tool is from where it should be [m]. `detail`: one plain sentence. `since` [s]: when the difference
-    began.
+    `joint`: from 1, the joint that differs most relative to its noise; `size`: its residual (measured minus g) [rad,
+    m]; `tool`: the distance of the tool from its expected place [m]. `detail`: one plain sentence. `since` [s]: when
+    the difference began.
     """
 
     t: float
@@ -160,14 +160,14 @@ class DivergenceAlarm(Struct, frozen=True):
 
 
 def alarm_text(alarm: DivergenceAlarm) -> str:
-    """Say an alarm in one sentence."""
+    """Describe an alarm in one sentence."""
     begun = f"since {alarm.since:.2f} s the body is not where the timeline says ({1e3 * alarm.tool:.1f} mm at the tool)"
     return f"{begun}: {alarm.cause.value}; {alarm.detail}"
 
 
 class OnAlarm(Enum):
-    """What is done about divergence: nobody looks for it; an alarm is told; the body is told to hold, too; the robot is
-    stopped; or the body holds and RESYNC follows by itself.
+    """The reaction to divergence. OFF: nobody looks for it; WARN: tell it; HOLD: also tell the body to hold; ABORT:
+    stop the robot; RESYNC: hold, then resynchronise.
     """
 
     OFF = "off"
@@ -178,10 +178,11 @@ class OnAlarm(Enum):
 
 
 class ResyncReport(Spoken, frozen=True):
-    """RESYNC was done: from `t` [s] the timeline goes to the measured joints, and from `until` [s] the body follows.
+    """The result of RESYNC: from `t` [s] the timeline goes to the measured joints, and from `until` [s] the body
+    follows.
 
-    `distances`: how far each joint of the timeline was from the measured one [rad, m]. `goal`: where the robot goes
-    from there, in words; empty where it stays.
+    `distances`: between the timeline and the measured joints [rad, m]. `goal`: where the robot goes from there, in
+    words; empty if it stays.
     """
 
     t: float

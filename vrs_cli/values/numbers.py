@@ -9,18 +9,18 @@ DECIMALS = 3
 
 
 def decimal(value: float, decimals: int = DECIMALS) -> str:
-    """With so many decimals; a zero has no sign, whatever rounding made of it."""
+    """Format a number with so many decimals; zero never has a minus sign, even after rounding."""
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if text.startswith("-") and not text.strip("-0.") else text
 
 
 def seconds(value: float) -> str:
-    """A time with its unit."""
+    """Format a time with its unit."""
     return f"{decimal(value)} s"
 
 
 def count(number: int, one: str) -> str:
-    """`1 step`, `2 steps`."""
+    """Format a count with its noun: `1 step`, `2 steps`."""
     return f"{number} {one}{'s' * (number != 1)}"
 
 

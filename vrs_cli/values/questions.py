@@ -1,4 +1,7 @@
-"""Questions to people, as values: `text` is what stands before the answer, `id` says which of one robot it is."""
+"""Questions to people as values, and the state that a front end shows around the line that is typed.
+
+`text` stands before the answer; `id` numbers the questions of one robot.
+"""
 
 from __future__ import annotations
 
@@ -11,42 +14,42 @@ from vrs_cli.values.tagged import Spoken
 
 
 class Asking(Spoken, frozen=True, kw_only=True):
-    """`id` is given when it is put to somebody: an answer names it, and is for no other question."""
+    """A question. `id` is set when somebody is asked; an answer names it, and answers no other question."""
 
     id: int = 0
 
 
 class Confirmation(Asking, frozen=True):
-    """`... (Y/N)?`: whether it is to be done. Where nobody answers, it is not."""
+    """`... (Y/N)?`: whether to do something. Without an answer it is not done."""
 
     text: str
 
 
 class Parting(Asking, frozen=True):
-    """`Leave ... (Y/N)?`: EXIT and Ctrl-D say yes too, and so does nobody. `about`: what is told before."""
+    """`Leave ... (Y/N)?`: EXIT, Ctrl-D and no answer mean yes. `about`: text that is shown before."""
 
     text: str
     about: str = ""
 
 
 class Amendment(Asking, frozen=True):
-    """`Change?`: the new numbers of a location; an empty line takes it as it is. Where nobody answers, it is left."""
+    """`Change?`: the new numbers of a location; an empty line keeps it. Without an answer it stays as it was."""
 
     text: str
 
 
 class LineWanted(Asking, frozen=True):
-    """PROMPT, READ, GETC: a line for a program; `wrong`: what is wrong with the line before, if it is asked again."""
+    """PROMPT, READ, GETC: a line for a program. `wrong`: the fault of the line before, if the program asks again."""
 
     text: str
     wrong: str = ""
 
 
-# --- what fills a screen, until its user leaves: the answer is None where there is no screen for it -----------------
+# --- full screens: the answer is None if the terminal cannot show one -------------------------------------------------
 
 
 class Editing(Asking, frozen=True):
-    """SEE: a program as a text, the cursor in line `row` (from 0)."""
+    """SEE: edit a program as a text; the cursor is in line `row` (from 0)."""
 
     name: str
     text: str
@@ -55,7 +58,7 @@ class Editing(Asking, frozen=True):
 
 
 class Jogging(Asking, frozen=True):
-    """JOG: keys that move an arm of so many joints, at first with `speed` [%]."""
+    """JOG: move an arm of so many joints by keys, at first with `speed` [%]."""
 
     joints: int
     units: JointUnits
@@ -63,13 +66,13 @@ class Jogging(Asking, frozen=True):
 
 
 class Playing(Asking, frozen=True):
-    """REPLAY: the trajectory of a file."""
+    """REPLAY: play the trajectory of a file."""
 
     path: str
 
 
 class Watching(Asking, frozen=True):
-    """SHOW: the arm, as long as it moves."""
+    """SHOW: show the arm as long as it moves."""
 
 
 OnScreen = Editing | Jogging | Playing | Watching
@@ -78,7 +81,7 @@ Answer = bool | str | None
 
 
 def end_of_input(question: Question) -> EndOfInput:
-    """The input has ended where a line is asked for."""
+    """Return the error for a question that is asked after the end of the input."""
     text = question.text if isinstance(question, LineWanted) else ""
     return EndOfInput(
         f"PROMPT {text!r} has nothing more to read",
@@ -88,18 +91,19 @@ def end_of_input(question: Question) -> EndOfInput:
 
 
 class Pace(Struct, frozen=True):
-    """A clock on the wall: so many seconds of the robot in one second."""
+    """The pace of a wall clock: robot seconds in one second."""
 
     rate: float
     paused: bool = False
 
 
 class PromptStatus(Struct, frozen=True):
-    """`prompt` stands before the next line, `indent` in it; `in_program`: that line is one of a program, and `typed`
-    says whether something would be lost if it were left now. `asked`: what a program asks, whose question nobody has
-    before him. `hidden`: the words (HAND, TIME) that are names of variables here.
+    """The state around the line that is typed.
 
-    `clock`, `end` [s] of the timeline; `pace` is None where time is the robot's own. `tool` [m] in the world.
+    `prompt` stands before the next line, `indent` inside it. `in_program`: the line belongs to a program; `typed`: the
+    program has unsaved lines. `asked`: the question of a program that is waiting for any user. `hidden`: words (HAND,
+    TIME) that are names of variables here. `clock`, `end` [s] of the timeline; `pace` is None in virtual time. `tool`
+    [m] in the world.
     """
 
     prompt: str = "."
@@ -122,7 +126,7 @@ class PromptStatus(Struct, frozen=True):
 
 
 class Suggestion(Struct, frozen=True):
-    """`text` takes the place of the last `length` characters; `meta` explains it."""
+    """A completion: `text` replaces the last `length` characters; `meta` explains it."""
 
     text: str
     length: int

@@ -1,4 +1,4 @@
-"""Replies of monitor commands, as values: they know nothing of terminals, colours or columns (`render` does).
+"""Replies of monitor commands as values, without terminals, colours or columns (`render` adds these).
 
 Metres, radians, seconds; `render` shows millimetres and degrees.
 """
@@ -22,7 +22,7 @@ from vrs_cli.values.world import Contact
 
 
 class Tone(Enum):
-    """NOTE says what happened; WARNING and ERROR are about a mistake."""
+    """The tone of a message: NOTE says what happened; WARNING and ERROR report a mistake."""
 
     NOTE = "note"
     WARNING = "warning"
@@ -30,14 +30,14 @@ class Tone(Enum):
 
 
 class Message(Spoken, frozen=True):
-    """One line of text, or a few."""
+    """One or a few lines of text."""
 
     text: str
     tone: Tone = Tone.NOTE
 
 
 class Diagnosed(Struct, frozen=True):
-    """A diagnostic with the source line that it points into. `path` is None for what was typed."""
+    """A diagnostic with its source line. `path` is None for typed text."""
 
     diagnostic: Diagnostic
     source_line: str
@@ -45,15 +45,15 @@ class Diagnosed(Struct, frozen=True):
 
 
 class DiagnosticsReport(Spoken, frozen=True):
-    """The mistakes in a line or a file, in the order of the lines."""
+    """The mistakes in a line or a file, sorted by line."""
 
     items: tuple[Diagnosed, ...]
 
 
 class ProgramStopped(Spoken, frozen=True):
-    """A program ended before its end: `what` is VAL-II's word or message for it, `step` counts from 1.
+    """A program stopped early: `what` is VAL-II's word or message for it, `step` counts from 1.
 
-    `source` is the text of the step, empty where there is none to show.
+    `source` is the text of the step, empty if there is none.
     """
 
     what: str
@@ -67,7 +67,7 @@ class ProgramStopped(Spoken, frozen=True):
 
 
 class Whereabouts(Spoken, frozen=True):
-    """WHERE. `stamped`: the time is shown; it was asked for, or passes by itself."""
+    """WHERE. `stamped`: show the time, because it was asked for or runs by itself."""
 
     position: results.Position
     stamped: bool = False
@@ -75,14 +75,14 @@ class Whereabouts(Spoken, frozen=True):
 
 
 class WhereaboutsTable(Spoken, frozen=True):
-    """WHERE FROM t1 TO t2 STEP dt."""
+    """Positions of WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[results.Position, ...]
     units: JointUnits = TURNING
 
 
 class MeasuredWhereabouts(Spoken, frozen=True):
-    """WHERE MEASURED. `is_last`: it is the last report, from which on all is unknown."""
+    """WHERE MEASURED. `is_last`: this is the last report; nothing is known after it."""
 
     at: measured.MeasuredPosition
     is_last: bool = False
@@ -90,7 +90,7 @@ class MeasuredWhereabouts(Spoken, frozen=True):
 
 
 class PartRow(Struct, frozen=True):
-    """A part of the cell at a time [s]; T_world_part is None for one that is not there. `on`: what it stands on."""
+    """A part of the cell at a time [s]; T_world_part is None for an absent part. `on`: the body it stands on."""
 
     name: str
     time: float
@@ -100,14 +100,14 @@ class PartRow(Struct, frozen=True):
 
 
 class PartTable(Spoken, frozen=True):
-    """PARTS, and WHERE of a part. `stamped`: the time is shown: it was asked for, or passes by itself."""
+    """PARTS, and WHERE of a part. `stamped`: show the time, because it was asked for or runs by itself."""
 
     rows: tuple[PartRow, ...]
     stamped: bool = False
 
 
 class BodyKind(Enum):
-    """What a body in a picture is."""
+    """The kind of a body in a picture."""
 
     FIXTURE = "fixture"
     PART = "part"
@@ -117,7 +117,7 @@ class BodyKind(Enum):
 
 
 class PicturedBody(Struct, frozen=True):
-    """A body near the arm: points [m] whose convex outline it has, as seen from any side."""
+    """A body near the arm, as points [m] whose convex outline is its shape in any view."""
 
     kind: BodyKind
     points: tuple[Vector, ...]
@@ -126,9 +126,9 @@ class PicturedBody(Struct, frozen=True):
 class ArmPicture(Spoken, frozen=True, tag="Picture"):
     """SHOW: the arm at one time, as points in the world [m].
 
-    `links`: from the base to the flange, a corner where a link has one; `joints` of them are joints. `past`, `planned`:
-    the way of the tool tip, as lines; `target`: where the motion under way ends. `reach`: the outermost places of the
-    tool tip. `stamped`: the time was asked for. `bodies`: of the cell.
+    `links`: from the base to the flange, with corners of links; `joints`: the points that are joints. `past`,
+    `planned`: the path of the tool tip, as lines; `target`: the end of the present motion. `reach`: the outermost
+    places of the tool tip. `stamped`: show the time. `bodies`: of the cell.
     """
 
     position: results.Position
@@ -143,8 +143,8 @@ class ArmPicture(Spoken, frozen=True, tag="Picture"):
 
 
 class ReachReport(Spoken, frozen=True):
-    """WHY: the text of the location, and what was found. `move_contact`, `line_contact`: the first contacts of MOVE and
-    of MOVES.
+    """WHY: the text of the location, and the result. `move_contact`, `line_contact`: the first contacts of MOVE and of
+    MOVES.
     """
 
     name: str
@@ -155,7 +155,7 @@ class ReachReport(Spoken, frozen=True):
 
 
 class NamedLocation(Struct, frozen=True):
-    """A transformation, or the joints of a precision point; neither where it is not defined."""
+    """A transformation or the joints of a precision point; neither if the name is undefined."""
 
     name: str
     pose: Transform | None = None
@@ -167,21 +167,21 @@ class NamedLocation(Struct, frozen=True):
 
 
 class LocationTable(Spoken, frozen=True):
-    """LISTL, HERE, POINT, TOOL, BASE."""
+    """Locations of LISTL, HERE, POINT, TOOL and BASE."""
 
     rows: tuple[NamedLocation, ...]
     units: JointUnits = TURNING
 
 
 class RealTable(Spoken, frozen=True):
-    """LISTR: a name or the text of an expression, and its value. `truths`: the values say whether something is so."""
+    """LISTR: names or texts of expressions, and their values. `truths`: the values are truth values."""
 
     rows: tuple[tuple[str, float], ...]
     truths: bool = False
 
 
 class StringTable(Spoken, frozen=True):
-    """LISTS."""
+    """LISTS: names and strings."""
 
     rows: tuple[tuple[str, str], ...]
 
@@ -198,21 +198,21 @@ class ListedStep(Struct, frozen=True):
 
 
 class ProgramText(Spoken, frozen=True):
-    """LISTP: the header line, and the steps indented."""
+    """LISTP: the header line and the indented steps."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
 class ProgramPart(Spoken, frozen=True):
-    """EDIT: some steps of a program; its header on entry, otherwise ""."""
+    """EDIT: some steps of a program, and on entry its header, otherwise ""."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
 class FileText(Spoken, frozen=True):
-    """FLIST: a text file, line by line."""
+    """FLIST: the lines of a text file."""
 
     lines: tuple[str, ...]
 
@@ -225,14 +225,14 @@ class FileRow(Struct, frozen=True):
 
 
 class FileTable(Spoken, frozen=True):
-    """FDIRECTORY."""
+    """FDIRECTORY: the files of a folder."""
 
     folder: str
     rows: tuple[FileRow, ...]
 
 
 class ProgramName(Struct, frozen=True):
-    """A row of DIRECTORY. `steps` is how many."""
+    """A row of DIRECTORY: a program and the number of its steps."""
 
     name: str
     executable: bool
@@ -241,13 +241,13 @@ class ProgramName(Struct, frozen=True):
 
 
 class ProgramNames(Spoken, frozen=True):
-    """DIRECTORY."""
+    """DIRECTORY: the programs in memory."""
 
     rows: tuple[ProgramName, ...]
 
 
 class Progress(Struct, frozen=True):
-    """The progress of a program. `step` counts from 1; `cycles_left` is None when it runs for ever."""
+    """The progress of a program. `step` counts from 1; `cycles_left` is None for an endless run."""
 
     program: str
     state: str
@@ -257,9 +257,9 @@ class Progress(Struct, frozen=True):
 
 
 class StatusReport(Spoken, frozen=True):
-    """STATUS. Speeds in percent, times in seconds; `progress` is None when nothing was run yet.
+    """STATUS. Speeds in percent, times in seconds; `progress` is None before the first run.
 
-    `next_motion`: what was said for the next motion alone, in the words of the language.
+    `next_motion`: settings for the next motion only, in the words of the language.
     """
 
     robot: str
@@ -274,8 +274,8 @@ class StatusReport(Spoken, frozen=True):
 
 
 class StatusThen(Spoken, frozen=True):
-    """STATUS AT t [s]: the `motion` that is under way then, empty where the robot stands; `hand` from 0, closed, to 1,
-    open; the signals that are `on`, and what some of them are called.
+    """STATUS AT t [s]: the `motion` at that time, empty if the robot stands; `hand` from 0 (closed) to 1; the signals
+    that are `on`, and the names of some signals.
     """
 
     time: float
@@ -290,7 +290,7 @@ class StatusThen(Spoken, frozen=True):
 
 
 class SignalBank(Struct, frozen=True):
-    """Consecutive signals from number `first` on; `names`: what some of them are called."""
+    """Consecutive signals from number `first` on; `names`: of some of them."""
 
     title: str
     first: int
@@ -299,26 +299,28 @@ class SignalBank(Struct, frozen=True):
 
 
 class SignalTable(Spoken, frozen=True):
-    """IO."""
+    """IO: the states of signals."""
 
     banks: tuple[SignalBank, ...]
 
 
 class SettingRow(Struct, frozen=True):
+    """A setting with its value and its meaning."""
+
     name: str
     value: str
     summary: str
 
 
 class SettingTable(Spoken, frozen=True):
-    """SWITCH, PARAMETER, SPEED: the settings asked for and what each does."""
+    """SWITCH, PARAMETER, SPEED: the requested settings."""
 
     title: str
     rows: tuple[SettingRow, ...]
 
 
 class ClockReport(Spoken, frozen=True):
-    """TIME, CLOCK: the robot clock [s], and in real time its rate."""
+    """TIME, CLOCK: the robot clock [s], and its rate in real time."""
 
     clock: float
     rate: float | None = None
@@ -326,8 +328,9 @@ class ClockReport(Spoken, frozen=True):
 
 
 class BodyReport(Spoken, frozen=True):
-    """BODY: what is known of the robot's body (None: there is none, and nothing was reported), since when nothing was
-    measured [s], what is done on an alarm, and the last alarm while the body differs.
+    """BODY: the state of the robot's body (None: there is none, and nothing was reported). `unknown` [s]: the time
+    since which nothing was measured. `on_alarm`: the reaction to alarms; `alarm`: the last alarm while the body
+    differs.
     """
 
     body: measured.BodySeen | None = None
@@ -337,14 +340,14 @@ class BodyReport(Spoken, frozen=True):
 
 
 class Resynchronised(Spoken, frozen=True):
-    """RESYNC was done; `distances` are to be shown in these units."""
+    """RESYNC is done; show `distances` in these units."""
 
     report: measured.ResyncReport
     units: JointUnits
 
 
 class Identification(Spoken, frozen=True):
-    """ID. `robot` is the title of the model, `name` what it is called on a command line."""
+    """ID. `robot` is the title of the model, `name` its name on a command line."""
 
     version: str
     python: str
@@ -354,7 +357,7 @@ class Identification(Spoken, frozen=True):
 
 
 class FreeReport(Spoken, frozen=True):
-    """FREE: what is in memory, and how much of the computer's memory is left (percent; None where it is not known)."""
+    """FREE: the contents of the memory, and the share of the computer's memory that is free [%], None if unknown."""
 
     programs: int
     steps: int
@@ -367,25 +370,27 @@ class FreeReport(Spoken, frozen=True):
 
 
 class HelpGroup(Struct, frozen=True):
+    """A group of words in HELP."""
+
     title: str
     words: tuple[str, ...]
 
 
 class HelpOverview(Spoken, frozen=True):
-    """HELP: every word, in groups."""
+    """HELP: all words, in groups."""
 
     groups: tuple[HelpGroup, ...]
 
 
 class HelpTopic(Spoken, frozen=True):
-    """HELP topic: forms of words, or keys, and what each does."""
+    """HELP topic: forms of words, or keys, with their meanings."""
 
     title: str
     rows: tuple[tuple[str, str], ...]
 
 
 class HelpEntry(Struct, frozen=True):
-    """One meaning of a word. `sort` is what it is ("instruction", "function", ...)."""
+    """One meaning of a word. `sort`: "instruction", "function" and so on."""
 
     sort: str
     form: str
@@ -396,7 +401,7 @@ class HelpEntry(Struct, frozen=True):
 
 
 class HelpPage(Spoken, frozen=True):
-    """HELP word."""
+    """HELP word: its meanings."""
 
     word: str
     entries: tuple[HelpEntry, ...]
@@ -406,13 +411,13 @@ class HelpPage(Spoken, frozen=True):
 
 
 class Displaced(Spoken, frozen=True):
-    """The effect of a command on motions that were scheduled already."""
+    """The effect of a command on motions that were scheduled before."""
 
     displacement: results.Displacement
 
 
 class NoLongerTrue(Spoken, frozen=True):
-    """What a command did to what programs have read of signals."""
+    """The readings of signals that a command has made untrue."""
 
     readings: tuple[results.Untrue, ...]
 
@@ -429,8 +434,9 @@ class SegmentRow(Struct, frozen=True):
 
 
 class TimelineTable(Spoken, frozen=True):
-    """TIMELINE: the commands and what the planner made of them; `stops`: segments after which a motion rests on its
-    way; `untrue`: what programs have read of signals and no longer holds."""
+    """TIMELINE: the commands and their segments; `stops`: segments after which a motion rests on its way; `untrue`:
+    readings of signals that no longer hold.
+    """
 
     commands: tuple[results.CommandRecord, ...]
     segments: tuple[SegmentRow, ...]
@@ -440,7 +446,7 @@ class TimelineTable(Spoken, frozen=True):
 
 
 class BranchRow(Struct, frozen=True):
-    """A branch: how many commands hold on it, when its timeline ends, and its clock [s]."""
+    """A branch: the number of its commands in effect, the end of its timeline, and its clock [s]."""
 
     name: str
     present: bool
@@ -450,13 +456,13 @@ class BranchRow(Struct, frozen=True):
 
 
 class BranchTable(Spoken, frozen=True):
-    """BRANCH."""
+    """BRANCH: all branches."""
 
     rows: tuple[BranchRow, ...]
 
 
 class ComparisonTable(Spoken, frozen=True):
-    """COMPARE: two branches by name, and what is different."""
+    """COMPARE: two branches by name, and their difference."""
 
     a: str
     b: str
@@ -473,7 +479,7 @@ class MeasuredComparisonTable(Spoken, frozen=True):
 
 
 class Curve(Struct, frozen=True):
-    """One line of a plot: `mark` is the character that draws it where there are no colours."""
+    """A curve of a plot; `mark`: the character that draws it without colours."""
 
     label: str
     mark: str
@@ -481,7 +487,7 @@ class Curve(Struct, frozen=True):
 
 
 class Plot(Spoken, frozen=True):
-    """PLOT: curves over the same times [s], already in the unit that is shown."""
+    """PLOT: curves over the same times [s], in the unit that is shown."""
 
     title: str
     unit: str
@@ -499,7 +505,7 @@ class ReplayRow(Struct, frozen=True):
 
 
 class ReplayTable(Spoken, frozen=True):
-    """REPLAY where nothing can be animated: the initial pose, and the end of each motion."""
+    """REPLAY without an animation: the initial pose, and the end of each motion."""
 
     rows: tuple[ReplayRow, ...]
 
@@ -559,21 +565,21 @@ StyledLine = tuple[tuple[str, str], ...]  # a line of a drawn reply: runs of tex
 
 
 def is_error(reply: Reply) -> bool:
-    """Return whether a reply says that something could not be done."""
+    """Return whether a reply reports a failure."""
     if isinstance(reply, DiagnosticsReport):
         return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
     return isinstance(reply, Message | ProgramStopped) and reply.tone is Tone.ERROR
 
 
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
-    """Findings in a text with their lines, in order."""
-    lines = dict(enumerate(text.split("\n"), 1))  # a finding may stand behind the last
+    """Return the findings in a text with their lines, sorted."""
+    lines = dict(enumerate(text.split("\n"), 1))  # a finding may be behind the last line
     items = (Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics))
     return DiagnosticsReport(tuple(items))
 
 
 def refusal(error: VrsError, line: str) -> Reply:
-    """The reply for a line that cannot be carried out, with its place where that is known."""
+    """Return the reply for a line that cannot be carried out, with the place if known."""
     if isinstance(error, LineRefused):
         return DiagnosticsReport((Diagnosed(error.diagnostic, line),))
     return Message(str(error), Tone.ERROR)

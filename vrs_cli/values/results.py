@@ -35,10 +35,10 @@ class Position(Struct, frozen=True):
 
 
 class CommandRecord(Struct, frozen=True):
-    """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
+    """A motion command, and when its motion begins and ends on the present timeline [s].
 
-    `executed` is as commanded and `end` None for a motion that a later command has dropped. `asked`: the time that was
-    given with it; None for a motion that follows another.
+    If a later command has dropped the motion, `executed` is the commanded time and `end` is None. `asked`: the time
+    stamp of the command; None for a motion that follows another.
     """
 
     number: int
@@ -50,13 +50,15 @@ class CommandRecord(Struct, frozen=True):
 
     @property
     def is_displaced(self) -> bool:
-        """Return whether the motion begins at another time than was asked."""
+        """Return whether the motion begins at another time than its stamp asks."""
         return self.asked is not None and self.asked != self.executed
 
 
 class Extent(Struct, frozen=True):
-    """`duration`: from the start of the timeline to its end [s]. `segments`: without s_0. `tool_path`: how far the tool
-    goes [m], `joint_travel`: how far all joints together turn [rad], `joint_slide`: those that slide [m]."""
+    """The size of a timeline. `duration`: from its start to its end [s]. `segments`: without s_0. `tool_path`: the
+    length of the tool's path [m]; `joint_travel`: the sum of all joint rotations [rad]; `joint_slide`: the sum of all
+    joint slides [m].
+    """
 
     duration: float
     commands: int
@@ -67,7 +69,7 @@ class Extent(Struct, frozen=True):
 
 
 class Pair(Struct, frozen=True):
-    """A command on both sides, or on one of them only."""
+    """A command that both sides have, or only one of them."""
 
     a: CommandRecord | None
     b: CommandRecord | None
@@ -78,7 +80,7 @@ class Pair(Struct, frozen=True):
 
 
 class Apart(Struct, frozen=True):
-    """A greatest distance, and the time of it [s]. `joint` counts from 1; 0: the distance is that of the tool."""
+    """The greatest distance, and its time [s]. `joint` counts from 1; 0: the distance is that of the tool."""
 
     distance: float
     time: float
@@ -86,9 +88,8 @@ class Apart(Struct, frozen=True):
 
 
 class Comparison(Struct, frozen=True):
-    """`since`: the first time at which the robot may be elsewhere [s], None where the two are the same throughout.
-
-    `tool` [m] and `joints` [rad] are the greatest distances at one time.
+    """The difference between two timelines. `since` [s]: the first time at which the robot may be elsewhere; None if
+    both are the same. `tool` [m] and `joints` [rad]: the greatest distances at one time.
     """
 
     a: Extent
@@ -100,8 +101,8 @@ class Comparison(Struct, frozen=True):
 
 
 class Moved(Struct, frozen=True):
-    """A scheduled motion: when it was to begin, and when it begins now [s]. `asked`: its time stamp, None for a motion
-    that follows another; `after`: None for a motion that was dropped.
+    """A scheduled motion that a command has displaced: when it began `before`, and begins `after` [s]. `asked`: its
+    time stamp, None for a motion that follows another; `after` is None for a motion that was dropped.
     """
 
     text: str
@@ -111,14 +112,13 @@ class Moved(Struct, frozen=True):
 
     @property
     def later(self) -> float:
-        """By how much it begins later [s]; 0 for a motion that was dropped."""
+        """Return how much later the motion begins [s]; 0 for a motion that was dropped."""
         return 0.0 if self.after is None else self.after - self.before
 
 
 class Displacement(Struct, frozen=True):
-    """Motions that begin later than they did, that begin earlier, and that were dropped, each in order of time.
-
-    `more`: there are others behind them, which were not looked at.
+    """The motions that begin later, begin earlier, or were dropped, each list in order of time. `more`: motions behind
+    them were not examined.
     """
 
     later: tuple[Moved, ...]
@@ -128,11 +128,12 @@ class Displacement(Struct, frozen=True):
 
 
 class Untrue(Struct, frozen=True):
-    """What a program read of a signal that no longer holds, since an earlier part of the timeline has changed.
+    """A value of a signal that a program has read and that no longer holds, because an earlier part of the timeline
+    changed.
 
-    `number`: of the reading, as `Motion.number`. `on`: what it read; `changed`: the signal became so at that instant.
-    `time` [s]: where the reading stands now. `place`: program and step, `command`: the motion that was given next,
-    empty where there was none; `name`: of the signal, if it has one.
+    `number`: of the reading, as `Motion.number`. `on`: the value that it read; `changed`: the signal became so at that
+    instant. `time` [s]: when the reading is now. `place`: program and step; `command`: the next motion command, empty
+    if there was none; `name`: of the signal, if it has one.
     """
 
     number: int
@@ -146,8 +147,8 @@ class Untrue(Struct, frozen=True):
 
 
 class WayOut(Struct, frozen=True):
-    """A motion that would do instead of a straight line: the same in another configuration (`words`), two lines by way
-    of `via` (T_world_tool), or a MOVE (neither).
+    """A motion that is possible instead of a straight line: the same line in another configuration (`words`), two lines
+    through `via` (T_world_tool), or a MOVE (neither).
     """
 
     words: tuple[str, ...] = ()
@@ -155,9 +156,9 @@ class WayOut(Struct, frozen=True):
 
 
 class LineCheck(Struct, frozen=True):
-    """The straight line from here. `length` [m]; `duration` [s] where it is possible, else what stops it: the error's
-    text, where (`at` [m] from here, None where not on the line), and the ways out. `stops` [m]: after how much of the
-    way a line that is possible comes to rest, and goes on.
+    """The straight line from the present place. `length` [m]; `duration` [s] if the line is possible. Otherwise
+    `trouble`: the error's text, `at` [m]: the distance at which it stops (None: not on the line), and the ways out.
+    `stops` [m]: the distances at which a possible line comes to rest on its way.
     """
 
     length: float
@@ -169,7 +170,7 @@ class LineCheck(Struct, frozen=True):
 
 
 class Overrun(Struct, frozen=True):
-    """A joint, counted from 1, that would be outside its range; `by` [rad]: beyond `limit`, with its sign."""
+    """A joint, counted from 1, that would be outside its range; `by` [rad]: how far beyond `limit`, with its sign."""
 
     joint: int
     limit: float
@@ -177,9 +178,10 @@ class Overrun(Struct, frozen=True):
 
 
 class Option(Struct, frozen=True):
-    """One configuration: its joints, and those that are out of range; or why there are none.
+    """One configuration for a location: its joints and those that are out of range, or why there are no joints.
 
-    `too_far` [m]: by how much the location is; negative: too close; None where `joints` are known, or it is not known.
+    `too_far` [m]: how far the location is out of reach; negative: too close; None if the joints are known or the
+    distance is not.
     """
 
     configuration: Configuration
@@ -195,8 +197,8 @@ class Option(Struct, frozen=True):
 class Reach(Struct, frozen=True):
     """The answer to WHY. `options` is empty for a precision point, which has one set of joints: `goal`.
 
-    `chosen`: what MOVE would take, and `reason` why; where it is refused `chosen` is None and `reason` says why not.
-    `begin`, `end`: the tool tip now and at the location, in the world [m].
+    `chosen`: the configuration that MOVE would take, None if it would refuse; `reason`: why. `begin`, `end`: the tool
+    tip now and at the location, in the world [m].
     """
 
     options: tuple[Option, ...]
@@ -209,11 +211,11 @@ class Reach(Struct, frozen=True):
 
 
 class ProgramFault(Struct, frozen=True):
-    """The place where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its
-    text.
+    """The error that stopped a program, and its place. `step` counts from 1; `line` is the line of the file; `source`
+    its text.
 
-    `text` is VAL-II's message, `message` the whole of it with what happened and what would be right. `numbers`: those
-    of the error. `in_python`: the message for who calls methods; empty: it is the same.
+    `text` is VAL-II's message; `message` adds what happened and what would be right. `numbers`: the error's data.
+    `in_python`: the message for callers of the Python API; empty: the same.
     """
 
     code: int
@@ -228,7 +230,7 @@ class ProgramFault(Struct, frozen=True):
 
 
 class RunOutcome(Enum):
-    """The way in which a run ended; `value` is VAL-II's word for it."""
+    """How a run ended; `value` is VAL-II's word for it."""
 
     COMPLETED = "Program completed"
     HALTED = "(HALTED)"
@@ -241,7 +243,7 @@ class RunOutcome(Enum):
 
 
 class StoppedTask(Struct, frozen=True):
-    """Another task that stopped with an error, and when it did [s]."""
+    """Another task that stopped with an error, and when [s]."""
 
     number: int
     fault: ProgramFault
@@ -253,8 +255,8 @@ class StoppedTask(Struct, frozen=True):
 
 
 class FollowReport(Spoken, frozen=True):
-    """How a chunk is followed from `begin` until the robot rests at `end` [s]: how many samples were too `late` for it,
-    or `held` at the end of a range, and the mean and the worst error of each joint at the others [rad, m].
+    """How a chunk of targets is followed from `begin` until the robot rests at `end` [s]: the number of samples that
+    came too `late`, the number `held` at the end of a range, and the mean and the worst error of each joint [rad, m].
     """
 
     begin: float
@@ -266,9 +268,10 @@ class FollowReport(Spoken, frozen=True):
 
 
 class RunResult(Spoken, frozen=True):
-    """A run of a program: cycles completed, robot clock at begin and end [s], what it typed, what went wrong.
+    """The result of a run: cycles completed, robot clock at begin and end [s], text typed, and the error if there was
+    one.
 
-    `beside`: the other tasks that stopped with an error; `detail`: what a watched expression has become.
+    `beside`: other tasks that stopped with an error; `detail`: the new value of a watched expression.
     """
 
     program: str
@@ -282,18 +285,18 @@ class RunResult(Spoken, frozen=True):
     detail: str = ""
 
 
-# --- what EXPLAIN shows: replies, which `render/explained.py` lays out ----------------------------------------------
+# --- results of EXPLAIN (`render/explained.py` lays them out) ---------------------------------------------------------
 
 
 class Explainable(Struct, frozen=True):
-    """A form that EXPLAIN takes, and what it then explains."""
+    """A form that EXPLAIN takes, and what it explains."""
 
     form: str
     summary: str
 
 
 class ExplainOverview(Spoken, frozen=True):
-    """EXPLAIN alone."""
+    """EXPLAIN without an argument: its forms."""
 
     rows: tuple[Explainable, ...]
 
@@ -302,8 +305,8 @@ class ExplainOverview(Spoken, frozen=True):
 
 
 class CutIn(Struct, frozen=True):
-    """Where a motion interrupts another: the number and text of that, the phase it is in, since when that phase lasts
-    [s], and the speed of the tool tip then [m/s].
+    """The motion that a new one interrupts: its number and text, its phase, since when that phase lasts [s], and the
+    tool-tip speed at that time [m/s].
     """
 
     number: int
@@ -314,8 +317,8 @@ class CutIn(Struct, frozen=True):
 
 
 class Stretch(Struct, frozen=True):
-    """A part of a motion, from `start` to `finish` [s], with the peak speeds of the tool tip [m/s] and of its turn
-    [rad/s], and the joint that comes nearest to its limit of velocity, with that share of it.
+    """A part of a motion, from `start` to `finish` [s]: the peak speeds of the tool tip [m/s] and of its rotation
+    [rad/s], and the joint that comes nearest to its velocity limit, with its share of the limit.
     """
 
     start: float
@@ -329,8 +332,8 @@ class Stretch(Struct, frozen=True):
 
 
 class Peak(Struct, frozen=True):
-    """The greatest size of a quantity in a motion, its limit, the first time [s] and the place of the tool tip in the
-    world [m] then.
+    """The greatest value of a quantity in a motion, its limit, its first time [s], and the tool tip in the world at
+    that time [m].
     """
 
     value: float
@@ -344,8 +347,8 @@ class Peak(Struct, frozen=True):
 
 
 class JointLoad(Struct, frozen=True):
-    """What a motion asks of one joint (from 1): peak velocity, acceleration and jerk (None: not limited), and where it
-    is nearest to an end of its range: `nearest` has that joint value and that end.
+    """The load of one joint (from 1) in a motion: peak velocity, acceleration and jerk (None: not limited). `nearest`:
+    the joint value that is nearest to an end of the range, and that end.
     """
 
     joint: int
@@ -356,17 +359,17 @@ class JointLoad(Struct, frozen=True):
 
     @property
     def room(self) -> float:
-        """How far the joint stays from that end of its range [rad, m]."""
+        """Return the distance of the joint from that end of its range [rad, m]."""
         return abs(self.nearest.limit - self.nearest.value)
 
 
 class MotionPlan(Struct, frozen=True):
-    """A motion as it would be done.
+    """The plan of a motion that has not been commanded.
 
-    `begin`, `end` [s]. `cut`: what it interrupts; None where it begins at rest. `speed`, `acceleration`: parts of the
-    nominal ones. `length`: the way of the tool tip [m]. `tip`: its peak speed, with the speed that is asked of a
-    straight line as its limit, else 0. `joints`, `T_world_tool`, `configuration`: where it ends. `displaced`: what
-    becomes of later motions; `contact`: the first thing that the arm touches; `notes`: what the robot would say.
+    `begin`, `end` [s]. `cut`: the motion that it interrupts; None if it begins at rest. `speed`, `acceleration`:
+    fractions of nominal. `length`: of the tool tip's path [m]. `tip`: its peak speed; the limit is the commanded speed
+    of a straight line, else 0. `joints`, `T_world_tool`, `configuration`: at its end. `displaced`: what happens to
+    later motions; `contact`: the first contact of the arm; `notes`: messages that the robot would give.
     """
 
     begin: float
@@ -390,7 +393,7 @@ class MotionPlan(Struct, frozen=True):
 
 
 class MotionReport(Spoken, frozen=True):
-    """EXPLAIN of a motion, asked at `now` [s]: its plan, or the refusal with its place, where that is known."""
+    """EXPLAIN of a motion, asked at `now` [s]: its plan, or the refusal with its place if known."""
 
     text: str
     now: float
@@ -403,7 +406,7 @@ class MotionReport(Spoken, frozen=True):
 
 
 class Factor(Struct, frozen=True):
-    """A factor of a chain by name, the frames on both sides of it, and the product of all factors up to it."""
+    """A named factor of a chain, the frames on both sides of it, and the product of all factors up to it."""
 
     name: str
     outer: str
@@ -413,8 +416,8 @@ class Factor(Struct, frozen=True):
 
 
 class ChainReport(Spoken, frozen=True):
-    """EXPLAIN of a location: `factors` from the world to the location. `arm`: those from the world to the flange (BASE,
-    the location, TOOL) with the product that inverse kinematics solves; `joints` [rad] of a precision point, whose
+    """EXPLAIN of a location: `factors` from the world to the location. `arm`: the factors from the world to the flange
+    (BASE, the location, TOOL), whose product inverse kinematics solves. `joints` [rad]: of a precision point, whose
     factors are the links.
     """
 
@@ -426,8 +429,8 @@ class ChainReport(Spoken, frozen=True):
 
 
 class AnglesReport(Spoken, frozen=True):
-    """EXPLAIN OAT: O, A, T [rad] and the rotations whose product is that of T: Rz(O), M, Ry(A), Rz(T). `vertical`: O
-    and T turn about one axis, so that only their sum or difference counts.
+    """EXPLAIN OAT: O, A, T [rad] and the rotations whose product is the orientation: Rz(O), M, Ry(A), Rz(T).
+    `vertical`: O and T turn about one axis, so only their sum or difference is determined.
     """
 
     text: str
@@ -438,8 +441,8 @@ class AnglesReport(Spoken, frozen=True):
 
 
 class SolutionSteps(Struct, frozen=True):
-    """One configuration: the values found on the way by their symbols, and how long the slowest joint takes from here
-    at full velocity [s]; None where the configuration is of no use.
+    """One configuration of EXPLAIN IK: the intermediate values by their symbols, and the time that the slowest joint
+    takes from here at full velocity [s]; None if the configuration cannot be used.
     """
 
     option: Option
@@ -449,8 +452,8 @@ class SolutionSteps(Struct, frozen=True):
 
 class InverseReport(Spoken, frozen=True):
     """EXPLAIN IK. `method`: how the arm finds its joints; `constants`: its lengths and angles by symbol. `senses`: how
-    joints of the formulas become those of the robot, joint = sign (theta - offset); empty where they are the same.
-    `chosen`: what MOVE takes, and `reason` why; where it is refused `chosen` is None and `reason` says why not.
+    joints of the formulas become joints of the robot, joint = sign (theta - offset); empty if they are the same.
+    `chosen`: the configuration that MOVE takes, None if it refuses; `reason`: why.
     """
 
     text: str
@@ -470,7 +473,7 @@ class InverseReport(Spoken, frozen=True):
 
 
 class SegmentFate(Enum):
-    """What a change of the timeline does to a segment."""
+    """The effect of a timeline change on a segment."""
 
     KEPT = "kept"
     CUT = "cut"
@@ -483,7 +486,7 @@ class SegmentFate(Enum):
 
 class SplicedSegment(Struct, frozen=True):
     """A segment of the motion with this number and text, with its start and finish [s] before and after a change; None
-    where it is not there.
+    where it does not exist.
     """
 
     number: int
@@ -496,9 +499,10 @@ class SplicedSegment(Struct, frozen=True):
 
 
 class SpliceReport(Spoken, frozen=True):
-    """EXPLAIN SPLICE: the last change, of a command, UNDO or REDO (`cause`), with the times of the command [s].
+    """EXPLAIN SPLICE: the last change by a command, UNDO or REDO (`cause`), with the times of the command [s].
 
-    `earlier`, `later`: segments that stay before the rows, and that are shifted behind them, by `shift` [s].
+    `earlier`, `later`: the numbers of segments that stay before the rows, and that are shifted behind them, by `shift`
+    [s].
     """
 
     text: str

@@ -1,4 +1,4 @@
-"""The base classes of values that leave a process: a tag tells which class a value is of."""
+"""Base classes of values that leave a process; a tag names the class of a value."""
 
 from __future__ import annotations
 
@@ -24,4 +24,4 @@ class RobotAct(Act[T], Generic[T], frozen=True):
 
 
 class UserAct(Act[T], Generic[T], frozen=True):
-    """A request of who types, for a question, an editor or a screen of his own; `interfaces/conversation` does it."""
+    """A request about the user's own question, editor or screen; `interfaces/conversation` carries it out."""

@@ -1,5 +1,7 @@
-"""The state of a world at one time: what parts do, what sensors see, and what is due. With the timeline from then on it
-gives the rest of the course.
+"""The scene around a robot (parts, fixtures, sensors, feeders, sinks), contacts, and the state of a world at one time.
+
+`T_world_part` is the pose of a part in the world, as VAL-II's locations are. Metres, radians, kilograms, seconds. The
+state of a world and the timeline after it determine its further course.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from vrs_cli.kinematics.transform import Transform, Vector
 
 
 class SpanKind(Enum):
-    """The ways of a part: not there, at rest, in the hand, or falling."""
+    """The state of a part: absent, at rest, in the hand, or falling."""
 
     ABSENT = "absent"
     RESTS = "rests"
@@ -24,8 +26,8 @@ class SpanKind(Enum):
 
 
 class PartBegin(NamedTuple):
-    """What a part does from `begin` on [s]. `T`: T_world_part; of a part that is held, T_flange_part; of one that
-    falls, where it begins to. `on`: what it stands on, or falls onto.
+    """The state of a part from `begin` on [s]. `T`: T_world_part; for a held part T_flange_part; for a falling part the
+    place at which the fall begins. `on`: the bodies that it stands on, or falls onto.
     """
 
     begin: float
@@ -35,7 +37,7 @@ class PartBegin(NamedTuple):
 
 
 class PartSpan(NamedTuple):
-    """The same, up to `end` [s]."""
+    """The state of a part from `begin` to `end` [s], as `PartBegin` describes it."""
 
     begin: float
     kind: SpanKind
@@ -45,7 +47,7 @@ class PartSpan(NamedTuple):
 
 
 class HandGrip(NamedTuple):
-    """From `begin` on [s]: the part in the hand, and how far the fingers are open, from 0, closed, to 1."""
+    """From `begin` on [s]: the part in the hand, and the opening of the fingers from 0 (closed) to 1."""
 
     begin: float
     part: str | None
@@ -53,14 +55,16 @@ class HandGrip(NamedTuple):
 
 
 class StateChange(NamedTuple):
-    """From `begin` on [s] a signal is on, or a sensor sees something."""
+    """From `begin` on [s] a signal is on or off, or a sensor sees something or nothing."""
 
     begin: float
     on: bool
 
 
 class WorldNote(NamedTuple):
-    """Something to tell at a time [s]. Kinds: EMPTY (the hand closed on nothing), FALL, EDGE, FEEDER, ENDLESS."""
+    """A message about the world at a time [s]. Kinds: EMPTY (the hand closed on nothing), FALL, EDGE, FEEDER and
+    ENDLESS.
+    """
 
     time: float
     kind: str
@@ -68,9 +72,9 @@ class WorldNote(NamedTuple):
 
 
 class CourseRows(Struct, frozen=True, omit_defaults=True):
-    """What begins in a world between two times; each row holds until the next one of its list begins. `parts`: what
-    each part does. `grips`: the hand. `signals`: the inputs that the world drives, by their numbers; `sensors`: by
-    their numbers in the scene, from 0. A signal or sensor without a row is off.
+    """The changes of a world between two times; each row holds until the next one of its list. `parts`: of each part.
+    `grips`: of the hand. `signals`: of inputs that the world drives, by number; `sensors`: by index in the scene. A
+    signal or sensor without a row is off.
     """
 
     parts: Mapping[str, tuple[PartBegin, ...]] = {}
@@ -81,9 +85,7 @@ class CourseRows(Struct, frozen=True, omit_defaults=True):
 
 
 class Happening(Struct, frozen=True, tag_field="kind", tag=True):
-    """Something that is due in a world. `rank`: of one instant, the lowest rank comes first; `carried`: it follows from
-    the motion of the arm.
-    """
+    """Something that is due in a world. `rank`: at one instant the lowest rank comes first."""
 
     @property
     def rank(self) -> int:
@@ -91,11 +93,12 @@ class Happening(Struct, frozen=True, tag_field="kind", tag=True):
 
     @property
     def follows_arm(self) -> bool:
+        """Return whether it is caused by the motion of the arm."""
         return self.rank > 0
 
 
 class FingersArrive(Happening, frozen=True):
-    """The fingers arrive; their gap goes from `before` to `after` [m]."""
+    """The fingers arrive; their distance changes from `before` to `after` [m]."""
 
     before: float
     after: float
@@ -109,19 +112,19 @@ class SignalSwitches(Happening, frozen=True):
 
 
 class PartComes(Happening, frozen=True):
-    """A feeder, by its number, brings its next part."""
+    """Feeder number `feeder` brings its next part."""
 
     feeder: int
 
 
 class PartsGo(Happening, frozen=True):
-    """A sink, by its number, takes the parts in its zone."""
+    """Sink number `sink` takes the parts in its zone."""
 
     sink: int
 
 
 class PartLands(Happening, frozen=True):
-    """A part that falls comes to rest at T_world_part on other bodies."""
+    """A falling part comes to rest at T_world_part on other bodies."""
 
     part: str
     T: Transform
@@ -129,7 +132,7 @@ class PartLands(Happening, frozen=True):
 
 
 class BodyCrosses(Happening, frozen=True):
-    """A body enters (`inside`) or leaves the region of a sensor, by its number. `moved`: by the arm."""
+    """A body enters (`inside`) or leaves the region of a sensor, by the sensor's index. `moved`: by the arm."""
 
     body: str
     region: int
@@ -143,11 +146,11 @@ class BodyCrosses(Happening, frozen=True):
 
 CertainHappening = (
     FingersArrive | SignalSwitches | PartComes | PartsGo | PartLands | BodyCrosses
-)  # those that may come whatever the arm does
+)  # these can happen without any motion of the arm
 
 
 class DueHappening(NamedTuple):
-    """What is due at a time [s] whatever the arm does."""
+    """A happening at a time [s] that needs no motion of the arm."""
 
     time: float
     what: CertainHappening
@@ -156,9 +159,9 @@ class DueHappening(NamedTuple):
 class WorldState(Struct, frozen=True):
     """The world just before `time` [s].
 
-    `hand`: from 0, closed, to 1, open; `held`: the part in it; `width` of it [m]; `stack`: the parts that stood on it
-    when it was taken, until the arm moves. `parts`: what each does. `on`: the inputs and outputs that are on. `inside`:
-    the regions of sensors in which bodies are. `used`, `fed`: how often rules and feeders were used, by their numbers.
+    `hand`: from 0 (closed) to 1 (open); `held`: the part in it; `width` of that part [m]; `stack`: the parts that stood
+    on it when it was taken, until the arm moves. `parts`: the state of each. `on`: the inputs and outputs that are on.
+    `inside`: for each body the sensor regions it is in. `used`, `fed`: how often rules and feeders were used, by index.
     """
 
     time: float
@@ -175,8 +178,8 @@ class WorldState(Struct, frozen=True):
 
 
 class ContactSpan(NamedTuple):
-    """Two things touch from `begin` to `end` [s]; None: for ever. Links are called base, link 1 and so on, the last one
-    hand where it has fingers; what the robot stands on is the floor.
+    """Two things touch from `begin` to `end` [s]; None: for ever. Links are named base, link 1 and so on; the last one
+    is the hand if it has fingers. The surface under the robot is the floor.
     """
 
     begin: float
@@ -186,10 +189,10 @@ class ContactSpan(NamedTuple):
 
 
 class Contact(Struct, frozen=True):
-    """The first contact of a motion: at `t` [s] two things touch, at a place in the world [m].
+    """The first contact of a motion: two things touch at `t` [s], at a place in the world [m].
 
-    `depth` [m]: how far they overlap at most in the course of this contact; 0 where they only come nearer than
-    PARAMETER CLEARANCE. `needed` [m]: how much farther apart they would have to be.
+    `depth` [m]: the greatest overlap during this contact; 0 if they only come nearer than PARAMETER CLEARANCE. `needed`
+    [m]: the missing distance.
     """
 
     t: float
@@ -200,7 +203,7 @@ class Contact(Struct, frozen=True):
     needed: float
 
     def describe(self, when: str = "at") -> str:
-        """Return the sentence that reports say; `when`: the word before the time."""
+        """Return the contact as a sentence; `when`: the word before the time."""
         x, y, z = (1000.0 * one for one in self.place)
         where = f"{when} {self.t:.3f} s near X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm"
         needed = f"{1000.0 * self.needed:.1f} mm more are needed"
@@ -215,26 +218,26 @@ Colour = tuple[float, float, float]  # red, green, blue from 0 to 1
 
 
 class BoxShape(Struct, frozen=True, tag=True):
-    """A box about its centre: its whole sizes along X, Y and Z [m]."""
+    """A box around its centre: its sizes along X, Y and Z [m]."""
 
     size: Vector
 
 
 class CylinderShape(Struct, frozen=True, tag=True):
-    """A cylinder about its centre, its axis along Z [m]."""
+    """A cylinder around its centre, its axis along Z [m]."""
 
     radius: float
     height: float
 
 
 class SphereShape(Struct, frozen=True, tag=True):
-    """A ball about its centre [m]."""
+    """A sphere around its centre [m]."""
 
     radius: float
 
 
 class MeshShape(Struct, frozen=True, tag=True):
-    """Convex pieces, each the hull of its points [m]. `file`: where they were read from."""
+    """Convex pieces, each the hull of its points [m]. `file`: the file that they come from."""
 
     pieces: tuple[tuple[Vector, ...], ...]
     file: str
@@ -246,14 +249,14 @@ Shape = BoxShape | CylinderShape | SphereShape | MeshShape
 
 
 class GraspPlace(Struct, frozen=True):
-    """A place at which a hand takes a part: a point in the part's frame, and the part's width there [m]."""
+    """A place at which the hand can take a part: a point in the part's frame, and the part's width there [m]."""
 
     point: Vector
     width: float
 
 
 class ScenePart(Struct, frozen=True):
-    """A body that a hand can take. Without `grasp` the places follow from its shape."""
+    """A body that the hand can take. Without `grasp` the places follow from its shape."""
 
     name: str
     shape: Shape
@@ -273,9 +276,10 @@ class Fixture(Struct, frozen=True):
 
 
 class Gripper(Struct, frozen=True):
-    """The hand. `opening`: the width between its open fingers, which close along the tool's Y; None: as wide as the
-    robot's hand. `tolerance`: how far the tool's tip may be from a part that it takes. `size`: of the box about the
-    fingers, which ends at the tip; sensors see it. `signal`: an input that is on while the hand holds a part; 0: none.
+    """The hand. `opening`: the distance between its open fingers, which close along the tool's Y; None: that of the
+    robot's hand. `tolerance`: the greatest distance of the tool tip from a part that it takes. `size`: of the box
+    around the fingers, which ends at the tip; sensors see it. `signal`: an input that is on while the hand holds a
+    part; 0: none.
     """
 
     opening: float | None = None
@@ -288,7 +292,7 @@ class Gripper(Struct, frozen=True):
 
 
 class Beam(Struct, frozen=True, tag=True):
-    """A light barrier: a cylinder of this radius with round ends, from `begin` to `end` in the world [m]."""
+    """A light barrier: a cylinder with round ends, from `begin` to `end` in the world [m]."""
 
     begin: Vector
     end: Vector
@@ -296,15 +300,15 @@ class Beam(Struct, frozen=True, tag=True):
 
 
 class Zone(Struct, frozen=True, tag=True):
-    """A box in the world, about the origin of its frame: its whole sizes [m]."""
+    """A box in the world around the origin of its frame: its sizes [m]."""
 
     T_world_zone: Transform
     size: Vector
 
 
 class Proximity(Struct, frozen=True, tag=True):
-    """A proximity switch at a place: it sees as far as `range` along a direction of length 1, and `radius` beside it
-    [m].
+    """A proximity switch: it sees up to `range` [m] along a direction of length 1, and up to `radius` [m] beside that
+    line.
     """
 
     place: Vector
@@ -314,20 +318,20 @@ class Proximity(Struct, frozen=True, tag=True):
 
 
 class Sensor(Struct, frozen=True):
-    """While a part or the hand is in its region, its input signal is on; of a negative signal: off."""
+    """An input signal that is on while a part or the hand is in the region; with a negative number it is off then."""
 
     name: str
     signal: int
     region: Beam | Zone | Proximity
 
 
-# --- what brings and takes parts -------------------------------------------------------------------------------------
+# --- feeders and sinks ------------------------------------------------------------------------------------------------
 
 
 class Feeder(Struct, frozen=True):
-    """Each time a signal takes a state (negative: goes off), the next of `parts` comes `after` seconds later: to
-    T_world_part, or where it is None to the part's own place. Until then the part is absent. After the last part none
-    comes, or (`again`) the first one comes again.
+    """Each time a signal takes a state (negative: goes off), the next of `parts` appears `after` seconds later at
+    T_world_part, or at its own place if that is None. Before, the part is absent. After the last part no more come, or
+    (`again`) the first one comes again.
     """
 
     parts: tuple[str, ...]
@@ -338,8 +342,8 @@ class Feeder(Struct, frozen=True):
 
 
 class PartSink(Struct, frozen=True):
-    """Each time a signal takes a state (negative: goes off), the parts in its zone that nobody holds go, `after`
-    seconds later.
+    """Each time a signal takes a state (negative: goes off), the free parts in the zone disappear `after` seconds
+    later.
     """
 
     when: int
@@ -348,7 +352,7 @@ class PartSink(Struct, frozen=True):
 
 
 class CellScene(Struct, frozen=True):
-    """All that is around a robot. `floor`: its height in the world [m]; None: what the robot stands on."""
+    """The surroundings of a robot. `floor`: its height in the world [m]; None: the surface under the robot."""
 
     parts: tuple[ScenePart, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
@@ -360,7 +364,7 @@ class CellScene(Struct, frozen=True):
 
     @property
     def empty(self) -> bool:
-        """Return whether there is nothing that could be taken, touched or seen."""
+        """Return whether nothing can be taken, touched or seen."""
         return not (self.parts or self.fixtures or self.sensors)
 
 

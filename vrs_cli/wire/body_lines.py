@@ -1,13 +1,14 @@
-"""Lines of text for a body that another program moves: set points go out, and reports come in, as CSV or JSON.
+"""Text formats of bodies: lines of set points and reports in CSV or JSON, and JSON messages of the rosbridge protocol.
 
-A set point is a time of the robot's clock [s], joints, and their velocities [deg, deg/s; mm, mm/s of a slide]:
+A set point has the time of the robot's clock [s], the joints, and their velocities [deg, deg/s; mm, mm/s of a slide]:
 
     t,jt1,...,jtn,v1,...,vn,mode
     {"t": 2.5, "joints": [...], "velocity": [...], "mode": "follows"}
 
-The mode is what the body is told to do: `follows`, or `holds` where it stands. A report is such a line as well: in CSV
-the time, the joints and, if they are known, velocities; in JSON `joints` with any of `t` (now, without it), `velocity`,
-`effort` [N m, N] and `mode` (`follows`, `holds`, `stopped`). A line that begins with `{` is JSON.
+The mode is the order to the body: `follows`, or `holds` for standing still. A report is such a line as well. In CSV it
+has the time, the joints and, if known, the velocities; in JSON `joints` and optionally `t` (default: now), `velocity`,
+`effort` [N m, N] and `mode` (`follows`, `holds`, `stopped`). A line that begins with `{` is JSON. Of a rosbridge
+message only the fields that are read are checked; unknown fields and operations are ignored, as the protocol demands.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ MAX_SHOWN = 60  # characters of a wrong line
 
 
 class LineFormat(Enum):
-    """How set points are written."""
+    """The format of set points."""
 
     CSV = "csv"
     JSON = "json"
@@ -55,7 +56,7 @@ def heading(joint_count: int) -> str:
 
 
 def setpoint_line(form: LineFormat, t: float, state: JointState, mode: BodyMode, units: JointUnits) -> str:
-    """Return a set point as a line of text: joints and velocities of `state` [rad, m] at `t` [s]."""
+    """Write a set point as a line of text: joints and velocities of `state` [rad, m] at `t` [s]."""
     joints, velocity = ([round(value, 9) + 0.0 for value in units.shown(row)] for row in (state.joints, state.velocity))
     if form is LineFormat.JSON:
         return json.dumps({"t": round(t, 9), "joints": joints, "velocity": velocity, "mode": mode.value})
@@ -63,7 +64,7 @@ def setpoint_line(form: LineFormat, t: float, state: JointState, mode: BodyMode,
 
 
 def read_report(line: str, now: float, units: JointUnits, joint_count: int) -> Report:
-    """Read a report; `now` [s] is its time if it says none. Raises FileDamaged."""
+    """Read a report; `now` [s] is its time if the line has none. Raises FileDamaged."""
     text = line.strip()
     if text.startswith("{"):
         return _read_json(text, now, units, joint_count)
@@ -113,7 +114,7 @@ def _quote(text: str) -> str:
 class RosbridgeMessage(Struct, frozen=True):
     """A message of a rosbridge server.
 
-    `msg`: what a topic publishes, or what a status of this `level` says; `values`: what a service or action answers.
+    `msg`: the content of a topic, or the text of a status of this `level`; `values`: the answer of a service or action.
     """
 
     op: str
@@ -139,13 +140,13 @@ class RosTime(Struct, frozen=True):
 
 
 class Header(Struct, frozen=True):
-    """What is read of a std_msgs/msg/Header."""
+    """The part of a std_msgs/msg/Header that is read."""
 
     stamp: RosTime
 
 
 class JointStates(Struct, frozen=True):
-    """A sensor_msgs/msg/JointState. JSON has no NaN: rosbridge writes null."""
+    """A sensor_msgs/msg/JointState. JSON has no NaN; rosbridge writes null."""
 
     header: Header
     name: tuple[str, ...]
@@ -154,7 +155,7 @@ class JointStates(Struct, frozen=True):
     effort: tuple[float | None, ...] = ()
 
     def column(self, values: Sequence[float | None], names: Sequence[str]) -> tuple[float, ...] | None:
-        """Return a column in the order of these names; None if a value is missing or no finite number."""
+        """Return a column in the order of these names; None if a value is missing or not finite."""
         rows = dict(zip(self.name, values, strict=False))
         found = [rows.get(name) for name in names]
         return None if any(x is None or not isfinite(x) for x in found) else tuple(float(x or 0.0) for x in found)
@@ -167,7 +168,7 @@ class TimeAnswer(Struct, frozen=True):
 
 
 def read_message(text: str | bytes) -> RosbridgeMessage:
-    """Read a message. Raises IllegalValue for what is none."""
+    """Read a message. Raises IllegalValue for invalid JSON."""
     try:
         return msgspec.convert(json.loads(text), RosbridgeMessage)
     except (ValueError, RecursionError) as error:
@@ -175,7 +176,7 @@ def read_message(text: str | bytes) -> RosbridgeMessage:
 
 
 def read_joint_states(message: RosbridgeMessage) -> JointStates:
-    """Return what a topic published. Raises IllegalValue if that is no sensor_msgs/msg/JointState."""
+    """Return the joint states that a topic published. Raises IllegalValue for any other content."""
     try:
         return msgspec.convert(message.msg, JointStates)
     except ValueError as error:
@@ -183,7 +184,7 @@ def read_joint_states(message: RosbridgeMessage) -> JointStates:
 
 
 def read_time(message: RosbridgeMessage) -> float | None:
-    """Return the time of ROS [s] that /rosapi/get_time answers; None if it has failed."""
+    """Return the time of ROS [s] in the answer of /rosapi/get_time; None if the call failed."""
     try:
         return msgspec.convert(message.values, TimeAnswer).time.seconds if message.result else None
     except ValueError:

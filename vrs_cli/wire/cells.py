@@ -1,4 +1,4 @@
-"""A cell as a record, for clients of a robot that stands in it."""
+"""A cell as a record, for clients of a robot in that cell."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.values.world import CellScene
 from vrs_cli.wire.records import RecordError
 
-MAX_CELL_BYTES = 1_000_000  # of a cell that clients are told
+MAX_CELL_BYTES = 1_000_000  # of a cell in a message
 
 
 class FollowRecord(Struct, frozen=True):
@@ -31,7 +31,7 @@ class CellRecord(Struct, frozen=True):
 
 
 def cell_record(cell: Cell) -> dict[str, Any] | None:
-    """Return what a message has of a cell; None of one that is too large."""
+    """Return the record of a cell; None if it is too large for a message."""
     if len(msgspec.json.encode(cell)) > MAX_CELL_BYTES:
         return None
     record: dict[str, Any] = msgspec.to_builtins(cell, str_keys=True)
@@ -39,7 +39,7 @@ def cell_record(cell: Cell) -> dict[str, Any] | None:
 
 
 def cell_of(record: dict[str, Any]) -> Cell:
-    """Raises RecordError."""
+    """Return the cell of a record. Raises RecordError."""
     try:
         read = msgspec.convert(record, CellRecord, str_keys=True)
     except ValidationError as wrong:

@@ -1,6 +1,6 @@
-"""Messages as bytes and back: JSON in text frames, MessagePack in binary ones.
+"""Encode messages as bytes and decode them: JSON in text frames, MessagePack in binary frames.
 
-A frame that is a `str` is a text frame, one of `bytes` a binary frame: each says by itself which form it has.
+A `str` is a text frame, `bytes` are a binary frame, so the type of a frame tells its encoding.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import msgspec
 from vrs_cli.wire.records import RecordError
 
 Frame = str | bytes
-MARK = 8  # bytes
+MARK_BYTES = 8
 UNREADABLE = (msgspec.MsgspecError, UnicodeError, RecursionError)
 M = TypeVar("M")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -26,11 +26,11 @@ class Encoding(Enum):
 
 
 class UnknownType(RecordError):
-    """A message of an unknown type, which a later version may have."""
+    """The error for a message of an unknown type, as a later version may send."""
 
 
 class MessageMarks(msgspec.Struct):
-    """The fields that tell messages apart, whatever else they hold."""
+    """The fields that identify a message."""
 
     type: str
     id: Any = None
@@ -50,23 +50,23 @@ def to_json(message: msgspec.Struct) -> str:
 
 
 def table_of(value: msgspec.Struct) -> dict[str, Any]:
-    """Return a record as values of JSON."""
+    """Convert a record to values of JSON."""
     table: dict[str, Any] = msgspec.to_builtins(value, str_keys=True)
     return table
 
 
 def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
-    """Encode a message as a frame. The same messages give the same bytes."""
+    """Encode a message as a frame. Equal messages give equal bytes."""
     return to_json(message) if encoding is Encoding.JSON else _msgpack.encode(message)
 
 
 def mark_of(value: object) -> str:
-    """Return a short hash of a value: the same for equal values."""
-    return blake2b(_msgpack.encode(value), digest_size=MARK).hexdigest()
+    """Return a short hash of a value."""
+    return blake2b(_msgpack.encode(value), digest_size=MARK_BYTES).hexdigest()
 
 
 class Reader(Generic[M]):
-    """Reads frames as messages of one union of types, which have the key `type` as their tag."""
+    """Decodes frames as messages of one union of types, whose tag is the key `type`."""
 
     def __init__(self, kinds: Any) -> None:
         self._text = msgspec.json.Decoder(kinds)
@@ -75,7 +75,7 @@ class Reader(Generic[M]):
         self._types = frozenset(str(kind.__struct_config__.tag) for kind in tagged)
 
     def read(self, frame: Frame) -> M:
-        """Read the message of a frame. Raises RecordError, and no other error, whatever the frame is."""
+        """Decode the message of a frame. Raises RecordError, and no other error, for any frame."""
         try:
             message: M = self._text.decode(frame) if isinstance(frame, str) else self._binary.decode(frame)
         except UNREADABLE as error:
@@ -87,7 +87,7 @@ class Reader(Generic[M]):
 
 
 def marks_of(frame: Frame) -> MessageMarks | None:
-    """Return the type, id and number of a frame; None if it is not a message."""
+    """Return the type, id and number of a frame; None if it is no message."""
     try:
         return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)
     except UNREADABLE:
@@ -95,7 +95,7 @@ def marks_of(frame: Frame) -> MessageMarks | None:
 
 
 def decode(data: Frame, kind: type[M]) -> M:
-    """Read JSON as a value of that type. Raises RecordError."""
+    """Decode JSON as a value of a type. Raises RecordError."""
     try:
         return msgspec.json.decode(data, type=kind)
     except UNREADABLE as error:
@@ -103,7 +103,7 @@ def decode(data: Frame, kind: type[M]) -> M:
 
 
 def schema_text(title: str, **kinds: Any) -> str:
-    """Return a JSON Schema in which each union, and each of its messages, has its name."""
+    """Return the JSON Schema of unions and their messages, each under its name."""
     (*unions,), components = msgspec.json.schema_components(kinds.values(), ref_template="#/$defs/{name}")
     definitions = {**dict(zip(kinds, unions, strict=True)), **components}
     lines = ",\n".join(f'"{name}": {_json.encode(one).decode()}' for name, one in definitions.items())

@@ -1,7 +1,8 @@
-"""The lines of a trajectory file: JSON, a header and then one record per timeline delta, each with its checksum.
+"""Encode and decode the lines of a trajectory file: JSON, a header and then one record for each timeline delta, each
+line with its checksum.
 
-Between them a journal may have lines that repeat what those above say, so that not all of it has to be read: rows of
-the timeline's segments and of its events, and checkpoints. Other lines have reports of the measured robot.
+A journal may have further lines that repeat the content of lines above, so that a reader can begin later: rows of
+segments and of events, and checkpoints. Other lines hold reports of the measured robot.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from vrs_cli.wire.report_columns import ReportsRecord, columns_of, reports_recor
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
 
-START = 0  # what the first line begins from
+START = 0  # the checksum before the first line
 KEY = b',"crc":"'
 SEALED = KEY + b'%08x"}'
 LENGTH = len(SEALED % START)
@@ -37,23 +38,23 @@ _SAID = re.compile(rb',"crc":"([0-9a-f]{8})"}$')
 
 
 class Checksums:
-    """The checksums of the lines of one file, in order. `last`: that of the last line; None if the lines have none, as
-    in older files.
+    """The checksums of a file's lines, in order. `last`: of the last line; None if the lines have none, as in older
+    files.
     """
 
     def __init__(self, last: int | None = START) -> None:
         self.last = last
 
     def seal(self, record: bytes) -> bytes:
-        """Add the checksum to the next line; `record` is one JSON object that is not empty."""
+        """Add the checksum to the next line; `record` is one non-empty JSON object."""
         if self.last is None:
             return record
         self.last = zlib.crc32(record[:-1], self.last)
         return record[:-1] + SEALED % self.last
 
     def open(self, line: bytes) -> bytes:
-        """Take the checksum off the next line, which may have its line end. Raises RecordError if the checksum does not
-        fit the line.
+        """Remove the checksum from the next line, which may have its line end. Raises RecordError if the checksum is
+        wrong.
         """
         if self.last is None:
             return line
@@ -74,7 +75,7 @@ class Checksums:
         return cls(int(said[1], 16))
 
     def skip(self, line: bytes) -> bytes:
-        """Take off a checksum that does not fit; the next line is checked against what this line says."""
+        """Remove a wrong checksum; the next line is checked against the checksum that this line states."""
         line = line.removesuffix(b"\n")
         said = _SAID.search(line)
         if said is None:
@@ -85,8 +86,7 @@ class Checksums:
 
 class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     """The first line; unknown keys of later versions are ignored. `laws`: the version of the motion laws of the vrs
-    that began the file, 1 in older files. `crc` says that every line has its checksum, which `Checksums` adds and takes
-    off.
+    that began the file, 1 in older files. `crc`: every line has its checksum, which `Checksums` adds and removes.
     """
 
     vrst: records.Count
@@ -99,20 +99,20 @@ class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class RowRecord(records.StrictRecord, frozen=True):
-    """Segments that follow each other in a timeline; all their motions are described."""
+    """Consecutive segments of a timeline, with all their motions."""
 
     row: Annotated[tuple[records.SegmentRecord, ...], msgspec.Meta(min_length=1)]
 
 
 class EventRowRecord(records.StrictRecord, frozen=True):
-    """Events that follow each other in a timeline."""
+    """Consecutive events of a timeline."""
 
     events: Annotated[tuple[records.EventRecord, ...], msgspec.Meta(min_length=1)]
 
 
 class PartRecord(records.StrictRecord, frozen=True, array_like=True):
-    """A part of a row: where the line of the row begins in the file, how many segments it has, and those from `first`
-    to before `last`; when they begin and end as the row says; the timeline has them `offset` later.
+    """A part of a row: where the row's line begins in the file, its number of segments, and the segments from `first`
+    to before `last`. `begin`, `end` [s]: their times in the row; in the timeline they are `offset` later.
     """
 
     place: records.Count
@@ -126,8 +126,8 @@ class PartRecord(records.StrictRecord, frozen=True, array_like=True):
 
 class CheckpointRecord(records.StrictRecord, frozen=True):
     """The state after the lines above. `checkpoint`: the version of the timeline; `number`: of the last motion;
-    `commands`: how many are in effect; `deltas`: where the lines of each PART-th delta begin; `before`: the checkpoint
-    before this one. `parts` are those of the segments, `events` those of the events.
+    `commands`: the number of commands in effect; `deltas`: where the lines of each PART-th delta begin; `before`: the
+    place of the checkpoint before. `parts`: of the segments; `events`: of the events.
     """
 
     checkpoint: records.Count
@@ -139,7 +139,12 @@ class CheckpointRecord(records.StrictRecord, frozen=True):
     events: tuple[PartRecord, ...] = ()
 
 
-ROW, EVENTS, CHECKPOINT, REPORTS = b'{"row":', b'{"events":', b'{"checkpoint":', b'{"reports":'  # how these begin
+ROW, EVENTS, CHECKPOINT, REPORTS = (
+    b'{"row":',
+    b'{"events":',
+    b'{"checkpoint":',
+    b'{"reports":',
+)  # the first bytes of these lines
 
 
 class Marks(msgspec.Struct):
@@ -156,9 +161,9 @@ _encoder = msgspec.json.Encoder()
 
 
 class LineEncoder:
-    """The lines of one file as they are written: each knows the motions, and the checksum, of those before it.
+    """Encodes the lines of one file. It remembers the motions and the checksum of the lines before.
 
-    The same values give the same bytes.
+    Equal values give equal bytes.
     """
 
     def __init__(self, motions: Mapping[int, Motion] = MappingProxyType({}), checksum: int | None = START) -> None:
@@ -166,34 +171,34 @@ class LineEncoder:
 
     @property
     def checksum(self) -> int | None:
-        """The checksum of the last line; None if lines have none."""
+        """Return the checksum of the last line; None if lines have none."""
         return self._checksums.last
 
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
-        """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
+        """Encode the first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
         segments = records.segment_records(initial, self._motions, None)
         return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments, VERSION))
 
     def delta(self, delta: TimelineDelta) -> bytes:
-        """The next line. Each PART-th one describes motions anew: the lines from there on can be read alone."""
+        """Encode a delta. Each PART-th one describes its motions again: a reader can begin there."""
         if not delta.version % PART:
             self._motions.clear()
         return self._line(records.delta_record(delta, self._motions))
 
     def row(self, segments: Iterable[Segment]) -> bytes:
-        """The next line, which holds segments."""
+        """Encode a row of segments."""
         return self._line(RowRecord(records.segment_records(segments, records.Motions(), None)))
 
     def events(self, events: Iterable[Event]) -> bytes:
-        """The next line, which is of events."""
+        """Encode a row of events."""
         return self._line(EventRowRecord(records.event_records(events)))
 
     def checkpoint(self, record: CheckpointRecord) -> bytes:
-        """The next line, which is a checkpoint."""
+        """Encode a checkpoint."""
         return self._line(record)
 
     def reports(self, columns: ReportColumns, first: int, last: int) -> bytes:
-        """The next line, which has the reports from `first` to before `last`."""
+        """Encode the reports from `first` to before `last`."""
         return self._line(reports_record(columns, first, last))
 
     def _line(self, record: msgspec.Struct) -> bytes:
@@ -204,32 +209,32 @@ class LineEncoder:
 
 
 def decode_delta(line: bytes, motions: records.Motions, form: records.Form) -> TimelineDelta:
-    """Read a line without its checksum as a delta. Raises RecordError."""
+    """Decode a line without its checksum as a delta. Raises RecordError."""
     return records.delta_of(decode(line, records.DeltaRecord), motions, form)
 
 
 def decode_row(line: bytes, form: records.Form) -> tuple[Segment, ...]:
-    """Read a line without its checksum as the segments of a row. Raises RecordError."""
+    """Decode a line without its checksum as a row of segments. Raises RecordError."""
     return records.segments_of(decode(line, RowRecord).row, records.Motions(), None, form)
 
 
 def decode_events(line: bytes) -> tuple[Event, ...]:
-    """The events of a line without its checksum. Raises RecordError."""
+    """Decode a line without its checksum as events. Raises RecordError."""
     return records.events_of(decode(line, EventRowRecord).events)
 
 
 def decode_reports(line: bytes, form: records.Form) -> ReportColumns:
-    """The reports of a line without its checksum. Raises RecordError."""
+    """Decode a line without its checksum as reports. Raises RecordError."""
     return columns_of(decode(line, ReportsRecord), form.joint_count)
 
 
 def has_reports(line: bytes) -> bool:
-    """Return whether a line has reports of the measured robot."""
+    """Return whether a line holds reports of the measured robot."""
     return line.startswith(REPORTS)
 
 
 def has_delta(line: bytes) -> bool:
-    """Return whether a line after the header is a delta: others repeat what the lines above say, or have reports."""
+    """Return whether a line after the header is a delta; other lines repeat earlier content or hold reports."""
     return not line.startswith((ROW, EVENTS, CHECKPOINT, REPORTS))
 
 

@@ -48,17 +48,20 @@ from vrs_cli.wire.records import (
 
 
 class SnapshotRecord(Struct, frozen=True):
+    """A snapshot as a record."""
+
     version: Count
     segments: Annotated[tuple[SegmentRecord, ...], Meta(min_length=1)]
     settings: Settings
     first: Count = 0
-    events: tuple[EventRecord, ...] | UnsetType = UNSET  # so that a snapshot without events has the bytes it had
+    events: tuple[EventRecord, ...] | UnsetType = UNSET  # absent without events: older bytes stay the same
     values: tuple[EventRecord, ...] | UnsetType = UNSET
     first_event: Count | UnsetType = UNSET
     world: WorldState | UnsetType = UNSET
 
 
 def snapshot_record(snapshot: Snapshot, pieces: Pieces = no_pieces) -> SnapshotRecord:
+    """Convert a snapshot to a record."""
     segments = segment_records(snapshot.segments, Motions(), None, pieces)
     return SnapshotRecord(
         snapshot.version,
@@ -73,7 +76,7 @@ def snapshot_record(snapshot: Snapshot, pieces: Pieces = no_pieces) -> SnapshotR
 
 
 def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
-    """Raises RecordError."""
+    """Convert a record to a snapshot. Raises RecordError."""
     segments = segments_of(record.segments, Motions(), None, form)
     events, values = (() if one is UNSET else events_of(one) for one in (record.events, record.values))
     first_event = 0 if record.first_event is UNSET else record.first_event
@@ -82,11 +85,13 @@ def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
 
 
 class BranchShown(Spoken, frozen=True):
+    """The timeline of a branch."""
+
     snapshot: SnapshotRecord
 
 
 class ShowBranch(RobotAct[BranchShown], frozen=True):
-    """The timeline of a branch; `joints`: as in `subscribe`. Raises UsageError where there is none of the name, and
+    """Return the timeline of a branch; `joints`: as in `subscribe`. Raises UsageError for an unknown name, and
     IllegalValue.
     """
 
@@ -94,7 +99,7 @@ class ShowBranch(RobotAct[BranchShown], frozen=True):
     joints: Number | None = None
 
 
-MAX_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the connections
+MAX_TIMES = 2000  # of one Positions: they take the server at least 20 ms
 
 if TYPE_CHECKING:
     AnyAct = Act[Any]
@@ -332,7 +337,7 @@ class Fetched(Result, frozen=True):
 
 
 class Refusal(Struct, frozen=True):
-    """An error with its numbers; `message` is what is shown of it."""
+    """An error as a value, with its numbers; `message` is shown."""
 
     code: int
     title: str
@@ -352,7 +357,7 @@ class Refusal(Struct, frozen=True):
         return cls(error.code, error.title, str(error), error.detail, error.hint, in_python=error.in_python, **told)
 
     def error(self) -> VrsError:
-        """The error again: of its class, with the same message and numbers."""
+        """Make the error again: of its class, with the same message and numbers."""
         kind = _KIND_OF_CODE.get(self.code, VrsError)
         told = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
         made = kind(self.detail, self.hint, in_python=self.in_python, **told)
@@ -360,7 +365,7 @@ class Refusal(Struct, frozen=True):
 
 
 class Quoted(ProgramError):
-    """A refusal in words of its own, as of a line that cannot be read."""
+    """A refusal whose message is not made from its fields, as of a line that cannot be read."""
 
     def __init__(self, refusal: Refusal) -> None:
         super().__init__(refusal.detail, refusal.hint, in_python=refusal.in_python)

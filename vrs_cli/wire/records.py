@@ -33,11 +33,15 @@ from vrs_cli.values.commands import (
     ToolOffsetTarget,
 )
 
-NEEDS = {MotionKind.JOINT: "goal", MotionKind.STEERED: "goal", MotionKind.STRAIGHT: "pose"}  # to be planned again
+NEEDED_FIELDS = {
+    MotionKind.JOINT: "goal",
+    MotionKind.STEERED: "goal",
+    MotionKind.STRAIGHT: "pose",
+}  # without it a motion cannot be planned again
 
-MAX_NUMBER = 1e15  # of any number: what is reckoned from it stays finite
+MAX_NUMBER = 1e15  # sums and products of numbers in a file stay finite
 MAX_DEGREE = 5  # of a polynomial, at most
-ZERO, FULL = 0.0, 1.0  # defaults: msgspec leaves out these very objects
+ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactly this object
 DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # of a motion
 NO_FRAMES = Frames()
 
@@ -61,7 +65,7 @@ Text = Annotated[str, msgspec.Meta(max_length=100_000)]
 
 
 class StrictRecord(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
-    """Keys in the order of the fields; an unknown key is refused."""
+    """A record with its keys in the order of the fields; unknown keys are refused."""
 
 
 class FramesRecord(StrictRecord, frozen=True):
@@ -70,7 +74,7 @@ class FramesRecord(StrictRecord, frozen=True):
 
 
 class RelativeRecord(StrictRecord, frozen=True):
-    """DRIVE: `joint` and `change`; DEPART: `offset`; ALIGN: `aligned`, true."""
+    """A relative target. DRIVE: `joint` and `change`; DEPART: `offset`; ALIGN: `aligned`, true."""
 
     joint: Count | None = None
     change: Number | None = None
@@ -128,15 +132,15 @@ class LineRecord(StrictRecord, frozen=True):
 
 
 class PieceRecord(StrictRecord, frozen=True):
-    """A polynomial of each joint in the time since the piece begins, for `duration` [s]."""
+    """Polynomials of each joint in the time since the piece begins, for `duration` [s]."""
 
     duration: Duration
     joints: tuple[Coefficients, ...]
 
 
 class SegmentRecord(StrictRecord, frozen=True):
-    """`motion` is absent when it is the motion of the delta; exactly one of `joints` and `line` is there. `pieces`: the
-    joints of a line, one piece after the other, for clients that asked for them.
+    """A segment. `motion` is absent if it is the motion of the delta; exactly one of `joints` and `line` is present.
+    `pieces`: the joints of a line as consecutive pieces, for clients that asked for them.
     """
 
     start: Time
@@ -191,9 +195,10 @@ class DeltaRecord(StrictRecord, frozen=True):
 
 
 class Form(msgspec.Struct, frozen=True):
-    """The shape of a robot's paths: the number of joints, and its configurations by their words.
+    """The properties of a robot that its records depend on: the number of joints, and its configurations by their
+    words.
 
-    `redundancy`: the number of guides of a line; `held`: the joints, by index, that stood still on the lines of older
+    `redundancy`: the number of guides of a line; `held`: the indexes of joints that stood still on lines of older
     files, which have no guides.
     """
 
@@ -211,14 +216,14 @@ class Form(msgspec.Struct, frozen=True):
 
 
 class RecordError(ValueError):
-    """The error for data that is no valid record; the message says why."""
+    """The error for data that is no valid record."""
 
 
 class Motions(dict[int, Motion]):
-    """The motions that were written in full so far, which later records refer to by number."""
+    """The motions that were written completely so far, by number; later records refer to them."""
 
     def reference(self, motion: Motion) -> int | MotionRecord:
-        """Return the motion's number if it was written before; else the whole motion, which is known from now on."""
+        """Return the motion's number if it was written before; otherwise the whole motion, and remember it."""
         known = self.get(motion.number)
         if known is motion or known == motion:
             return motion.number
@@ -226,7 +231,7 @@ class Motions(dict[int, Motion]):
         return _motion_record(motion)
 
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
-        """Return the motion that a reference names. Raises RecordError."""
+        """Return the motion of a reference. Raises RecordError."""
         if isinstance(reference, MotionRecord):
             motion = _motion_of(reference, form)
             self[motion.number] = motion
@@ -260,9 +265,9 @@ def segment_records(
 
 
 def delta_record(delta: TimelineDelta, motions: Motions, pieces: Pieces = no_pieces) -> DeltaRecord:
-    """Convert a delta to a record, and add the motion that the record describes to `motions`."""
+    """Convert a delta to a record, and add its motion to `motions`."""
     values = delta._asdict()
-    del values["events"]  # nothing makes any yet
+    del values["events"]
     values["motion"] = motions.reference(delta.motion)
     values["segments"] = segment_records(delta.segments, motions, delta.motion, pieces)
     values["shift"] = _default(delta.shift, ZERO)
@@ -313,11 +318,12 @@ def _rows(T: Transform) -> Rows:
 
 
 def _rows_unless_identity(T: Transform) -> Rows | None:
+    """Return the rows of a transformation; None for the identity, compared by digits because -0.0 is not 0.0."""
     return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # by their digits: -0.0 is no 0.0
 
 
 def _default(value: float, default: float) -> float:
-    """Return the default object, which is not negative, for a value that is the same to the bit."""
+    """Return the default object if the value is equal to it bit by bit."""
     return default if value == default and copysign(1.0, value) > 0.0 else value
 
 
@@ -332,7 +338,7 @@ def segments_of(
 
 
 def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
-    """Convert a record to a delta, and add the motion that it describes to `motions`. Raises RecordError."""
+    """Convert a record to a delta, and add its motion to `motions`. Raises RecordError."""
     motion = motions.resolve(record.motion, form)
     if record.cut * TICKS_PER_SECOND % 1.0 or record.shift * TICKS_PER_SECOND % 1.0:
         raise _off_grid(record.cut, record.shift)
@@ -344,7 +350,7 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
 
 
 def events_of(records: Iterable[EventRecord]) -> tuple[Event, ...]:
-    """Raises RecordError."""
+    """Convert records to events. Raises RecordError."""
     return tuple([Event(_on_grid(one.time), *structs.astuple(one)[1:]) for one in records])
 
 
@@ -397,7 +403,7 @@ def _line(record: LineRecord, form: Form) -> CartesianPath:
 
 
 def _as_held(joints: tuple[float, ...], form: Form) -> tuple[Guide, ...]:
-    """The guides of a line of an older file, on which redundant joints stood still."""
+    """Return the guides of a line of an older file, on which redundant joints stood still."""
     axes = [(i, tuple(float(i == k) for k in range(form.joint_count))) for i in form.held]
     return tuple(Guide(weights, (joints[i],)) for i, weights in axes)
 
@@ -409,7 +415,7 @@ def _turn(record: TurnRecord) -> Turn:
 
 
 def _motion_of(record: MotionRecord, form: Form) -> Motion:
-    need = NEEDS.get(record.kind)
+    need = NEEDED_FIELDS.get(record.kind)
     if need is not None and getattr(record, need) is None:
         raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
     if record.goal is not None:

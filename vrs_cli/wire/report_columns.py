@@ -1,8 +1,8 @@
-"""Reports of a measured robot as a record of a trajectory file: the columns of a stretch of time, compressed.
+"""Reports of a measured robot: as compressed columns of a trajectory file, and as rows of numbers in messages.
 
-`docs/trajectory-file.md` describes it. The bytes of a column are written by their place in the number: the first bytes
-of all its numbers, then all second ones. The bytes of signs and exponents, which hardly change, are together then, and
-compress to little.
+`docs/trajectory-file.md` describes the columns. The bytes of a column are sorted by their place in the number: first
+the first bytes of all its numbers, then the second ones, and so on. So bytes of signs and exponents, which hardly
+change, are next to each other and compress well.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.wire.records import Joints, RecordError, StrictRecord, Time
 
 MAX_RECORD_REPORTS = 1 << 16  # of one record
-LEVEL = 1  # of compression: others take much longer, and gain little
+COMPRESSION_LEVEL = 1  # higher levels take much longer and gain little
 
 
 class ReportsRecord(StrictRecord, frozen=True):
-    """So many reports of so many joints. `columns`: times, positions, velocities and efforts if any report has them,
-    and flags.
+    """Reports of so many joints. `columns`: times, positions, velocities and efforts (if any report has them), and
+    flags.
     """
 
     reports: Annotated[int, msgspec.Meta(ge=1, le=MAX_RECORD_REPORTS)]
@@ -41,19 +41,19 @@ class ReportsRecord(StrictRecord, frozen=True):
 
 
 def reports_record(columns: ReportColumns, first: int, last: int) -> ReportsRecord:
-    """Return the reports from `first` to before `last` as a record. The same reports give the same record."""
+    """Convert the reports from `first` to before `last` to a record. Equal reports give equal records."""
     n, flags = columns.joint_count, bytes(columns.flags[first:last])
     numbers = slice(first * n, last * n)
     rates = columns.rates.get(VELOCITY) if any(flag & VELOCITY for flag in flags) else None
     efforts = columns.rates.get(EFFORT) if any(flag & EFFORT for flag in flags) else None
     parts = [_planes(columns.times[first:last]), _planes(columns.positions[numbers])]
     parts += [_planes(column[numbers]) for column in (rates, efforts) if column is not None]
-    data = zlib.compress(b"".join([*parts, flags]), LEVEL)
+    data = zlib.compress(b"".join([*parts, flags]), COMPRESSION_LEVEL)
     return ReportsRecord(last - first, n, data, rates is not None, efforts is not None)
 
 
 def columns_of(record: ReportsRecord, joint_count: int) -> ReportColumns:
-    """Return the reports of a record. Raises RecordError for a record that is not as `reports_record` makes it."""
+    """Convert a record to reports. Raises RecordError for a record that `reports_record` cannot have made."""
     count, n = record.reports, record.joints
     if n != joint_count:
         raise RecordError(f"reports of {n} joints, the robot has {joint_count}")
@@ -73,7 +73,7 @@ def columns_of(record: ReportsRecord, joint_count: int) -> ReportColumns:
 
 
 def _check(made: ReportColumns) -> None:
-    """Raises RecordError where numbers are not finite or too large, times do not rise, or a flag means nothing."""
+    """Raise RecordError if a number is too large or not finite, times do not rise, or a flag is unknown."""
     numbers = [made.positions, *made.rates.values()]
     for column, most in ((made.times, LATEST), *((column, MAX_NUMBER) for column in numbers)):
         if not isfinite(sum(column)) or max(column) > most or min(column) < -most:
@@ -86,7 +86,7 @@ def _check(made: ReportColumns) -> None:
 
 
 def _decompress(data: bytes, size: int) -> bytes:
-    """Decompress data of a size that is known. Raises RecordError for any other."""
+    """Decompress data of a known size. Raises RecordError for any other size."""
     inflater = zlib.decompressobj()
     try:
         found = inflater.decompress(data, size + 1)
@@ -98,7 +98,7 @@ def _decompress(data: bytes, size: int) -> bytes:
 
 
 def _planes(column: array[float]) -> bytes:
-    """The first bytes of all numbers of a column, then all second ones, as a little-endian machine has them."""
+    """Return the first bytes of all numbers of a column, then all second bytes and so on, in little-endian order."""
     data, size = column.tobytes(), column.itemsize
     return b"".join([data[place::size] for place in _places(size)])
 
@@ -122,8 +122,8 @@ Rows = Annotated[tuple[Joints, ...], Meta(max_length=MAX_MESSAGE_REPORTS)]
 
 
 class ReportRows(Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """Reports of one mode. `times` [s]: by the robot's clock; `joints` [rad, m], `velocity` [rad/s, m/s] and `effort`
-    [N m, N] have a row for each time.
+    """Reports of one mode. `times` [s] of the robot's clock; `joints` [rad, m], `velocity` [rad/s, m/s] and `effort` [N
+    m, N] have a row for each time.
     """
 
     times: Annotated[tuple[Time, ...], Meta(min_length=1, max_length=MAX_MESSAGE_REPORTS)]
@@ -134,8 +134,8 @@ class ReportRows(Struct, frozen=True, omit_defaults=True, kw_only=True):
 
 
 def reports_of(rows: ReportRows, count: int) -> list[Report]:
-    """Return the reports of a robot with `count` joints. Raises RecordError for a table of another shape, and for times
-    that do not rise.
+    """Return the reports of a robot with `count` joints. Raises RecordError for rows of a wrong shape, or times that do
+    not rise.
     """
     times, velocity, effort = rows.times, rows.velocity, rows.effort
     for name, table in (("joints", rows.joints), ("velocity", velocity), ("effort", effort)):
@@ -150,7 +150,7 @@ def reports_of(rows: ReportRows, count: int) -> list[Report]:
 
 
 def row_parts(reports: Iterable[Report]) -> Iterator[list[Report]]:
-    """Divide reports into runs that one ReportRows can hold each."""
+    """Divide reports into lists that fit into one ReportRows each."""
     part: list[Report] = []
     for one in reports:
         if part and (len(part) == MAX_MESSAGE_REPORTS or one.t <= part[-1].t or _sort(one) != _sort(part[0])):
@@ -166,7 +166,7 @@ def _sort(report: Report) -> tuple[BodyMode, bool, bool]:
 
 
 def row_fields(reports: Sequence[Report]) -> dict[str, Any]:
-    """Return the fields of ReportRows for a run of `row_parts`."""
+    """Return the fields of ReportRows for a list of `row_parts`."""
     first = reports[0]
     return {
         "times": tuple([one.t for one in reports]),

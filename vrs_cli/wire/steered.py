@@ -38,9 +38,9 @@ from vrs_cli.wire.records import (
 
 
 class SteeredRecord(StrictRecord, frozen=True):
-    """One target of a stream. `executed`: when [s]; `tick`: for how long [2^-30 s]; `rates`: what each joint does then
-    (the velocity that it comes to, for a profile without jerk limits, else its jerk); `crc`: of all numbers of the
-    segments, as IEEE 754 doubles. `motion` is absent when it is the one that the timeline ends with.
+    """One target of a stream. `executed` [s]: when; `tick` [2^-30 s]: for how long; `rates`: of each joint, the final
+    velocity for a profile without jerk limits, otherwise the jerk; `crc`: of all numbers of the segments, as IEEE 754
+    doubles. `motion` is absent if it is the last motion of the timeline.
     """
 
     version: Count
@@ -52,8 +52,8 @@ class SteeredRecord(StrictRecord, frozen=True):
 
 
 def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> SteeredRecord | None:
-    """A delta in short, for those who have the timeline before it; None where it is none of steering, or where what
-    follows is not all that the joints do.
+    """Return a delta in short form for receivers that have the timeline before it; None if it is no steering delta, or
+    the short form would not give the same delta.
     """
     motion, segments = delta.motion, delta.segments
     rates = LAWS[motion.profile].steering_of(segments) if motion.kind is MotionKind.STEERED and segments else None
@@ -70,8 +70,8 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
 
 
 def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: Form, first: int = 0) -> TimelineDelta:
-    """The delta in full. `before`: the timeline that it is for, from its segment number `first` on. Raises RecordError
-    where it does not become what it was; who has that has to ask for the full form.
+    """Return the delta in full. `before`: the timeline that it is for, from its segment number `first` on. Raises
+    RecordError if the result differs from what was sent; the receiver then asks for the full form.
     """
     motion = before[len(before) - 1].motion if record.motion is None else Motions().resolve(record.motion, form)
     if motion.kind is not MotionKind.STEERED or len(record.rates) != form.joint_count or not record.tick:
@@ -82,7 +82,7 @@ def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: 
         raise RecordError(f"a target of steering for timeline version {record.version}, not for {before.version}")
     try:
         delta = _plan_again(motion, record.executed, record.tick, record.rates, before, arm)
-    except (ArithmeticError, ValueError):  # of numbers that no robot has
+    except (ArithmeticError, ValueError):  # the numbers are those of no robot
         delta = None
     if delta is None or _checksum(delta.segments) != record.crc:
         raise RecordError("a target of steering has become something else: it was made by another version of vrs")
@@ -110,7 +110,7 @@ def _plan_again(
 
 
 def _checksum(segments: Iterable[Segment]) -> int:
-    """The same for all segments that are equal to the bit."""
+    """Return a checksum that is equal for segments that are equal to the bit."""
     numbers: list[float] = []
     for segment in segments:
         numbers += (segment.start, segment.finish)
@@ -120,26 +120,28 @@ def _checksum(segments: Iterable[Segment]) -> int:
     return zlib.crc32(pack(f"<{len(numbers)}d", *numbers))
 
 
-MAX_REMEMBERED = 4000  # segments: four long snapshots
+MAX_REMEMBERED = 4000  # segments, as in four long snapshots
 
 Key = tuple[Path, float, Transform, float]
 
 
 class LinePieces:
-    """The pieces of the segments of one arm, remembered: the same ones come in deltas, snapshots and windows."""
+    """Computes the joint pieces of one arm's straight lines, and remembers them: the same segments come in deltas,
+    snapshots and windows.
+    """
 
     def __init__(self, arm: RobotArm) -> None:
         self._arm = arm
         self._remembered: dict[Key, tuple[PieceRecord, ...]] = {}
 
     def within(self, tolerance: float | None) -> Pieces:
-        """Return a function from a segment to its pieces, which g leaves by no more than that [rad, m]; None: to no
-        pieces. Raises IllegalValue.
+        """Return a function from a segment to its pieces, which differ from g by at most `tolerance` [rad, m]; None: to
+        no pieces. Raises IllegalValue.
         """
         return no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
 
     def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
-        """Return how many of the last segments have together at most so many lines whose pieces are not remembered."""
+        """Return how many of the last segments can be sent if at most `most` lines may be computed anew."""
         for count, segment in enumerate(reversed(segments)):
             most -= isinstance(segment.path, CartesianPath) and _key(segment, tolerance) not in self._remembered
             if most < 0:
