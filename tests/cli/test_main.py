@@ -10,7 +10,8 @@ import pytest
 import vrs_cli
 from tests.cli.conftest import Vrs
 from vrs_cli.cli import main as cli_main
-from vrs_cli.cli.main import BROKEN_PIPE, GROUPS, INTERNAL_ERROR, INTERRUPTED, SUBCOMMANDS
+from vrs_cli.cli.commands import GROUPS, SUBCOMMANDS
+from vrs_cli.cli.main import BROKEN_PIPE, INTERNAL_ERROR, INTERRUPTED
 from vrs_cli.errors import FileError, LocationOutOfRange
 
 VRS = [sys.executable, "-m", "vrs_cli"]

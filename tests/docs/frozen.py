@@ -8,8 +8,6 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
-from keyword import iskeyword
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,8 @@ import msgspec
 
 import vrs_cli as vrs
 from tests.docs.makers import DOCS
-from vrs_cli.cli.main import SUBCOMMANDS
+from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.commands import SUBCOMMANDS
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
@@ -81,9 +80,7 @@ def _parameters(function: Any) -> list[str]:
 
 def _options(name: str) -> Iterator[str]:
     """Yield the options of a subcommand."""
-    module, word = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}"), name.split()[-1]
-    word = f"{word}_" if iskeyword(word) and not hasattr(module, f"{word}_parser") else word
-    for action in getattr(module, f"{word}_parser")(f"vrs {name}")._actions:
+    for action in Parser(name, f"vrs {name}").arguments():
         yield from (option for option in action.option_strings if option.startswith("--"))
 
 

@@ -17,15 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 
 from msgspec import Struct, field, structs
 
-from vrs_cli.cli.command_line import (
-    STANDARD_STREAM,
-    CommandLineError,
-    chosen_dialect,
-    chosen_outside,
-    chosen_robot,
-    clock_of,
-    teller,
-)
+from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_outside, chosen_robot, clock_of, teller
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.fence import Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal

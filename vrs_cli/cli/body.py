@@ -8,22 +8,23 @@ from argparse import Namespace
 from collections.abc import Callable, Coroutine, Mapping
 from contextlib import suppress
 from math import radians
-from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from vrs_cli.cli.command_line import CommandLineError, command, group, number, one_of, option, positive, teller, whole
+from vrs_cli.bodies.scenario import Disturbance, Release, Scenario, load_scenario, read_command
+from vrs_cli.cli.command_line import CommandLineError, teller
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.remote import URL, signal_comes, token_of
+from vrs_cli.cli.remote import signal_comes, token_of
 from vrs_cli.errors import IllegalValue, UsageError, VrsError
+from vrs_cli.interfaces.station.body import check_time
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.net.body_client import BodyClient
 from vrs_cli.repl.interrupt import ENDINGS, Ended
+from vrs_cli.trajectory.state import JointState
+from vrs_cli.wire.body_lines import LineFormat, heading, read_report, setpoint_line
 
 if TYPE_CHECKING:
     from vrs_cli.bodies.mujoco_arm import MujocoArm
-    from vrs_cli.bodies.scenario import Disturbance, Release
-    from vrs_cli.kinematics.joints import JointKind, Joints
-    from vrs_cli.net.body_client import BodyClient
-    from vrs_cli.trajectory.state import JointState
 
 
 MAX_TOLD = 5  # wrong lines that are named
@@ -58,8 +59,6 @@ async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
 
 def _client(options: Namespace) -> BodyClient:
     """Return the client that is to be the body. Raises CommandLineError for what is no address, and FileError."""
-    from vrs_cli.net.body_client import BodyClient
-
     token, tell = token_of(options.token_file), teller(options.prog)
     try:
         return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
@@ -98,7 +97,6 @@ async def _simulate(options: Namespace) -> int:
         from vrs_cli.bodies.mujoco_arm import ArmSettings, MujocoArm
     except ImportError:
         raise CommandLineError("--mujoco needs MuJoCo", "pip install 'vrs-cli[physics]'") from None
-    from vrs_cli.bodies.scenario import Scenario, load_scenario
 
     tell, usual = teller(options.prog), ArmSettings()
     settings = ArmSettings(
@@ -159,8 +157,6 @@ async def _move(
 
 def _commands(kinds: tuple[JointKind, ...], tell: Tell) -> asyncio.Queue[Disturbance | Release]:
     """Return a queue into which disturbances come that are typed on standard input."""
-    from vrs_cli.bodies.scenario import read_command
-
     found: asyncio.Queue[Disturbance | Release] = asyncio.Queue()
 
     def take(line: str) -> None:
@@ -181,9 +177,6 @@ async def _stream(options: Namespace) -> int:
     """Be the body by another program: set points on standard output, reports on standard input, until that ends. Return
     FAILED if lines of it were no reports.
     """
-    from vrs_cli.interfaces.station.body import check_time
-    from vrs_cli.wire.body_lines import LineFormat, heading, read_report, setpoint_line
-
     tell, form = teller(options.prog), LineFormat(options.format)
     async with _client(options) as body:
         units, joint_count = body.model.units, body.model.joint_count
@@ -252,73 +245,3 @@ KINDS: Mapping[str, Callable[[Namespace], Coroutine[Any, Any, int]]] = {
     "stream": _stream,
     "rosbridge": _follow_by_ros,
 }
-
-body_parser = command(
-    "Be the body of a robot that is served: follow its timeline, and report where the arm really is.",
-    """\
-  vrs body ws://127.0.0.1:8000 --mujoco
-  vrs body ws://lab:8000 --rosbridge ws://arm:9090
-\f
-
-A simulated arm takes disturbances on standard input while it runs: push, payload, block, slip, stop, drift, release.
---scenario FILE has them with their times (docs/twin.md).
-
-  echo 'payload mass = 2' | vrs body ws://127.0.0.1:8000 --mujoco
-  vrs body ws://lab:8000/robots/left --stream --format json --rate 50
-  vrs body ws://lab:8000 --rosbridge ws://arm:9090 --joints pan,lift,elbow,wrist_1,wrist_2,wrist_3
-""",
-    *URL,
-    one_of(
-        option("--mujoco", action="store_true", help="a simulated arm (extra physics)"),
-        option("--rosbridge", metavar="URL", help="an arm of ROS 2, by a rosbridge server (ws://HOST:9090)"),
-        option("--stream", action="store_true", help="another program: set points on stdout, reports on stdin"),
-    ),
-    option("--rate", metavar="HZ", type=positive, default=100.0, help="reports a second (default: 100, 2000 at most)"),
-    group(
-        "the simulated arm",
-        option("--scenario", metavar="FILE.toml", type=Path, help="disturbances, and when they begin"),
-        option(
-            "--controller", rare=True, choices=("computed", "pd"), default="computed", help="computed torque, or PD"
-        ),
-        option(
-            "--bandwidth",
-            rare=True,
-            metavar="RAD/S",
-            type=positive,
-            default=40.0,
-            help="of the controller (default: 40)",
-        ),
-        option("--resolution", rare=True, metavar="DEG", type=positive, help="of the encoders (default: 0.0055)"),
-        option(
-            "--noise",
-            rare=True,
-            metavar="DEG",
-            type=number,
-            help="of the encoders, standard deviation (default: 0.0011)",
-        ),
-        option("--seed", rare=True, metavar="N", type=whole, help="of the noise (default: the scenario's, or 0)"),
-    ),
-    group(
-        "the arm of ROS",
-        option(
-            "--joints",
-            rare=True,
-            metavar="NAMES",
-            help="its joints: a,b,... or FILE.toml (default: joint_1, ...)",
-        ),
-        option(
-            "--ros-controller",
-            rare=True,
-            metavar="NAME",
-            default="joint_trajectory_controller",
-            help="(default: %(default)s)",
-        ),
-        option("--joint-states", rare=True, metavar="TOPIC", default="joint_states", help="(default: %(default)s)"),
-        option("--action", rare=True, action="store_true", help="send goals to its action, not messages to its topic"),
-        option("--replacement", rare=True, action="store_true", help="it has allow_trajectory_replacement: true"),
-    ),
-    group(
-        "the stream",
-        option("--format", rare=True, choices=("csv", "json"), default="csv", help="of set points (default: csv)"),
-    ),
-)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import sys
-from argparse import ArgumentTypeError, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
@@ -14,21 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, structs
 
-from vrs_cli.cli.command_line import (
-    CELL,
-    DIALECT,
-    ROBOT,
-    STANDARD_STREAM,
-    CommandLineError,
-    chosen_dialect,
-    chosen_robot,
-    command,
-    one_of,
-    option,
-)
+from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_robot
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import (
-    PROJECT,
     Source,
     are_together,
     cell_file,
@@ -180,51 +168,6 @@ def check(options: Namespace) -> int:
     if options.watch:
         return _watch(options, model)
     return _check(options, model)
-
-
-def _codes(text: str) -> tuple[str, ...]:
-    """V401,V05: codes, or how they begin."""
-    codes = tuple(code.strip().upper() for code in text.split(","))
-    wrong = next((code for code in codes if not re.fullmatch("V[0-9]{0,4}", code)), None)
-    if wrong is not None:
-        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
-    return codes
-
-
-check_parser = command(
-    "Find all mistakes in program files. Nothing is run.",
-    """\
-  vrs check pick.v2 place.v2
-  vrs check cell                    all program files in a folder, and below it
-  vrs check cell --fix              mend what is sure: parentheses, words of VAL
-\f
-
-Codes are V and digits; the first of these stand for all that begin so. A program with an error does not run: errors
-are always told. A comment at the end of a line silences its warnings; `ignore-file` silences those of the file:
-
-    MOVE part        ; vrs: ignore V401
-    ; vrs: ignore-file V056, V058
-
-Exit status: 0 without errors (with --strict: without warnings too), else 1.
-
-  vrs check "cell/**/*.v2" --ignore V056 --strict
-  vrs check pick.v2 --cell c.toml   what the cell fills has a value
-  vrs check pick.v2 --watch         again whenever a file changes, until Ctrl-C
-  vrs check cell --format github    annotations of a GitHub workflow
-""",
-    option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
-    option("--format", metavar="FORMAT", choices=tuple(FORMATS), default="text", help="text (default), json or github"),
-    option("--select", rare=True, metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05"),
-    option("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell"),
-    option("--strict", action="store_true", help="status 1 for warnings too"),
-    option("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest"),
-    option("--diff", rare=True, action="store_true", help="with --fix: show what it would write, and write nothing"),
-    option("--watch", rare=True, action="store_true", help="check again whenever a file changes"),
-    PROJECT,
-    *ROBOT,
-    DIALECT,
-    CELL,
-)
 
 
 def _cell(options: Namespace, source: Source) -> Cell:
@@ -439,28 +382,6 @@ def _show(lines: Iterable[str]) -> None:
     console, inks = TerminalRenderer(sys.stdout).console, {"-": Ink.ERROR, "+": Ink.STRING, "@": Ink.INSTRUCTION}
     for text in lines:
         console.print(rich_text(line(text, inks.get(text[0], Ink.TEXT))), soft_wrap=True)
-
-
-fmt_parser = command(
-    "Print program files as canonical VAL-II text: one layout, comments kept.",
-    """\
-A file with mistakes is left as it is.
-
-  vrs fmt pick.v2
-  vrs fmt --write cell              all program files in a folder, and below it
-\f
-Formatting twice changes nothing more.
-
-  vrs fmt --check pick.v2 || echo "run vrs fmt --write"
-""",
-    option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
-    DIALECT,
-    one_of(
-        option("--write", action="store_true", help="rewrite the files in place"),
-        option("--check", action="store_true", help="change nothing; status 1 if a file would change"),
-        option("--diff", action="store_true", help="the same, and show what would change"),
-    ),
-)
 
 
 def _canonical(source: Source, dialect: Dialect) -> str | None:

@@ -4,52 +4,29 @@ from __future__ import annotations
 
 from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import quote, urlsplit
 
-from vrs_cli.cli.command_line import CommandLineError, command, option
+from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.errors import FileDamaged
+from vrs_cli.files.atomic import write_atomically
+from vrs_cli.files.opening import text_at
+from vrs_cli.net.tokens import (
+    NAME_RULE,
+    OWN_ROBOTS,
+    TEACHER_NAME,
+    ClassFolder,
+    TokenFile,
+    add_tokens,
+    good_name,
+    take_out,
+)
 from vrs_cli.values.numbers import count
 
-if TYPE_CHECKING:
-    from vrs_cli.net.tokens import ClassFolder
-
-
 ACTIONS = ("new", "links", "collect", "forget")
-
-class_parser = command(
-    "A class in browsers: each student has a robot, and enters by a link.",
-    """\
-  vrs class new 9b ada bob carl       make the folder 9b, with a token for each and the teacher
-  vrs class links 9b --at https://robots.school:8765
-  vrs class collect 9b --to monday    the newest program of each
-  vrs class forget 9b ada             remove ada: the token, and all files
-
-\f
-  vrs class new 9b --names names.txt  names from a file; to add some, do it again
-  vrs serve --class 9b --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem
-  vrs grade pick monday
-
-A link lets in whoever has it: give each student the own one alone. See docs/serve.md.
-""",
-    option(
-        "action",
-        metavar="new|links|collect|forget|token",
-        choices=(*ACTIONS, "token"),
-        help="what to do (token: see vrs class token --help)",
-    ),
-    option("folder", metavar="FOLDER", help="the folder of the class"),
-    option("students", metavar="NAME", nargs="*", help="of new and forget: students; of links: only theirs"),
-    option("--names", metavar="FILE", help="new: names of students, one in each line"),
-    option("--at", metavar="URL", help="links: the address of the server (default: http://127.0.0.1:8765)"),
-    option("--to", metavar="FOLDER", help="collect: where to (default: collected, in FOLDER)"),
-)
 
 
 def class_(options: Namespace) -> None:
     """Do what is asked of a class. Raises CommandLineError, FileError, UsageError."""
-    from vrs_cli.net.tokens import ClassFolder
-
     folder = ClassFolder(Path(options.folder))
     own = {"names": "new", "at": "links", "to": "collect"}
     if wrong := next(
@@ -63,9 +40,6 @@ def class_(options: Namespace) -> None:
 
 def _make(folder: ClassFolder, options: Namespace) -> None:
     """Make a class, or add students to it."""
-    from vrs_cli.files.atomic import write_atomically
-    from vrs_cli.net.tokens import NAME_RULE, OWN_ROBOTS, TEACHER_NAME, TokenFile, good_name
-
     names = [*options.students, *([] if options.names is None else _names_in(Path(options.names)))]
     for name in names:
         if not good_name(name) or name.casefold() == TEACHER_NAME:
@@ -89,8 +63,6 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
 
 def _names_in(path: Path) -> list[str]:
     """Read names, one in each line. Raises FileError."""
-    from vrs_cli.files.opening import text_at
-
     return [line.strip() for line in text_at(str(path), 100_000).splitlines() if line.strip()]
 
 
@@ -127,3 +99,20 @@ def _forget(folder: ClassFolder, options: Namespace) -> None:
     for student in options.students:
         folder.forget(student)
         print(f"{student} is removed, with all files")
+
+
+# --- vrs class token ------------------------------------------------------------------------------------------------
+
+
+def token(options: Namespace) -> None:
+    """Print a line for each name: the name and its token."""
+    wrong = next((name for name in options.names if not good_name(name)), None)
+    if wrong is not None:
+        raise CommandLineError(f"{wrong!r} is no name", NAME_RULE)
+    path = Path(options.file)
+    if options.revoke:
+        take_out(path, options.names)
+        return
+    robots = None if options.robots is None else tuple(filter(None, options.robots.split(",")))
+    for name, token in add_tokens(path, options.names, options.role, robots, options.expires).items():
+        print(f"{name} {token}")

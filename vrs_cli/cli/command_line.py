@@ -8,12 +8,12 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import takewhile
-from math import inf, isfinite, isnan, nan
-from operator import methodcaller
+from math import inf, isnan
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from vrs_cli.cli.commands import SUBCOMMANDS, Group, OneOf, Option
+from vrs_cli.cli.kinds import float_of
 from vrs_cli.errors import UsageError, nearest
-from vrs_cli.kinematics.model import ArmTask
 
 if TYPE_CHECKING:
     from vrs_cli.devices.device import Outside
@@ -22,15 +22,9 @@ if TYPE_CHECKING:
     from vrs_cli.values.diagnostics import Dialect
 
 
-STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
 USUAL_ROBOT = "puma560"
-FASTEST = 100_000.0  # [Hz]
-TASKS = tuple(task.value for task in ArmTask)
-MORE = "\f"  # in an epilog: what follows is in `--help-all` alone
 WIDTH = 80  # for which argparse tries each option when it is added
-
-AddOption = Callable[[argparse._ActionsContainer], object]  # adds an option, or several, to a parser or a group
 
 
 class CommandLineError(UsageError):
@@ -38,38 +32,6 @@ class CommandLineError(UsageError):
 
     def __str__(self) -> str:
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
-
-
-# --- options are rows of a table: a subcommand lists them, and several share some -------------------------
-
-
-def option(*names: str, rare: bool = False, **described: Any) -> AddOption:
-    """An option, described as for `ArgumentParser.add_argument`; only `--help-all` shows a `rare` one."""
-
-    def add(container: argparse._ActionsContainer) -> None:
-        container.add_argument(*names, **described).rare = rare  # type: ignore[attr-defined]
-
-    return add
-
-
-def group(title: str, *options: AddOption, about: str | None = None) -> AddOption:
-    """Options that stand together in the help, under a title and a sentence `about` them."""
-    return partial(_add_to_group, methodcaller("add_argument_group", title, about), options)
-
-
-def one_of(*options: AddOption) -> AddOption:
-    """Options of which a command line has at most one."""
-    return partial(_add_to_group, methodcaller("add_mutually_exclusive_group"), options)
-
-
-def _add_to_group(
-    begin: Callable[[argparse._ActionsContainer], argparse._ActionsContainer],
-    options: Iterable[AddOption],
-    parser: argparse._ActionsContainer,
-) -> None:
-    inside = begin(parser)
-    for add in options:
-        add(inside)
 
 
 class HelpAll(argparse.Action):
@@ -81,12 +43,6 @@ class HelpAll(argparse.Action):
         parser.exit()
 
 
-HELP_OPTIONS = (
-    option("-h", "--help", action="help", help=argparse.SUPPRESS),
-    option("--help-all", action=HelpAll, nargs=0, help="rare options too"),
-)
-
-
 _WRITING = {  # by the ending of a file
     ".csv": "--csv",
     ".vrst": "--save",
@@ -96,21 +52,26 @@ _WRITING = {  # by the ending of a file
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser with `options`. It raises CommandLineError, and suggests the option that was perhaps meant."""
+    """Reads the arguments of a subcommand by its row of the table. It raises CommandLineError, and suggests the option
+    that was perhaps meant. `prog`: the subcommand in messages.
+    """
 
-    def __init__(self, prog: str, description: str, epilog: str, *options: AddOption) -> None:
+    def __init__(self, name: str, prog: str) -> None:
+        row = SUBCOMMANDS[name]
         super().__init__(
             prog=prog,
-            description=description,
-            epilog=epilog,
+            description=row.description,
             add_help=False,
             allow_abbrev=False,
             formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=WIDTH),
         )
+        self._name = name
         self.set_defaults(prog=prog)
         self._positionals.title = "arguments"
-        for add in (*HELP_OPTIONS, *options):
-            add(self)
+        self.add_argument("-h", "--help", action="help", help=argparse.SUPPRESS)
+        self.add_argument("--help-all", action=HelpAll, nargs=0, help="rare options too")
+        for one in row.options:
+            _add(self, one)
 
     def format_help(self, *, rare: bool = False) -> str:
         """Return the help, as wide as the terminal; `rare`: with rare options, and what follows MORE in the epilog."""
@@ -125,7 +86,9 @@ class Parser(argparse.ArgumentParser):
                 formatter.add_text(section.description)
                 formatter.add_arguments(shown)
                 formatter.end_section()
-        usual, _, more = (self.epilog or "").partition(MORE)
+        from vrs_cli.cli.examples import EXAMPLES
+
+        usual, _, more = EXAMPLES.get(self._name, "").partition("\f")
         formatter.add_text(usual.rstrip() + "\n" + more if rare else usual)
         return formatter.format_help()
 
@@ -172,32 +135,43 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
 
 
-def command(description: str, epilog: str, *options: AddOption) -> Callable[[str], Parser]:
-    """Return a function that makes the parser of a subcommand, given the name of the program."""
-    return lambda prog: Parser(prog, description, epilog, *options)
+def _add(container: argparse._ActionsContainer, row: Option | OneOf | Group) -> None:
+    """Add an option, or several, to a parser or to a group of its help."""
+    if isinstance(row, Option):
+        names, described = _described(row)
+        container.add_argument(*names, **described).rare = row.rare  # type: ignore[attr-defined]
+        return
+    titles = (row.title, row.about) if isinstance(row, Group) else ()
+    inside = container.add_argument_group(*titles) if titles else container.add_mutually_exclusive_group()
+    for one in row.options:
+        _add(inside, one)
 
 
-CHOICES = (  # which arm of a URDF file, and what counts of its locations: described by `vrs robots --help`
-    option("--base", metavar="LINK", rare=True, help="see vrs robots --help"),
-    option("--tip", metavar="LINK", rare=True, help="see vrs robots --help"),
-    option("--task", metavar="TASK", choices=TASKS, rare=True, help="see vrs robots --help"),
-)
-ROBOT = (  # for `chosen_robot`
-    option("--robot", metavar="NAME|FILE", help="name or file: see vrs robots"),
-    *CHOICES,
-)
-DIALECT = option(  # for `chosen_dialect`
-    "--dialect",
-    choices=("val", "val2", "vplus"),
-    default="vplus",
-    rare=True,
-    help="where a file does not say it (default: vplus)",
-)
-CELL = option(
-    "--cell",
-    metavar="CELL.toml",
-    help="what is around it (see docs/cell.md)",
-)
+def _described(row: Option) -> tuple[Sequence[str], dict[str, Any]]:
+    """Return the names of an option, and its other arguments of `add_argument`."""
+    words = row.form.split()
+    names = [word for word in words if word.startswith("-")] or words[:1]
+    value = " ".join(words[len(names) :])
+    described: dict[str, Any] = {"help": row.help} | ({"dest": row.dest} if row.dest else {})
+    if not value and not row.choices:
+        return names, described | {"action": "store_true"}
+    may_be_left_out = value.startswith("[") and value.endswith("]")
+    value = value[1:-1] if may_be_left_out else value
+    several = value.endswith("...")
+    if row.repeats:
+        described["action"] = "extend" if several else "append"
+    if row.required:
+        described["required"] = True
+    return names, described | {
+        "metavar": value.removesuffix("...").strip() or None,
+        "nargs": {(False, False): None, (True, False): "?", (False, True): "+", (True, True): "*"}[
+            may_be_left_out, several
+        ],
+        "type": row.kind,
+        "default": row.default,
+        "choices": row.choices or None,
+        "const": row.const,
+    }
 
 
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
@@ -226,61 +200,6 @@ def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool =
         tell(f"note: {note}")
 
 
-# --- kinds of values: a wrong one becomes one line that names its option ---------------------------------
-
-
-def float_of(text: str) -> float:
-    """The number that a text is; no number (nan) where it is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return nan
-
-
-def number(text: str) -> float:
-    """Any finite number."""
-    value = float_of(text)
-    if not isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
-    return value
-
-
-def positive(text: str) -> float:
-    """A number above zero."""
-    value = number(text)
-    if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not above 0")
-    return value
-
-
-FACTORS = {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}
-
-
-def size(text: str) -> int:
-    """A number of things or of bytes, above zero: 500, 64K, 1.5M, 2G."""
-    digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
-    value = positive(digits) * FACTORS[factor]
-    if value != int(value) or value > 2**62:
-        raise argparse.ArgumentTypeError(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
-    return int(value)
-
-
-def sampling_rate(text: str) -> float:
-    """Samples per second [Hz]."""
-    value = positive(text)
-    if value > FASTEST:
-        raise argparse.ArgumentTypeError(f"{text} Hz is more than {FASTEST:g} Hz")
-    return value
-
-
-def whole(text: str) -> int:
-    """A whole number."""
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-
-
 def teller(prog: str) -> Callable[[str], None]:
     """Says on standard error, at once, what whoever runs a program has to know while it goes on."""
 
@@ -288,29 +207,6 @@ def teller(prog: str) -> Callable[[str], None]:
         print(f"{prog}: {text}", file=sys.stderr, flush=True)
 
     return tell
-
-
-# --- the option `--realtime [RATE]`, and the clock that it asks for ---------------------------------------
-
-
-def clock_rate(text: str) -> float:
-    """Seconds of the robot in one second."""
-    from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE
-
-    rate = positive(text)
-    if not SLOWEST_RATE <= rate <= FASTEST_RATE:
-        raise argparse.ArgumentTypeError(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
-    return rate
-
-
-REALTIME = option(
-    "--realtime",
-    metavar="RATE",
-    nargs="?",
-    type=clock_rate,
-    const=1.0,
-    help="in real time, or RATE times as fast",
-)
 
 
 def clock_of(rate: float | None) -> WallClock | None:
@@ -325,55 +221,6 @@ def clock_of(rate: float | None) -> WallClock | None:
 
 
 PATIENCE = 60.0  # [s] that a unit waits for a peer that is written down
-
-
-def _address(text: str) -> str:
-    """A numeric address."""
-    import ipaddress
-
-    try:
-        return str(ipaddress.ip_address(text))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text} (an address as 192.168.0.7, or 0.0.0.0 for all)") from None
-
-
-def _serial(text: str) -> tuple[str, str]:
-    number, equals, device = text.partition("=")
-    if not (number.isdigit() and equals and device):
-        raise argparse.ArgumentTypeError(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
-    return str(int(number)), device
-
-
-OUTSIDE = group(  # for `chosen_outside`
-    "units",
-    option("--allow-net", rare=True, action="store_true", help="TCP ports and connections on this machine"),
-    option(
-        "--net-host",
-        rare=True,
-        metavar="ADDRESS",
-        type=_address,
-        help="and from other machines: the address to open ports at, 0.0.0.0 for all",
-    ),
-    option(
-        "--serial",
-        rare=True,
-        metavar="N=DEVICE",
-        action="append",
-        default=[],
-        type=_serial,
-        help="what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
-    ),
-    option(
-        "--patience",
-        rare=True,
-        metavar="S",
-        type=positive,
-        help=f"how long a unit waits (with --replay-units {PATIENCE:g} s)",
-    ),
-    option("--record-units", rare=True, metavar="FILE", help="write down all that comes from there, and when"),
-    option("--replay-units", rare=True, metavar="FILE", help="give the same again, or what a script says"),
-    about="What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime.",
-)
 
 
 def chosen_outside(options: argparse.Namespace) -> Outside:

@@ -6,26 +6,17 @@ from argparse import Namespace
 from pathlib import PurePath
 
 from vrs_cli.cli.batch import Batch, BatchTerminal
-from vrs_cli.cli.command_line import (
-    CELL,
-    DIALECT,
-    ROBOT,
-    STANDARD_STREAM,
-    CommandLineError,
-    command,
-    option,
-    teller,
-)
+from vrs_cli.cli.command_line import CommandLineError, Parser, teller
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.fence import Enough
 from vrs_cli.cli.main import FAILED
 from vrs_cli.cli.outputs import Outputs, check_distinct
-from vrs_cli.cli.run import run_parser
 from vrs_cli.cli.sources import sources_of
 from vrs_cli.convert.as_written import RapidTranslator
 from vrs_cli.convert.steps import executed_run
 from vrs_cli.convert.writers import TARGETS
 from vrs_cli.errors import UsageError, did_you_mean
-from vrs_cli.files.atomic import write_atomically
+from vrs_cli.files.atomic import check_writable, write_atomically
 from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.render.progress import RunProgress
@@ -83,9 +74,6 @@ class Conversion(Batch, frozen=True):
 
 def convert(options: Namespace) -> int:
     """Execute and write; returns 1 when the file has errors or the program stopped with one."""
-    from vrs_cli.convert.writers import TARGETS
-    from vrs_cli.files.atomic import check_writable
-
     if options.to not in TARGETS:
         known = f"known: {', '.join(TARGETS)}"
         raise CommandLineError(f"unknown target {options.to}", did_you_mean(options.to, TARGETS, known))
@@ -94,27 +82,7 @@ def convert(options: Namespace) -> int:
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
-    usual = vars(run_parser(options.prog).parse([options.file]))  # the other options of a run, none of them given
+    usual = vars(Parser("run", options.prog).parse([options.file]))  # the other options of a run, none of them given
     usual |= {"program": None, "apart": False, "quiet": True}
     sources = sources_of((options.file,))
     return Conversion(Namespace(**usual | vars(options)), Outputs(None, 0.0, None, None), sources).run()
-
-
-convert_parser = command(
-    "Write what a program does for another robot.",
-    """\
-  vrs convert pick.v2 --to urscript -o pick.script
-\f
-
-What the target cannot say is a comment there and a note on standard error.
-""",
-    option("file", metavar="FILE.v2", help="a program file"),
-    option("--to", metavar="TARGET", required=True, help="urscript, rapid, krl or python"),
-    option("--as-written", action="store_true", help="rapid: loops and calls"),
-    option("-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write"),
-    *ROBOT,
-    DIALECT,
-    CELL,
-    option("--signals", rare=True, metavar="FILE", help="when input signals change: lines of time, signal, state"),
-    option("--replay-units", rare=True, metavar="FILE", help="what comes from devices"),
-)

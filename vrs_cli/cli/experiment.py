@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import gc
 import json
 from argparse import Namespace
@@ -14,31 +13,23 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import groupby, product
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from msgspec import Struct, structs
 
 from vrs_cli.cli import other_experiments
-from vrs_cli.cli.command_line import (
-    ROBOT,
-    STANDARD_STREAM,
-    CommandLineError,
-    chosen_robot,
-    command,
-    option,
-    positive,
-    size,
-)
+from vrs_cli.cli.command_line import CommandLineError, chosen_robot
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.other_experiments import lines_of, outcomes
-from vrs_cli.cli.remote import KINDS, LINE_OPTIONS, duration
-
-if TYPE_CHECKING:
-    from vrs_cli.kinematics.arrays import Floats
-    from vrs_cli.lab.delays import Error, Trial, TrialOutcome
-    from vrs_cli.render.blocks import Block, Grid
-    from vrs_cli.render.plots import Curves
-
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.lab.delays import Error, Strategy, Trial, TrialOutcome, outcome_of, together
+from vrs_cli.net.delay_line import DelayWays
+from vrs_cli.render.blocks import PIPE, Block, Column, Grid, line, number_column, number_columns, text_of
+from vrs_cli.render.chart import WIDTH, chart
+from vrs_cli.render.plots import Curves, check_plot, plot_panels
+from vrs_cli.values.numbers import count
+from vrs_cli.values.replies import Curve, Plot
 
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
@@ -94,13 +85,14 @@ def experiment(options: Namespace) -> int:
         options.what = "methods"
     kind = EXPERIMENTS[options.what]
     for name, default in OWN_DEFAULTS.items():
+        given = getattr(options, name)
         if name not in kind.options:
-            if getattr(options, name) is not None:
+            if given not in (None, False):
                 others = " and ".join(what for what, one in EXPERIMENTS.items() if name in one.options)
                 if name == "file":
                     raise CommandLineError(f"one argument too many: {options.file}", f"see {options.prog} --help")
                 raise CommandLineError(f"--{name.replace('_', '-')} is of vrs lab experiment {others}", "leave it out")
-        elif getattr(options, name) is None:
+        elif given is None:
             setattr(options, name, kind.defaults.get(name, default))
     if kind.name is None:
         return _delays(options)
@@ -111,143 +103,16 @@ def _delays(options: Namespace) -> int:
     """Try all, and print tables; returns 1 where the flags are not what the logs say, or miss an error."""
     picture = options.plot if options.plot != STANDARD_STREAM else None
     if picture is not None:
-        from vrs_cli.render.plots import check_plot
-
         check_plot(picture)
     rows = _rows(options)
     if options.json:
         tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
         print(json.dumps({**tried, "rows": [*map(_row_object, rows)]}, indent=2))
     else:
-        from vrs_cli.render.blocks import text_of
-
         print(text_of(_told(options, rows)), end="")
     if picture is not None:
         _draw(picture, rows)
     return OK if all(row.sound for row in rows) else FAILED
-
-
-def _within(least: float, most: float, unit: str, text: str) -> float:
-    """A number of a unit."""
-    value = positive(text)
-    if not least <= value <= most:
-        raise argparse.ArgumentTypeError(f"{value:g} {unit} is not from {least:g} to {most:g} {unit}")
-    return value
-
-
-seconds = partial(_within, 5.0, 1e4, "s")  # of a trial
-
-
-rate = partial(_within, 1.0, 200.0, "Hz")  # of looks
-
-
-experiment_parser = command(
-    "Try what delays do to who commands a robot from afar.",
-    f"""\
-methods tries viewers and controllers of your own; twin disturbs a simulated body; study is for people.
-
-  vrs lab experiment methods --viewer smooth.py:Smooth
-\f
-
-All but study happens in virtual time, and is the same for the same seeds (docs/experiment.md).
-
-  vrs lab experiment delays --plot delays.svg
-  vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
-  vrs lab experiment methods --controller mine:Controller
-  vrs lab experiment twin --scenario payload storm.toml --plot twin.svg
-  vrs lab experiment study study.toml --participant 3
-
-An operator commands a motion every second or so, each for LEAD seconds after it is issued. Somebody far away sees it
-  frames     by positions that are shown as they come
-  predicted  by positions D_b ahead, shown when their time has come
-  deltas     by the timeline, at the present
-  ahead      by the timeline, D_f later: where the robot will be when a command of now arrives
-  preview    the same, with the commands that are on their way
-A row is the mean over all seeds. All of it happens in virtual time, and is the same for the same seeds.
-
-methods tries classes of your own: viewers that show the robot from late frames, and controllers whose set points arrive
-late, in fixed scenarios, beside those of vrs. docs/experiment.md says which two methods each has.
-
-twin lets a simulated body follow the timeline, and disturbances befall it: what is seen, beside where the body is.
-
-study is for people: they drive under several delays, in the order of a Latin square, and times and errors go to a CSV
-file under pseudonyms. After a kill the same command goes on with the next trial.
-
-{KINDS}
-  vrs lab experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
-""",
-    option("what", metavar="EXPERIMENT", nargs="?", choices=(*EXPERIMENTS,), help=f"{', '.join(EXPERIMENTS)}"),
-    option("file", metavar="FILE.toml", nargs="?", help="of study: its conditions and its task"),
-    option(
-        "--participant",
-        rare=True,
-        metavar="N",
-        type=size,
-        help="of study: who drives (default: the next who is not done)",
-    ),
-    option(
-        "--out",
-        rare=True,
-        metavar="FILE.csv",
-        help="of study: the results (default: FILE.csv, of --dry-run FILE.dry.csv)",
-    ),
-    option(
-        "--dry-run",
-        rare=True,
-        action="store_true",
-        default=None,
-        help="of study: a scripted participant, in virtual time",
-    ),
-    option("--viewer", rare=True, metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
-    option("--controller", rare=True, metavar="CLASS", nargs="+", help="of methods: module:Class or FILE.py:Class"),
-    option(
-        "--scenario",
-        rare=True,
-        metavar="NAME",
-        nargs="+",
-        help="of methods: moves, steps, waves, stops; of twin: healthy, push, payload, blocked, "
-        "stop, drift, or a FILE.toml",
-    ),
-    option("--delay", metavar="T", type=duration, nargs="+", help="mean delays, gamma distributed (default: 200ms)"),
-    option(
-        "--jitter", rare=True, metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"
-    ),
-    *LINE_OPTIONS,
-    option(
-        "--lead",
-        metavar="T",
-        type=duration,
-        nargs="+",
-        help="when commands begin, counted from their issue (default: 0 to 0.8 s)",
-    ),
-    option(
-        "--policy",
-        rare=True,
-        type=str.upper,
-        choices=POLICIES,
-        nargs="+",
-        help="what becomes of late commands (default: ABORT and POSTPONE)",
-    ),
-    option("--seeds", metavar="N", type=size, help="trials a row (default: 20, 5 or 2)"),
-    option(
-        "--seconds",
-        rare=True,
-        metavar="T",
-        type=seconds,
-        help="how long each is (default: 200; of methods 30, of twin 40)",
-    ),
-    option("--rate", rare=True, metavar="HZ", type=rate, help="looks a second (default: 25)"),
-    *ROBOT,
-    option("--jobs", rare=True, metavar="N", type=size, help="processes (default: one for each core)"),
-    option(
-        "--plot",
-        metavar="OUT.svg|png|pdf",
-        nargs="?",
-        const=STANDARD_STREAM,
-        help="draw curves over the lead, of twin over time",
-    ),
-    option("--json", action="store_true", help="print one JSON object"),
-)
 
 
 # --- what is tried -----------------------------------------------------------------------------------------------
@@ -273,8 +138,6 @@ class ExperimentRow(Struct, frozen=True):
 
 def _rows(options: Namespace) -> list[ExperimentRow]:
     """Try each case with all seeds."""
-    from vrs_cli.lab.delays import together
-
     cases = list(_cases(options))
     trials = [
         structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
@@ -287,9 +150,6 @@ def _rows(options: Namespace) -> list[ExperimentRow]:
 
 
 def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
-    from vrs_cli.lab.delays import Trial
-    from vrs_cli.net.delay_line import DelayWays
-
     robot = chosen_robot(options)
     for (name, forward, backward), policy, lead in product(lines_of(options), options.policy, options.lead):
         ways = DelayWays(forward, backward, options.seed)
@@ -298,8 +158,6 @@ def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
 
 def _outcome(trial: Trial) -> TrialOutcome:
     """While it is tried nothing of it is garbage: not to look for that again and again saves a tenth of the time."""
-    from vrs_cli.lab.delays import outcome_of
-
     gc.disable()
     try:
         return outcome_of(trial)
@@ -312,9 +170,6 @@ def _outcome(trial: Trial) -> TrialOutcome:
 
 
 def _told(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
-    from vrs_cli.render.blocks import line
-    from vrs_cli.values.numbers import count
-
     for name, group in groupby(rows, lambda row: row.delays):
         some = list(group)
         yield from _tables(options, name, some)
@@ -331,9 +186,6 @@ def _told(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
 
 
 def _tables(options: Namespace, delays: str, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
-    from vrs_cli.lab.delays import Strategy
-    from vrs_cli.render.blocks import line
-
     first = rows[0].outcome
     each = f"{options.seeds} x {options.seconds:g} s, {first.commands / options.seeds:.0f} commands each"
     median, most = first.round_trip
@@ -351,8 +203,6 @@ def _tables(options: Namespace, delays: str, rows: Sequence[ExperimentRow]) -> I
 def _grid(
     rows: Sequence[ExperimentRow], headings: Sequence[str], cells: Callable[[ExperimentRow], tuple[str, ...]]
 ) -> Grid:
-    from vrs_cli.render.blocks import Column, Grid, number_column, number_columns
-
     columns: tuple[Column, ...] = (Column("policy"), number_column("lead s", 6), *number_columns(*headings))
     return Grid(columns, tuple((row.trial.policy, f"{row.trial.lead:g}", *cells(row)) for row in rows))
 
@@ -374,8 +224,6 @@ def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]
 
 def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Curves]:
     """Mean errors [deg] of some strategies over the lead [s], for each policy and line, where the robot moved."""
-    from vrs_cli.render.plots import Curves
-
     for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
         some = sorted((row for row in group if row.moved), key=lambda row: row.trial.lead)
         errors = [{strategy.value: error.degrees for strategy, error in row.outcome.errors.items()} for row in some]
@@ -385,10 +233,6 @@ def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Curves]:
 
 
 def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
-    from vrs_cli.render.blocks import PIPE, line
-    from vrs_cli.render.chart import WIDTH, chart
-    from vrs_cli.values.replies import Curve, Plot
-
     for one in _drawings(rows):
         first, last = one.along[0], one.along[-1]
         even = tuple(first + (last - first) * k / (WIDTH - 1) for k in range(WIDTH))
@@ -409,8 +253,6 @@ def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: 
 
 def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
     """Raises UsageError where there are not two leads at which the robot moved, FileError."""
-    from vrs_cli.render.plots import plot_panels
-
     drawings = list(_drawings(rows))
     if not drawings:
         raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")

@@ -11,26 +11,30 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import chdir, closing
 from glob import glob
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, command, group, option, size
+from vrs_cli.cli.command_line import CommandLineError
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.main import FAILED, OK
+from vrs_cli.cli.outputs import check_distinct
 from vrs_cli.cli.sources import is_program
 from vrs_cli.errors import FileDamaged, FileError, FileOutside, NonexistentFile
+from vrs_cli.files.atomic import check_writable, write_atomically
 from vrs_cli.files.opening import Folder, reason
 from vrs_cli.files.program_file import decode_program
-from vrs_cli.render.blocks import for_stream
-from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES
-from vrs_cli.teach.grading import Submission
+from vrs_cli.render.blocks import PIPE, Block, Column, Grid, for_stream, grid_lines, line, number_column, split
+from vrs_cli.render.pictures import check_page
+from vrs_cli.render.progress import RunProgress
+from vrs_cli.teach.exercise import Exercise, read_exercise
+from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, find_exercise
+from vrs_cli.teach.findings import findings_of
+from vrs_cli.teach.grading import Grader, Grading, Submission, SubmissionRuns, by_student, total_of
+from vrs_cli.teach.many import Graded, grade_many, grade_on_cluster
+from vrs_cli.teach.pool import core_count
+from vrs_cli.teach.propose import propose
+from vrs_cli.teach.reports.pages import Pages
+from vrs_cli.teach.reports.results import Likeness, gradebook, junit, results_object, similar, written_json
+from vrs_cli.teach.reports.students import FOR_STUDENTS, file_stem, plain, points_text
 from vrs_cli.values.numbers import count
-
-if TYPE_CHECKING:
-    from vrs_cli.render.blocks import Block
-    from vrs_cli.teach.exercise import Exercise
-    from vrs_cli.teach.grading import Grader, Grading, Submission
-    from vrs_cli.teach.many import Graded
-    from vrs_cli.teach.reports.results import Likeness
-
 
 MAX_NAME_CHARS = 200
 
@@ -155,8 +159,6 @@ def grade(options: Namespace) -> int:
         raise CommandLineError("--cell is for --new: submissions run in the cell of the exercise")
     if options.exercise is None or not options.files:
         raise CommandLineError("an exercise and submissions are wanted", "vrs grade pick class")
-    from vrs_cli.teach.exercise import read_exercise
-    from vrs_cli.teach.exercise_text import find_exercise
 
     exercise = read_exercise(find_exercise(options.exercise).resolve())
     submissions = find_submissions(options.files)
@@ -168,11 +170,6 @@ def grade(options: Namespace) -> int:
 def _checked(options: Namespace) -> int:
     """Tell what is wrong with an exercise, as it is found."""
     from tempfile import TemporaryDirectory
-
-    from vrs_cli.teach.exercise import read_exercise
-    from vrs_cli.teach.exercise_text import find_exercise
-    from vrs_cli.teach.findings import findings_of
-    from vrs_cli.teach.grading import Submission, SubmissionRuns
 
     try:
         exercise = read_exercise(find_exercise(options.check).resolve())
@@ -196,25 +193,18 @@ def _proposed(options: Namespace) -> int:
     """Propose an exercise from a solution, and tell what was proposed."""
     if options.exercise is None or options.files:
         raise CommandLineError("--new wants a name and one solution", "vrs grade --new pick solution.v2")
-    from vrs_cli.teach.propose import propose
 
     folder, told = propose(options.new, options.exercise, options.cell)
-    for line in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
-        print(for_stream(line, sys.stdout))
+    for text in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
+        print(for_stream(text, sys.stdout))
     return OK
 
 
 def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
     """Grade all, show a table, and write all files."""
-    from vrs_cli.render.progress import RunProgress
-    from vrs_cli.teach.grading import Grader, by_student
-    from vrs_cli.teach.reports.results import results_object, similar
-
     grader = Grader(exercise)
     pages = None
     if options.html is not None:
-        from vrs_cli.teach.reports.pages import Pages
-
         pages = Pages(Path(options.html), exercise)
         pages.name(one.student for one in submissions)
     found = list["Grading"]()
@@ -248,13 +238,9 @@ def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submis
 
 def _yielded(options: Namespace, grader: Grader, submissions: Sequence[Submission]) -> Generator[Graded, None, None]:
     """Grade on this machine, or on those of a Dask scheduler."""
-    from vrs_cli.teach.many import grade_many
-    from vrs_cli.teach.pool import core_count
-
     replays = options.html is not None
     if options.dask is None:
         return grade_many(grader, submissions, options.jobs or core_count(), replays=replays)
-    from vrs_cli.teach.many import grade_on_cluster
 
     return grade_on_cluster(options.dask, grader.exercise, submissions, replays=replays)
 
@@ -272,9 +258,6 @@ def _given(exercise: Exercise) -> Iterator[str]:
 
 def _check_outputs(options: Namespace, several: bool) -> None:
     """Raise now what would make writing fail later: CommandLineError, FileError, PageError."""
-    from vrs_cli.cli.outputs import check_distinct
-    from vrs_cli.files.atomic import check_writable
-
     named = {name: path for name in FILES if (path := getattr(options, name)) is not None}
     if list(named.values()).count(STANDARD_STREAM) > 1:
         raise CommandLineError("two outputs want standard output", "write one into a file")
@@ -287,16 +270,11 @@ def _check_outputs(options: Namespace, several: bool) -> None:
         elif path != STANDARD_STREAM:
             check_writable(path)
     if options.html is not None:
-        from vrs_cli.render.pictures import check_page
-
         check_page()
 
 
 def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], results: dict[str, object]) -> None:
     """Write all files. Raises FileError."""
-    from vrs_cli.teach.reports.results import gradebook, junit, written_json
-    from vrs_cli.teach.reports.students import FOR_STUDENTS, file_stem
-
     if options.json is not None:
         _write_text(options.json, written_json(results))
     if options.csv is not None:
@@ -316,8 +294,6 @@ def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], 
 
 
 def _write_text(path: str, text: str) -> None:
-    from vrs_cli.files.atomic import write_atomically
-
     if path == STANDARD_STREAM:
         sys.stdout.write(text)
     else:
@@ -334,20 +310,14 @@ def _make_folder(path: str) -> None:
 
 def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> None:
     """Print a table of all, and similar submissions."""
-    from vrs_cli.render.blocks import PIPE, Grid, grid_lines, split
-
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else PIPE.width
     for block in _blocks(exercise, gradings, alike):
         for part in split(block, width) if isinstance(block, Grid) else (block,):
-            for line in grid_lines(part) if isinstance(part, Grid) else (part,):
-                print(line.text.rstrip())
+            for row in grid_lines(part) if isinstance(part, Grid) else (part,):
+                print(row.text.rstrip())
 
 
 def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> Iterator[Block]:
-    from vrs_cli.render.blocks import Column, Grid, line, number_column
-    from vrs_cli.teach.grading import total_of
-    from vrs_cli.teach.reports.students import plain, points_text
-
     of = points_text(total_of(exercise))
     columns = (Column("student"), number_column("points", 6), number_column("of", 4), Column("why", fold=True))
     rows = (
@@ -376,60 +346,3 @@ def _reason(grading: Grading) -> str:
     worst = max(wrong, key=lambda found: found.of - found.points)
     more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
     return f"{worst.name}: {worst.reason}{more}"
-
-
-grade_parser = command(
-    "Grade submissions for an exercise: run each in all variants, and mark what it did.",
-    """\
-A submission is a .v2 file, or a folder with one, called after its student.
-Exit status 1: something could not be graded.
-
-  vrs grade pick class                                all in a folder: ann.v2, bob.v2, carl/robot.v2
-  vrs grade pick class/*.v2 --csv grades.csv --json grades.json
-\f
-
-EXERCISE is a folder with the folders exercise and teacher, or the name of one that comes with vrs. Marks depend
-on steps and simulated time alone: they are the same on every machine. Hidden checks are in --json, --csv, --junit and
-teacher.html; students' files tell the points of all hidden checks together.
-
-  vrs grade pick class --html pages                   a page for each student, and one for the teacher
-  vrs grade pick /autograder/submission --gradescope /autograder/results/results.json
-  vrs grade pick class --dask tcp://scheduler:8786
-  vrs grade --check pick                              what is wrong with an exercise
-  vrs grade --new mine solution.v2                    propose an exercise from a solution
-""",
-    option("exercise", metavar="EXERCISE", nargs="?", help="a folder, or the name of one that comes with vrs"),
-    option("files", metavar="FILES", nargs="*", help="submissions: files, folders, patterns"),
-    option(
-        "--check", metavar="FOLDER", help="tell what is wrong with an exercise: it runs the model, and mutants of it"
-    ),
-    option(
-        "--new",
-        rare=True,
-        metavar="NAME",
-        help="propose the exercise NAME, a new folder, from a solution: its checks are what the solution does",
-    ),
-    option(
-        "--cell",
-        rare=True,
-        metavar="CELL.toml",
-        help="with --new: what is around the robot (default: as of vrs run)",
-    ),
-    option("--jobs", rare=True, metavar="N", type=size, help="processes (default: one for each core)"),
-    option("--dask", rare=True, metavar="ADDRESS", help="grade on the workers of this Dask scheduler"),
-    option("--quiet", rare=True, action="store_true", help="print no table"),
-    group(
-        "outputs, - is standard output",
-        option("--json", metavar="FILE", help="all results, with reasons and variants"),
-        option("--csv", metavar="FILE", help="a table for a gradebook"),
-        option("--junit", rare=True, metavar="FILE", help="JUnit's XML"),
-        option(
-            "--gradescope",
-            rare=True,
-            metavar="FILE",
-            help="results.json of Gradescope; of several submissions a folder",
-        ),
-        option("--check50", rare=True, metavar="FILE", help="the JSON of check50; of several submissions a folder"),
-        option("--html", metavar="FOLDER", help="pages: FOLDER/students for students, FOLDER/teacher.html"),
-    ),
-)

@@ -8,59 +8,27 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import command, group, option, teller
-from vrs_cli.cli.serve import port
-from vrs_cli.cli.view import page_place, tell_page
+from vrs_cli.cli.command_line import teller
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.net.local_server import PagePlace
+from vrs_cli.render.console import draw_lesson_text
+from vrs_cli.repl.config import state_folder
 from vrs_cli.repl.shell import at, on_terminal
-
-if TYPE_CHECKING:
-    from vrs_cli.net.local_server import PagePlace
-    from vrs_cli.teach.learn import LearnerRecord
-    from vrs_cli.teach.lessons import Lesson
-
+from vrs_cli.teach.classroom import Classroom, LessonPlace, faults
+from vrs_cli.teach.learn import Learner, LearnerRecord, LessonStanding
+from vrs_cli.teach.lessons import (
+    Lesson,
+    chosen_folder,
+    lesson_folders,
+    lessons_folder,
+    progress_key,
+    read_lesson,
+    sections,
+)
 
 OK, FAILED = 0, 1
 PROGRESS = "learn.json"
-
-learn_parser = command(
-    "Lessons at the prompt: a step at a time, checked by what you did. It goes on where you were.",
-    """\
-  vrs learn                 begin, or go on
-  vrs learn 4               lesson 4
-
-At the prompt: HINT, AGAIN, SKIP, BACK, LESSONS, LESSON N, and all of VAL-II.
-
-\f
-  vrs learn my_lessons      lessons of your own: a folder of them, or one lesson
-  vrs learn --check FOLDER  what is wrong with a lesson, or with all in a folder
-
-HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes one step back,
-LESSONS lists all, LESSON N goes to one.
-
-Without a terminal the lines of standard input are the learner's, and the exit status
-is 0 where the lesson is finished, 1 where it is not:
-
-  vrs learn 1 < lines.txt
-""",
-    option("lesson", metavar="LESSON|FOLDER", nargs="?", help="a number, a name, or a folder of lessons"),
-    option("--list", action="store_true", help="the lessons, and where you are in each"),
-    option("--reset", action="store_true", help="forget where you are: in one lesson, or in all"),
-    option(
-        "--check",
-        rare=True,
-        metavar="FOLDER",
-        help="try a lesson: each step with nothing done, wrong lines, its model lines",
-    ),
-    group(
-        "the browser",
-        option("--view", action="store_true", help="show the robot in a browser"),
-        option("--no-open", rare=True, action="store_true", help="print the address alone"),
-        option("--port", rare=True, type=port, default=0, help="default: any that is free"),
-    ),
-)
 
 
 def learn(options: Namespace) -> int:
@@ -79,8 +47,6 @@ def learn(options: Namespace) -> int:
 
 def _progress_file() -> Path | None:
     """The file that keeps where the user is; None where there is no home."""
-    from vrs_cli.repl.config import state_folder
-
     try:
         return state_folder(os.environ) / PROGRESS
     except RuntimeError:
@@ -91,8 +57,6 @@ class _Course:
     """The lessons that the command line means: those of vrs, or those of a folder."""
 
     def __init__(self, word: str | None, progress_file: Path | None) -> None:
-        from vrs_cli.teach.lessons import chosen_folder, lesson_folders, lessons_folder
-
         self._file = progress_file
         self._page: PagePlace | None = None  # which stays when the learner goes to another lesson
         folder = None if word is None or not Path(word).is_dir() else Path(word)
@@ -106,9 +70,6 @@ class _Course:
 
     def reset(self) -> None:
         """Forget where the user is."""
-        from vrs_cli.teach.learn import LearnerRecord, LessonStanding
-        from vrs_cli.teach.lessons import progress_key
-
         if self._file is None or not self._file.exists():
             print("There is nothing to forget")
         elif self._asked is None:
@@ -139,8 +100,6 @@ class _Course:
 
     def _next(self, progress: LearnerRecord) -> Path | None:
         """Return the lesson that the user has not finished, from the latest one on; None where all are done."""
-        from vrs_cli.teach.lessons import progress_key
-
         keys = [progress_key(folder) for folder in self.folders]
         start = keys.index(progress.latest) if progress.latest in keys else 0
         order = [*zip(keys, self.folders, strict=True)]
@@ -148,8 +107,6 @@ class _Course:
 
     def _progress(self) -> LearnerRecord:
         """Read where the user is. A file that is no such record is told, and kept as it is."""
-        from vrs_cli.teach.learn import LearnerRecord
-
         try:
             return LearnerRecord(self._file)
         except FileError as error:
@@ -160,13 +117,12 @@ class _Course:
         self, options: Namespace, lesson: Lesson, progress: LearnerRecord, *, first: bool
     ) -> tuple[int, Path | None]:
         """Lead through one lesson; return the exit status, and the lesson to which the learner goes on."""
-        from vrs_cli.teach.classroom import Classroom, LessonPlace
-        from vrs_cli.teach.learn import Learner
-
         tell, attended = teller(options.prog), on_terminal()
         standing = progress.of(lesson.key)
         with ExitStack() as stack:
             if options.view and self._page is None:
+                from vrs_cli.cli.view import page_place
+
                 options.host = "127.0.0.1"
                 self._page = page_place(options)
             classroom = Classroom(lesson, stack, tell, page=self._page, attended=attended)
@@ -176,6 +132,8 @@ class _Course:
             if self._page is not None and classroom.local_robot is not None:
                 self._page = self._page.at_port(classroom.local_robot.port)  # that of all lessons
                 if first:
+                    from vrs_cli.cli.view import tell_page
+
                     tell_page(options, classroom.local_robot.page(classroom.local_robot.name))
             at(LessonPlace(classroom, learner, first=first))
         if learner.standing.is_finished or learner.wanted is not None:
@@ -187,8 +145,6 @@ class _Course:
 
 
 def _title(folder: Path) -> str:
-    from vrs_cli.teach.lessons import sections
-
     try:
         return sections((folder / "lesson.md").read_text(encoding="utf-8"))[0]
     except (OSError, UnicodeError):
@@ -196,8 +152,6 @@ def _title(folder: Path) -> str:
 
 
 def _read(folder: Path) -> Lesson:
-    from vrs_cli.teach.lessons import read_lesson
-
     return read_lesson(folder)
 
 
@@ -205,16 +159,12 @@ def _shown(attended: bool) -> Callable[[str], None]:
     """Return what shows the Markdown of a lesson: in colours on a terminal, as it is in a pipe."""
     if not attended:
         return lambda text: print(f"{text}\n", flush=True)
-    from vrs_cli.render.console import draw_lesson_text
 
     return draw_lesson_text
 
 
 def _check(folder: Path) -> int:
     """Tell what is wrong with a lesson, or with all lessons in a folder; returns the exit status."""
-    from vrs_cli.teach.classroom import faults
-    from vrs_cli.teach.lessons import lesson_folders
-
     if not folder.is_dir():
         raise NonexistentFile(str(folder), "name the folder of a lesson, or of several")
     several: Sequence[Path] = () if (folder / "checks.toml").exists() else lesson_folders(folder)

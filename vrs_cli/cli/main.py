@@ -10,8 +10,9 @@ from functools import partial
 from importlib import import_module
 from io import TextIOWrapper, UnsupportedOperation
 from keyword import iskeyword
-from typing import NamedTuple
 
+from vrs_cli.cli.command_line import CommandLineError, Parser, did_you_mean
+from vrs_cli.cli.commands import GROUPS, SUBCOMMANDS
 from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
 from vrs_cli.repl.interrupt import Ended, ending
 
@@ -21,55 +22,6 @@ INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
 BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 
-class Subcommand(NamedTuple):
-    """A row of the table of subcommands. For `where` the module has `where_parser(prog)` and `where(options)`, which
-    returns the status, or None where all went well; for `lab steer` these are of `steer`. A name that is a keyword of
-    Python has an underscore: `class_`.
-    """
-
-    module: str
-    arguments: str
-    summary: str
-
-
-GROUPS: Mapping[str, Mapping[str, Subcommand]] = {  # as `vrs --help` shows them
-    "work": {
-        "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
-        "demo": Subcommand("view", "", "see the arm move, then try it yourself"),
-        "run": Subcommand("run", "FILE.v2 [PROGRAM]", "execute a program of a file, or all files of a folder"),
-        "convert": Subcommand("convert", "FILE.v2 --to TARGET", "a program for another robot"),
-        "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files"),
-        "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
-    },
-    "trajectories": {
-        "view": Subcommand("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
-        "where": Subcommand("recorded", "T.vrst --at TIME ...", "where the robot is at any time"),
-        "replay": Subcommand("recorded", "T.vrst", "play it, with pause, rewind and seek"),
-        "export": Subcommand("recorded", "T.vrst --to FORMAT", "write it for other programs: csv, npz, mcap, ..."),
-        "verify": Subcommand("recorded", "T.vrst", "check that it is whole, and that the robot can do it"),
-    },
-    "class": {
-        "learn": Subcommand("learn", "[LESSON]", "lessons at the prompt: VAL-II and the robot, step by step"),
-        "grade": Subcommand("grade", "EXERCISE FILES ...", "grade submissions for an exercise"),
-        "class": Subcommand("classroom", "COMMAND FOLDER", "a class in browsers: new, links, collect, forget"),
-        "class token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),
-    },
-    "many": {
-        "serve": Subcommand("serve", "", "serve robots to others over the network"),
-        "connect": Subcommand("remote", "URL", "the shell at a served robot; --put and --get files"),
-        "body": Subcommand("body", "URL", "be the body of a served robot: a simulated arm, or a program"),
-    },
-    "more": {
-        "robots": Subcommand("tools", "[NAME|FILE]", "all robots, or all about one"),
-        "lab experiment": Subcommand("experiment", "[KIND]", "try what delays do: delays, methods, twin, study"),
-        "lab delay": Subcommand("remote", "LISTEN TARGET", "a line with delays between a client and a server"),
-        "lab steer": Subcommand("steer", "FILE.csv", "follow a stream of targets"),
-        "tools lsp": Subcommand("tools", "", "the language server, which editors start"),
-        "tools completion": Subcommand("tools", "SHELL", "the script of a shell that completes vrs with Tab"),
-        "tools config": Subcommand("tools", "", "the settings of the shell, and their file"),
-    },
-}
-SUBCOMMANDS: Mapping[str, Subcommand] = {name: row for rows in GROUPS.values() for name, row in rows.items()}
 HELPS = (["--help"], ["-h"], ["--help-all"])
 FAMILIES = ("class", "lab", "tools")  # first words of names of two words
 MOVED: Mapping[str, str] = {  # names that were, and what is there now
@@ -145,8 +97,6 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
     suited = FILE_COMMANDS.get(os.path.splitext(name)[1].lower())
     if suited is not None:
         return suited, f"vrs {suited}", arguments
-    from vrs_cli.cli.command_line import CommandLineError, did_you_mean
-
     if name in FAMILIES:
         family = [full.split()[1] for full in SUBCOMMANDS if full.startswith(f"{name} ")]
         what = f"vrs {name} what?" if arguments[1:] in ([], *HELPS) else f"unknown subcommand {name} {arguments[1]}"
@@ -160,9 +110,8 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
 
 
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
-    module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
-    word = name.split()[-1]
-    options = getattr(module, f"{word}_parser")(prog).parse(arguments)
+    options = Parser(name, prog).parse(arguments)
+    module, word = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}"), name.split()[-1]
     status: int | None = getattr(module, f"{word}_" if iskeyword(word) else word)(options)
     return status or OK
 

@@ -14,24 +14,50 @@ from itertools import product
 from math import isnan
 from pathlib import Path
 from subprocess import PIPE, Popen
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from time import sleep
+from typing import Any, NamedTuple, TypeVar
 
 from msgspec import structs
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_robot, did_you_mean
+import vrs_cli as vrs
+from vrs_cli.bodies.scenario import Disturbance, load_scenario
+from vrs_cli.cli.command_line import CommandLineError, chosen_robot, did_you_mean
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.errors import RequestRefused
 from vrs_cli.extras import BUILT_PAGE
-
-if TYPE_CHECKING:
-    from vrs_cli.bodies.scenario import Disturbance
-    from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.lab.bench import ControllerScore, MethodOutcome, MethodTrial, ViewerScore
-    from vrs_cli.lab.study import Condition, Study, StudyResult, StudyTrial
-    from vrs_cli.lab.twin import TwinCurves, TwinRow, TwinTrial
-    from vrs_cli.net.delay_line import Delays
-    from vrs_cli.render.blocks import Block
-
+from vrs_cli.files.atomic import check_writable, write_atomically
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.lab import bench, twin
+from vrs_cli.lab.bench import (
+    SCENARIOS,
+    ControllerScore,
+    MethodOutcome,
+    MethodTrial,
+    ViewerScore,
+    mean_controller_score,
+    mean_viewer_score,
+    method_outcome,
+)
+from vrs_cli.lab.delays import Trial
+from vrs_cli.lab.methods import CONTROLLERS, VIEWERS, Predictor, RemoteController, load_method
+from vrs_cli.lab.study import (
+    Condition,
+    DryRun,
+    Judge,
+    Results,
+    Study,
+    StudyResult,
+    StudyTrial,
+    load_study,
+    pseudonym,
+    results_summary,
+    study_trials,
+)
+from vrs_cli.lab.twin import TwinCurves, TwinRow, TwinTrial, twin_outcome, twin_row
+from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma, with_loss
+from vrs_cli.render.blocks import Block, Column, Grid, line, number_column, number_columns, text_of
+from vrs_cli.render.plots import Curves, curves_svg
 
 VIEWED, FOLLOWED = "What is seen, beside the robot", "The robot, beside its goal"
 
@@ -47,8 +73,6 @@ class MethodRows(NamedTuple):
 
 def run_methods(options: Namespace) -> int:
     """Try all, and print tables. Raises MethodError for a class that fails, CommandLineError."""
-    from vrs_cli.lab.methods import Predictor, RemoteController, load_method
-
     for name in options.viewer:
         load_method(name, Predictor)
     for name in options.controller:
@@ -58,16 +82,11 @@ def run_methods(options: Namespace) -> int:
         tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
         print(json.dumps({**tried, "rows": [_row_object_methods(row) for row in rows]}, indent=2))
     else:
-        from vrs_cli.render.blocks import text_of
-
         print(text_of(_told_methods(options, rows)), end="")
     return OK
 
 
 def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
-    from vrs_cli.lab.bench import mean_controller_score, mean_viewer_score, method_outcome
-    from vrs_cli.lab.methods import VIEWERS
-
     cases = list(_cases_methods(options))
     trials = [
         structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
@@ -96,11 +115,6 @@ def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
 
 def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
     """Yield each trial without its seed, and the name of its line. Viewers are tried with the first controller."""
-    from vrs_cli.lab.bench import FOLLOWED as FOLLOWED_SCENARIOS
-    from vrs_cli.lab.bench import SCENARIOS, MethodTrial
-    from vrs_cli.lab.methods import CONTROLLERS, VIEWERS
-    from vrs_cli.net.delay_line import DelayWays
-
     robot = chosen_robot(options)
     for scenario in options.scenario or ():
         if scenario not in SCENARIOS:
@@ -111,15 +125,12 @@ def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
     for name, forward, backward in lines_of(options):
         ways = DelayWays(forward, backward, options.seed)
         for scenario in options.scenario or SCENARIOS:
-            for number, one in enumerate(controllers if scenario in FOLLOWED_SCENARIOS else controllers[:1]):
+            for number, one in enumerate(controllers if scenario in bench.FOLLOWED else controllers[:1]):
                 seen = viewers if number == 0 else ()
                 yield name, MethodTrial(robot, ways, scenario, one, seen, options.seconds, options.rate)
 
 
 def _told_methods(options: Namespace, rows: Sequence[MethodRows]) -> Iterator[Block]:
-    from vrs_cli.lab.bench import SCENARIOS
-    from vrs_cli.render.blocks import Column, Grid, line, number_columns
-
     for delays in dict.fromkeys(row.delays for row in rows):
         some = [row for row in rows if row.delays == delays]
         yield line(f"{delays}; {options.seeds} x {options.seconds:g} s, {options.rate:g} Hz")
@@ -178,8 +189,6 @@ sys.exit(run(sys.argv[1:]))
 
 def run_study(options: Namespace) -> int:
     """Let one participant do all trials that are not done. Raises CommandLineError, FileError, FileDamaged."""
-    from vrs_cli.lab.study import DryRun, Results, load_study, pseudonym, study_trials
-
     if options.file is None:
         raise CommandLineError("which study?", f"{options.prog} study FILE.toml")
     study = load_study(Path(options.file))
@@ -204,8 +213,6 @@ def run_study(options: Namespace) -> int:
 
 def _tell_results(path: Path, *, as_json: bool) -> None:
     """Print a row for each condition, of all participants."""
-    from vrs_cli.lab.study import results_summary
-
     rows = list(results_summary(path))
     if as_json:
         names = ("condition", "trials", "reached", "mean_s", "mean_error_mm")
@@ -213,7 +220,6 @@ def _tell_results(path: Path, *, as_json: bool) -> None:
             json.dumps({"results": str(path), "rows": [dict(zip(names, row, strict=True)) for row in rows]}, indent=2)
         )
         return
-    from vrs_cli.render.blocks import Column, Grid, number_columns, text_of
 
     def grid() -> Iterator[Block]:
         columns = (Column("condition"), *number_columns("trials", "reached %", "time s", "error mm"))
@@ -232,8 +238,6 @@ def _tell_results(path: Path, *, as_json: bool) -> None:
 @contextmanager
 def _live(study: Study, total: int, tell: Callable[[str], None]) -> Iterator[Callable[[StudyTrial], StudyResult]]:
     """Serve the robot, and yield a function that does one trial with a person. Both sides of the line end with it."""
-    import vrs_cli as vrs
-
     with ExitStack() as stack:
         pages = ("--pages",) if BUILT_PAGE.exists() else ()
         server = stack.enter_context(
@@ -259,10 +263,6 @@ class _People:
 
     def do(self, trial: StudyTrial) -> StudyResult:
         """Do one trial. Raises KeyboardInterrupt, also at the end of the input."""
-        from time import sleep
-
-        from vrs_cli.lab.study import Judge
-
         if trial.condition != self._condition:
             self._connect(trial)
         self._tell(f"\nTrial {trial.number} of {self._total}")
@@ -353,8 +353,6 @@ def run_twin(options: Namespace) -> int:
         tried = {"seeds": options.seeds, "seconds": options.seconds}
         print(json.dumps({**tried, "rows": [*map(_row_object_twin, rows)]}, indent=2))
     else:
-        from vrs_cli.render.blocks import text_of
-
         print(text_of(_told_twin(options, rows)), end="")
     if options.plot is not None:
         _draw(options.plot, rows)
@@ -365,14 +363,11 @@ def _check_picture(path: str) -> None:
     """Raise now what would go wrong when a picture is written: CommandLineError, FileError."""
     if path == STANDARD_STREAM or Path(path).suffix.lower() != ".svg":
         raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
-    from vrs_cli.files.atomic import check_writable
 
     check_writable(path)
 
 
 def _rows_twin(options: Namespace) -> list[TwinRows]:
-    from vrs_cli.lab.twin import twin_outcome, twin_row
-
     cases = list(_cases_twin(options))
     trials = [_seeded(trial, number) for _, _, trial in cases for number in range(options.seeds)]
     found = outcomes(twin_outcome, trials, options.jobs)
@@ -391,35 +386,25 @@ def _seeded(it: TwinTrial, number: int) -> TwinTrial:
 
 def _cases_twin(options: Namespace) -> Iterator[tuple[str, str, TwinTrial]]:
     """Yield the names of line and scenario, and what is tried."""
-    from vrs_cli.lab.delays import Trial
-    from vrs_cli.lab.twin import RATE, SCENARIOS, TwinTrial
-    from vrs_cli.net.delay_line import DelayWays
-
     robot = chosen_robot(options)
-    scenarios = [(name, _scenario(options, robot, name)) for name in options.scenario or SCENARIOS]
+    scenarios = [(name, _scenario(options, robot, name)) for name in options.scenario or twin.SCENARIOS]
     for name, forward, backward in lines_of(options):
         ways = DelayWays(forward, backward, options.seed)
         for (scenario, disturbances), policy, lead in product(scenarios, options.policy, options.lead):
-            yield name, scenario, TwinTrial(Trial(robot, ways, lead, policy, options.seconds, RATE), disturbances)
+            yield name, scenario, TwinTrial(Trial(robot, ways, lead, policy, options.seconds, twin.RATE), disturbances)
 
 
 def _scenario(options: Namespace, robot: RobotModel, name: str) -> tuple[Disturbance, ...]:
     """Return the disturbances of a scenario by its name, or of a file. Raises CommandLineError, FileError."""
-    from vrs_cli.bodies.scenario import load_scenario
-    from vrs_cli.lab.twin import BEGINS, SCENARIOS
-
-    if name in SCENARIOS:
-        return tuple(structs.replace(one, at=BEGINS * options.seconds) for one in SCENARIOS[name])
+    if name in twin.SCENARIOS:
+        return tuple(structs.replace(one, at=twin.BEGINS * options.seconds) for one in twin.SCENARIOS[name])
     if not name.endswith(".toml"):
-        hint = did_you_mean(name, SCENARIOS, options.prog)
+        hint = did_you_mean(name, twin.SCENARIOS, options.prog)
         raise CommandLineError(f"--scenario: no scenario is {name}", hint)
     return load_scenario(Path(name), tuple(link.kind for link in robot.links)).disturbances
 
 
 def _told_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
-    from vrs_cli.lab.twin import SEEN
-    from vrs_cli.render.blocks import Column, Grid, line, number_column, number_columns
-
     columns = (Column("scenario"), Column("policy"), number_column("lead s", 6))
     for delays in dict.fromkeys(it.delays for it in rows):
         some = [it for it in rows if it.delays == delays]
@@ -430,13 +415,13 @@ def _told_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
         seen = (
             (
                 *_named(it),
-                *(f"{it.row.mean[name]:.3f}" for name in SEEN),
+                *(f"{it.row.mean[name]:.3f}" for name in twin.SEEN),
                 f"{it.row.excess:g}",
                 f"{100 * it.row.flagged:.2f}",
             )
             for it in some
         )
-        yield Grid((*columns, *number_columns(*SEEN, "excess", "flagged %")), tuple(seen))
+        yield Grid((*columns, *number_columns(*twin.SEEN, "excess", "flagged %")), tuple(seen))
         yield line()
         yield line("What the operator was told")
         told = (
@@ -470,15 +455,11 @@ def _row_object_twin(it: TwinRows) -> dict[str, object]:
 
 def _draw(path: str, rows: Sequence[TwinRows]) -> None:
     """Draw the errors of the first seed of each case over time. Raises FileError."""
-    from vrs_cli.files.atomic import write_atomically
-    from vrs_cli.lab.twin import SEEN
-    from vrs_cli.render.plots import Curves, curves_svg
-
     panels = [
         Curves(
             f"{scenario}, lead {lead} s, {policy}: error [deg]",
-            SEEN,
-            [getattr(it.curves, name) for name in SEEN],
+            twin.SEEN,
+            [getattr(it.curves, name) for name in twin.SEEN],
             it.curves.times,
         )
         for it in rows[:PANELS]
@@ -498,8 +479,6 @@ USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
 
 def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
     """The delays of both ways, with a name. Raises CommandLineError."""
-    from vrs_cli.net.delay_line import Constant, Gamma, with_loss
-
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     if options.forward or options.backward:
         if options.delay or options.jitter:

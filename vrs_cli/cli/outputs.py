@@ -16,15 +16,8 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import (
-    DEFAULT_RATE,
-    STANDARD_STREAM,
-    AddOption,
-    CommandLineError,
-    number,
-    option,
-    sampling_rate,
-)
+from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.errors import FileError, UsageError
 
 if TYPE_CHECKING:
@@ -42,25 +35,6 @@ STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "img,svg{max-width:100%;height:auto}table{border-collapse:collapse}td,th{padding:.1rem .8rem;text-align:left}"
     "td:nth-child(n+3),th:nth-child(n+3){text-align:right;font-variant-numeric:tabular-nums}"
-)
-
-
-def rate_option(beside: str = "") -> AddOption:
-    """The option --rate. `beside`: what else than rows of a table is counted."""
-    told = f"rows per second (default {DEFAULT_RATE:g}){beside}"
-    return option("--rate", metavar="HZ", type=sampling_rate, help=told)
-
-
-OUTPUT_OPTIONS = (  # for `Outputs.of`
-    option("--csv", metavar="OUT", help="a table of joints and tool (- is standard output)"),
-    rate_option(),
-    option("--plot", metavar="OUT.svg|png|pdf", help="the curves"),
-    option(
-        "--report",
-        metavar="OUT.html",
-        help="a page with curves and a picture",
-    ),
-    option("--report-at", rare=True, metavar="S", type=number, help="the moment of that picture (default: the end)"),
 )
 
 

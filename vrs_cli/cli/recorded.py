@@ -12,19 +12,11 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from vrs_cli.cli.command_line import (
-    DEFAULT_RATE,
-    STANDARD_STREAM,
-    CommandLineError,
-    Parser,
-    command,
-    number,
-    option,
-    positive,
-)
+from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, check_distinct, check_moment, rate_option, write_export
-from vrs_cli.cli.sources import LENIENT, position_object, read_recording
+from vrs_cli.cli.outputs import Outputs, check_distinct, check_moment, write_export
+from vrs_cli.cli.sources import position_object, read_recording
 from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
@@ -35,7 +27,6 @@ if TYPE_CHECKING:
 
 
 MAX_MEASURED = 500_000  # reports that are made a timeline
-MEASURED = option("--measured", action="store_true", help="the robot as its body reported it")
 
 
 def where(options: Namespace) -> None:
@@ -100,24 +91,6 @@ def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
     return made
 
 
-where_parser = command(
-    "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
-    """\
-  vrs where pick.vrst --at 1.0 2.5
-\f
-
-Before the first motion, after the last and between motions the robot stands still.
-""",
-    option("file", metavar="T.vrst", help="a saved trajectory"),
-    option(
-        "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
-    ),
-    option("--json", action="store_true", help="a JSON list with an object for every time"),
-    MEASURED,
-    LENIENT,
-)
-
-
 # --- vrs verify -----------------------------------------------------------------------------------------------------
 
 
@@ -141,22 +114,6 @@ def verify(options: Namespace) -> int:
         held += f", {len(recording.measured)} measured reports" if recording.measured else ""
         print(f"{held}{'' if checksums else ', no checksums'}: {'sound' if not wrong else 'not sound'}")
     return FAILED if wrong else OK
-
-
-verify_parser = command(
-    "Whether a saved trajectory is whole, and one that the robot can do.",
-    """\
-Exit status 1: something is wrong.
-
-  vrs verify pick.vrst
-\f
-
-Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
-this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
-""",
-    option("file", metavar="T.vrst", help="a saved trajectory"),
-    option("--json", action="store_true", help="print one JSON object: sound, checksums, reports, faults"),
-)
 
 
 # --- vrs replay -----------------------------------------------------------------------------------------------------
@@ -196,57 +153,7 @@ def replay(options: Namespace) -> None:
         print(plain_text(WhereaboutsTable(rows, arm.model.units)), end="")
 
 
-replay_parser = command(
-    "Play a saved trajectory on the terminal.",
-    """\
-Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
-
-  vrs replay pick.vrst --speed 0.25
-\f
-
-Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
-
-  vrs replay pick.vrst --step 0.5
-  vrs replay pick.vrst --plot pick.svg
-""",
-    option("file", metavar="T.vrst", help="a saved trajectory"),
-    option(
-        "--speed",
-        metavar="FACTOR",
-        type=positive,
-        default=1.0,
-        help="seconds of the trajectory in one second (default 1)",
-    ),
-    option(
-        "--step",
-        metavar="S",
-        type=positive,
-        help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})",
-    ),
-    *OUTPUT_OPTIONS,
-    MEASURED,
-    LENIENT,
-)
-
-
 # --- vrs export -----------------------------------------------------------------------------------------------------
-
-
-EXPORT_EPILOG = """\
-{formats}
-
-\f
-Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
-html, png, gif and mp4 show the robot; a picture or a film is taken by the Chromium
-or Chrome of this machine. With --measured csv, json and npz have the measured joints beside the planned ones; all
-others show the robot as it was measured.
-
-  vrs export pick.vrst --to csv -o pick.csv --rate 50
-  vrs export pick.vrst --to csv | head
-  vrs export day.vrst -o day.npz --rate 10
-  vrs export pick.vrst -o pick.html --cell pick.toml
-  vrs export pick.vrst -o pick.png --at 2.5
-"""
 
 
 def export(options: Namespace) -> None:
@@ -296,25 +203,6 @@ def formats() -> Mapping[str, Exporter]:
     from vrs_cli.render.pictures import PICTURES
 
     return {**EXPORTERS, **PICTURES}
-
-
-def export_parser(prog: str) -> Parser:
-    rows = "\n".join(f"  {one.name:5} {one.summary}" for one in formats().values())
-    return Parser(
-        prog,
-        "Write a saved trajectory in a format of other programs.",
-        EXPORT_EPILOG.format(formats=rows),
-        option("file", metavar="T.vrst", help="a saved trajectory"),
-        option("--to", metavar="FORMAT", help="one of these; default: by the ending of OUT"),
-        option(
-            "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
-        ),
-        rate_option(", or frames (gif, mp4: 10)"),
-        option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
-        option("--cell", metavar="CELL.toml", help="the cell to be shown (mcap: where parts are)"),
-        MEASURED,
-        LENIENT,
-    )
 
 
 def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:

@@ -2,47 +2,43 @@
 
 from __future__ import annotations
 
-import argparse
+import asyncio
+import ssl
 import sys
+import time
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from datetime import date, datetime
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import (
-    CHOICES,
-    REALTIME,
     USUAL_ROBOT,
     CommandLineError,
-    Parser,
-    group,
-    number,
-    option,
-    positive,
-    size,
     tell_notes,
     teller,
-    whole,
 )
 from vrs_cli.cli.main import OK
+from vrs_cli.cli.remote import signal_comes
 from vrs_cli.errors import FileError
 from vrs_cli.extras import how_to_install
-
-if TYPE_CHECKING:
-    import ssl
-    from collections.abc import Callable
-
-    from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.net.durable_log import Audit
-    from vrs_cli.net.limits import Allowance
-    from vrs_cli.net.room import Hub
-    from vrs_cli.net.server import Server
-    from vrs_cli.net.tokens import ClassFolder
-
+from vrs_cli.files.cell_file import read_cell
+from vrs_cli.interfaces.dialogue import Notes
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import Ends, load_robot
+from vrs_cli.language.text.collector import collect_in_small_parts
+from vrs_cli.net.class_board import ClassBoard
+from vrs_cli.net.durable_log import Audit
+from vrs_cli.net.http import ServedPage, is_local
+from vrs_cli.net.limits import Allowance
+from vrs_cli.net.room import Hub, RobotFolders
+from vrs_cli.net.served_robot import Plan, WhenGone
+from vrs_cli.net.server import ListenAddress, Server
+from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, TokenFile
+from vrs_cli.render.text import styled_lines
+from vrs_cli.teach.served_lessons import ServedLessons
 
 # [s] after which a thread that computes lets another one go on; by default it is 5 ms, which a line of the prompt waits
 # for several times in a row where several threads work beside the robot
@@ -53,39 +49,12 @@ TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python
 OWN_IDLE = 600.0  # [s] that a robot of a token works for nobody
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
-EPILOG = """\
-One robot, for this machine alone:
-
-  vrs serve
-  vrs connect ws://127.0.0.1:8765        (in another terminal)
-
-Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
-
-\f
-Two robots in real time, which are there again after a crash:
-
-  vrs serve --robot cell1=puma560 --robot cell2=cobra600 --realtime --journal journal
-
-A class, each with a robot of her own (vrs class token makes the tokens):
-
-  vrs serve --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem --tokens class.toml \\
-            --robots-per-token 1 --journal journal --folder files
-"""
-
 
 def serve(options: Namespace) -> int:
     """Serve until a signal says to end."""
     folder_of_class = _take_class(options)
     _check(options)
-    import asyncio
-    import time
     from tempfile import TemporaryDirectory
-
-    from vrs_cli.language.text.collector import collect_in_small_parts
-    from vrs_cli.net.durable_log import Audit
-    from vrs_cli.net.http import ServedPage, is_local
-    from vrs_cli.net.server import ListenAddress, Server
-    from vrs_cli.net.tokens import TokenFile
 
     sys.setswitchinterval(SWITCHED)
     tell = teller(options.prog)
@@ -108,9 +77,6 @@ def serve(options: Namespace) -> int:
         server = Server(place, _allowance(options), audit, tokens, tell, pages)
         hub = _hub(options, server, audit, folder, tell)
         if folder_of_class is not None:
-            from vrs_cli.net.class_board import ClassBoard
-            from vrs_cli.teach.served_lessons import ServedLessons
-
             server.board = ClassBoard(folder_of_class, hub.clients, server.grants, hub.own_names, time.time)
             lessons = ServedLessons(folder_of_class.lessons, server.begin_anew, tell)
             server.board.lessons, hub.planned = lessons, lessons.plan
@@ -126,7 +92,6 @@ def _take_class(options: Namespace) -> ClassFolder | None:
     """Take the options of a class: its tokens, its folders, and the page. Raises CommandLineError."""
     if options.class_folder is None:
         return None
-    from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder
 
     found = ClassFolder(Path(options.class_folder))
     for name in ("tokens", "journal", "folder"):
@@ -140,10 +105,6 @@ def _take_class(options: Namespace) -> ClassFolder | None:
 
 
 async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
-    import asyncio
-
-    from vrs_cli.cli.remote import signal_comes
-
     stop = asyncio.Event()
     ending = asyncio.create_task(signal_comes())
     ending.add_done_callback(lambda _: stop.set())
@@ -179,158 +140,11 @@ async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[
     return OK
 
 
-def serve_parser(prog: str) -> Parser:
-    from vrs_cli.net.messages import PORT
-
-    return Parser(
-        prog,
-        "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).",
-        EPILOG,
-        option("--host", default="127.0.0.1", help="the address to listen at (default: this machine alone)"),
-        option("--port", type=port, default=PORT, help=f"default: {PORT}; 0: any that is free"),
-        option(
-            "--robot",
-            metavar="NAME=ROBOT",
-            type=_robot,
-            action="append",
-            default=[],
-            help="a robot for all, and its name or file; may be repeated",
-        ),
-        *CHOICES,
-        option(
-            "--cell",
-            metavar="[NAME=]CELL.toml",
-            type=_cell,
-            action="append",
-            default=[],
-            help="what is around each robot, or the named one; may be repeated",
-        ),
-        group(
-            "a class",
-            option("--class", dest="class_folder", metavar="FOLDER", help="of vrs class new: all that a class needs"),
-            option("--tokens", metavar="FILE", help="who may enter, as what (TOML, read again when it changes)"),
-            option(
-                "--robots-per-token",
-                rare=True,
-                metavar="N",
-                type=size,
-                default=0,
-                help="robots that each token has alone",
-            ),
-            option(
-                "--own-robot",
-                rare=True,
-                metavar="ROBOT",
-                default=USUAL_ROBOT,
-                help=f"what these are (default: {USUAL_ROBOT})",
-            ),
-        ),
-        group(
-            "time",
-            REALTIME,
-            option(
-                "--causality",
-                rare=True,
-                choices=("ABORT", "POSTPONE"),
-                help="what becomes of commands that come too late",
-            ),
-            option(
-                "--when-driver-goes",
-                rare=True,
-                choices=("go-on", "pause", "abort"),
-                default="go-on",
-                help="what a program does then (default: go-on)",
-            ),
-            option(
-                "--idle",
-                rare=True,
-                metavar="SECONDS",
-                type=_idle,
-                help="pause a robot that works while nobody has held or watched it for so long; 0: never"
-                f" (default: {OWN_IDLE:g} for those of --robots-per-token, never for others)",
-            ),
-        ),
-        group(
-            "what is kept",
-            option("--journal", metavar="DIR", help="what robots do and know, kept over a restart"),
-            option("--folder", metavar="DIR", help="the files of robots, one folder for each (default: temporary)"),
-            option(
-                "--audit", rare=True, metavar="FILE", help="a line for each command (default: audit.jsonl in --journal)"
-            ),
-        ),
-        group(
-            "the network",
-            option("--tls-cert", metavar="FILE", help="the certificate of this server, with its chain (PEM)"),
-            option("--tls-key", rare=True, metavar="FILE", help="its key (default: in the same file)"),
-            option(
-                "--insecure",
-                rare=True,
-                action="store_true",
-                help="other machines too, though all can be read on the way",
-            ),
-            option("--pages", action="store_true", help="show the robots in browsers"),
-            option(
-                "--origin",
-                rare=True,
-                metavar="URL",
-                action="append",
-                default=[],
-                help="pages of this site may connect too",
-            ),
-            option("--nats", rare=True, metavar="URL", help="publish all robots there, to look at: nats://HOST:4222"),
-        ),
-        group(
-            "limits",
-            option("--max-connections", rare=True, metavar="N", type=size, help="in all (default: 4000)"),
-            option("--max-folder", rare=True, metavar="BYTES", type=size, help="in a robot's folder (default: 100M)"),
-            option("--max-segments", rare=True, metavar="N", type=size, help="of a robot's timeline (default: 2M)"),
-            option(
-                "--max-steps", rare=True, metavar="N", type=size, help="of one run of a program (default: any number)"
-            ),
-            about="K, M and G are 1000, 1000K and 1000M.",
-        ),
-    )
-
-
-def _idle(text: str) -> float:
-    """Read how long a robot may work for nobody [s]; 0 is for ever."""
-    return positive(text) if number(text) else inf
-
-
-def port(text: str) -> int:
-    number = whole(text)
-    if not 0 <= number <= 65535:
-        raise argparse.ArgumentTypeError(f"{text} is no port (0 to 65535)")
-    return number
-
-
-def _robot(text: str) -> tuple[str, str]:
-    """`cell1=puma560`; a robot alone has its own name."""
-    name, equals, robot = text.partition("=")
-    if not equals:
-        name, robot = Path(text).stem, text
-    from vrs_cli.net.tokens import NAME_RULE, good_name
-
-    if not good_name(name):
-        raise argparse.ArgumentTypeError(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
-    return name, robot
-
-
-def _cell(text: str) -> tuple[str, str]:
-    """`cell1=pick.toml`; without a name, which is empty then, it is for all robots."""
-    from vrs_cli.net.tokens import good_name
-
-    name, equals, file = text.partition("=")
-    return (name, file) if equals and good_name(name) and file else ("", text)
-
-
 # --- what is wrong with a command line ---
 
 
 def _check(options: Namespace) -> None:
     """Raises CommandLineError for what would let others in unasked, or be heard by others."""
-    from vrs_cli.net.http import is_local
-
     names = [name for name, _ in options.robot]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
@@ -366,7 +180,6 @@ def _check(options: Namespace) -> None:
 def _tls(options: Namespace) -> ssl.SSLContext | None:
     if not options.tls_cert:
         return None
-    import ssl
 
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
@@ -379,8 +192,6 @@ def _tls(options: Namespace) -> ssl.SSLContext | None:
 
 
 def _allowance(options: Namespace) -> Allowance:
-    from vrs_cli.net.limits import Allowance
-
     given = {
         "connections": options.max_connections,
         "folder": options.max_folder,
@@ -391,12 +202,6 @@ def _allowance(options: Namespace) -> Allowance:
 
 
 def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
-    from vrs_cli.files.cell_file import read_cell
-    from vrs_cli.kinematics.robot_file import Ends, load_robot
-    from vrs_cli.net.room import Hub, RobotFolders
-    from vrs_cli.net.served_robot import Plan, WhenGone
-    from vrs_cli.render.text import styled_lines
-
     ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
     robots: Mapping[str, RobotModel] = {name: load_robot(robot, ends, options.task) for name, robot in wanted}
@@ -431,68 +236,9 @@ def _made(folder: Path, option: str) -> Path:
 
 def _warm() -> None:
     """The first line of whoever comes first is not to wait for what is loaded late."""
-    from vrs_cli.interfaces.dialogue import Notes
-    from vrs_cli.interfaces.session.session import Session
-
     session = Session(Notes())
     for line in WARM:
         session.perform(line)
 
 
 # --- vrs class token ------------------------------------------------------------------------------------------------
-
-
-TOKEN_EPILOG = """\
-The file holds hashes of tokens: what is printed here is told once.
-
-  vrs class token tom --file class.toml --role teacher
-\f
-
-A server reads the file again when it changes.
-
-  vrs class token ada bob carl --file class.toml
-  vrs class token eve --file class.toml --role observer --robots cell1 --expires 2027-07-31
-  vrs class token ada --file class.toml --revoke
-"""
-
-
-def token(options: Namespace) -> None:
-    """Print a line for each name: the name and its token."""
-    from vrs_cli.net.tokens import NAME_RULE, add_tokens, good_name, take_out
-
-    wrong = next((name for name in options.names if not good_name(name)), None)
-    if wrong is not None:
-        raise CommandLineError(f"{wrong!r} is no name", NAME_RULE)
-    path = Path(options.file)
-    if options.revoke:
-        take_out(path, options.names)
-        return
-    robots = None if options.robots is None else tuple(filter(None, options.robots.split(",")))
-    for name, token in add_tokens(path, options.names, options.role, robots, options.expires).items():
-        print(f"{name} {token}")
-
-
-def token_parser(prog: str) -> Parser:
-    roles = ("observer", "designer", "supervisor", "teacher", "body")
-    return Parser(
-        prog,
-        "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).",
-        TOKEN_EPILOG,
-        option("names", metavar="NAME", nargs="+", help="what others see; own robots are called so too"),
-        option("--file", metavar="FILE", required=True, help="the file of tokens, made if need be"),
-        option("--role", choices=roles, default="supervisor", help="what they may do (default: supervisor)"),
-        option("--robots", metavar="A,B", help="the shared robots that they may hold (default: all)"),
-        option("--expires", rare=True, metavar="DAY", type=_day, help="until the end of that day, or an instant"),
-        option("--revoke", action="store_true", help="take the tokens of these names out of the file"),
-    )
-
-
-def _day(text: str) -> date:
-    try:
-        return date.fromisoformat(text)
-    except ValueError:
-        pass
-    try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no day (2027-07-31, or 2027-07-31T12:00:00)") from None

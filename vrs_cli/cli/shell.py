@@ -6,18 +6,11 @@ from argparse import Namespace
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import (
-    CELL,
-    DIALECT,
-    OUTSIDE,
-    REALTIME,
-    ROBOT,
     CommandLineError,
     chosen_dialect,
     chosen_outside,
     chosen_robot,
     clock_of,
-    command,
-    option,
     teller,
 )
 from vrs_cli.cli.sources import Source, cell_file, read_source, robot_of
@@ -40,31 +33,6 @@ def shell(options: Namespace) -> int:
     path = None if cell is None else cell[0]
     model = _robot(options, source)
     return run(Local(model, options.file, clock=clock, outside=outside, dialect=dialect, cell=path), options.save)
-
-
-shell_parser = command(
-    "The interactive VAL-II shell of a virtual robot.",
-    """\
-\f
-Without a terminal on standard input its lines are executed one after another:
-
-  echo WHERE | vrs
-
-With --realtime the arm moves while you type:
-
-  vrs --realtime
-  vrs --realtime 0.25 pick.v2
-
-All subcommands: vrs --help
-""",
-    option("file", metavar="FILE.v2", nargs="?", help="a program file to load first"),
-    option("--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"),
-    *ROBOT,
-    DIALECT,
-    CELL,
-    REALTIME,
-    OUTSIDE,
-)
 
 
 def _source(options: Namespace) -> Source | None:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, NoReturn
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, option, teller
+from vrs_cli.cli.command_line import teller
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.errors import NonexistentFile
 from vrs_cli.kinematics.transform import Transform, to_oat
 
@@ -88,9 +89,6 @@ def are_together(named: Sequence[str], files: Sequence[str], project: bool) -> b
     folder or a pattern stands for files that know nothing of each other.
     """
     return project or (len(set(named)) > 1 and set(files) == set(named))
-
-
-PROJECT = option("--project", rare=True, action="store_true", help="the files of a folder are one name space")
 
 
 def robot_of(prog: str, source: Source) -> str | None:
@@ -170,11 +168,6 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing that can be measured
-
-
-LENIENT = option(
-    "--lenient", rare=True, action="store_true", help="read what can be read of a damaged file, with warnings"
-)
 
 
 def is_recording(name: str) -> bool:

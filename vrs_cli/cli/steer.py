@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import gc
 import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -15,59 +14,35 @@ from itertools import chain, pairwise
 from math import degrees
 from queue import Empty, Queue
 from threading import Thread
-from typing import TYPE_CHECKING, TextIO
+from time import monotonic
+from typing import TextIO
 
-from vrs_cli.cli.command_line import (
-    REALTIME,
-    ROBOT,
-    STANDARD_STREAM,
-    CommandLineError,
-    Parser,
-    chosen_robot,
-    clock_of,
-    option,
-    positive,
-)
+from vrs_cli.cli.command_line import CommandLineError, chosen_robot, clock_of
+from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, journal
+from vrs_cli.cli.outputs import Outputs, journal
+from vrs_cli.cli.remote import client_of
+from vrs_cli.cli.sources import position_object
+from vrs_cli.engine.clock import RobotClock, VirtualClock
+from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
-
-    from vrs_cli.engine.clock import RobotClock
-    from vrs_cli.files.timed_lines import TimedTarget
-    from vrs_cli.interfaces.roles.supervisor import Supervisor
-    from vrs_cli.interfaces.steering import ChunkSteering, Following, Steering
-    from vrs_cli.kinematics.joints import JointKind, Joints
-    from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.render.progress import RunProgress
-    from vrs_cli.repl.interrupt import Stoppable
-
+from vrs_cli.files.timed_lines import TimedTarget, read_targets
+from vrs_cli.interfaces.roles.supervisor import Supervisor
+from vrs_cli.interfaces.steering import WINDOW, ChunkSteering, Following, Steering
+from vrs_cli.kinematics.joints import JointKind, Joints, joints_outside
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.net.socket_port import SocketPort
+from vrs_cli.render.progress import RunProgress
+from vrs_cli.repl.interrupt import Stoppable
+from vrs_cli.values.acts import ListBranches
+from vrs_cli.values.commands import SetParameter
+from vrs_cli.values.numbers import count
 
 KEPT = 1000  # targets after which what they left is not looked through for garbage any more
 MOST_TOLD = 5  # lines that are no targets, or out of reach, that are named
 LONGEST_LINE = 1 << 16  # characters: a longer one is no target, and is not kept whole
 
-EPILOG = """\
-A line is a time and the joints [s, deg, mm], or what the first line names, such as t,x,y,z,o,a,t_angle.
-
-  vrs lab steer taught.csv --csv followed.csv
-  robot_logger | vrs lab steer ws://lab:8000
-\f
-
-  vrs lab steer taught.csv --save followed.vrst --json
-  robot_logger | vrs lab steer - --realtime
-  vrs lab steer ws://lab:8000/robots/left taught.csv
-
-Each target is followed from its time on, within all limits, until the next one; at the end, or after Ctrl-C,
-the robot stops at the last one.
-
-A line that is no target is named and left out.
-
-A robot that is served follows in its own real time; each target is sent ahead, and due so many seconds after its time
-as --lead says.
-"""
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
 READ_AHEAD = 1000  # targets
@@ -78,7 +53,6 @@ ALLOWANCE = 0.1  # [s] for what delays vary, and for the robot's planning
 def steer(options: Namespace) -> int:
     """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
     outputs = Outputs.of(options)
-    from vrs_cli.render.progress import RunProgress
 
     run = _Run if _takes_address(options) is None else _ServedRun
     return run(options, outputs, RunProgress(options.file)).run()
@@ -105,46 +79,6 @@ def _takes_address(options: Namespace) -> str | None:
     return str(options.url)
 
 
-def steer_parser(prog: str) -> Parser:
-    from vrs_cli.cli.remote import ADDRESS, CONNECTION
-    from vrs_cli.kinematics.model import PROFILES
-
-    return Parser(
-        prog,
-        "Let the virtual robot follow a stream of targets.",
-        EPILOG,
-        option("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)"),
-        option("url", metavar="URL", nargs="?", help=f"the robot to steer, where it is served: {ADDRESS}"),
-        option(
-            "--lead", rare=True, metavar="S", type=positive, help="of a served robot (default: round trip + 0.35 s)"
-        ),
-        *ROBOT,
-        option("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed"),
-        option(
-            "--profile",
-            rare=True,
-            type=str.upper,
-            choices=PROFILES,
-            help="LSPB: without limits of jerk; the others: with them (default: as the robot's file says)",
-        ),
-        option(
-            "--relative", rare=True, action="store_true", help="times count from the first one (in real time, always)"
-        ),
-        REALTIME,
-        option("--save", metavar="T.vrst", help="save the trajectory, target by target"),
-        *OUTPUT_OPTIONS,
-        option("--json", action="store_true", help="print one JSON object"),
-        CONNECTION,
-    )
-
-
-def _percent(text: str) -> float:
-    value = positive(text)
-    if value > 100.0:
-        raise argparse.ArgumentTypeError(f"{text} % is more than full speed")
-    return value
-
-
 @contextmanager
 def _lines(path: str) -> Iterator[Iterable[str]]:
     """The lines of a file, or of standard input as they come. Raises NonexistentFile."""
@@ -165,9 +99,6 @@ def _read(stream: TextIO) -> Iterator[str]:
 
 def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
     """The joints at which a recording begins at time 0; None (READY) where it does not."""
-    from vrs_cli.kinematics.joints import joints_outside
-    from vrs_cli.kinematics.transform import Transform
-
     joints = first.target
     if first.t > 0.0 or isinstance(joints, Transform) or joints_outside(joints, model.lower, model.upper):
         return None
@@ -176,8 +107,6 @@ def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
 
 def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[str, float, float]]:
     """Unit, root mean square and maximum of the errors, for each kind of joint that the robot has [deg, mm]."""
-    from vrs_cli.kinematics.joints import JointKind
-
     told = (
         (JointKind.REVOLUTE, "deg", degrees(1.0), following.turning),
         (JointKind.PRISMATIC, "mm", 1e3, following.sliding),
@@ -206,9 +135,6 @@ class _Run:
 
     def run(self) -> int:
         """Follow, and tell how it went, whatever ended it; the exit status."""
-        from vrs_cli.files.timed_lines import read_targets
-        from vrs_cli.repl.interrupt import Stoppable
-
         model, stop = chosen_robot(self.options), Stoppable(lambda: True)
         with _lines(self.options.file) as lines:
             targets = read_targets(
@@ -237,10 +163,6 @@ class _Run:
         return first
 
     def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
-        from vrs_cli.engine.engine import Engine
-        from vrs_cli.interfaces.steering import Steering
-        from vrs_cli.values.commands import SetParameter
-
         engine = Engine(model, start=_start(model, first), clock=clock_of(self.options.realtime))
         if self.options.profile is not None:
             engine.perform(SetParameter("PROFILE", self.options.profile))
@@ -262,8 +184,8 @@ class _Run:
 
     def _follow(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> None:
         """To the end of the stream, or to a signal."""
-        for count, it in enumerate(_until_stopped(targets, stop, steering.engine.clock)):
-            if count % KEPT == 0:
+        for number, it in enumerate(_until_stopped(targets, stop, steering.engine.clock)):
+            if number % KEPT == 0:
                 gc.freeze()  # the timeline only grows: its garbage collection would cost ever longer pauses
             try:
                 steering.to(it.target, it.t)
@@ -293,7 +215,6 @@ class _Run:
         if self.options.json:
             print(json.dumps(self._object(steering), indent=2))
             return
-        from vrs_cli.values.numbers import count
 
         tell = partial(print, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
         engine, following = steering.engine, steering.following
@@ -310,8 +231,6 @@ class _Run:
             tell(f"{count(self.skipped, 'line')} {were}")
 
     def _object(self, steering: Steering) -> dict[str, object]:
-        from vrs_cli.cli.sources import position_object
-
         engine, following = steering.engine, steering.following
         errors = _errors(following, engine.model.units.kinds)
         return {
@@ -331,14 +250,6 @@ class _ServedRun(_Run):
 
     def run(self) -> int:
         """Follow, and tell how it went; the exit status."""
-        from vrs_cli.cli.remote import client_of
-        from vrs_cli.engine.clock import VirtualClock
-        from vrs_cli.files.timed_lines import read_targets
-        from vrs_cli.interfaces.roles.supervisor import Supervisor
-        from vrs_cli.interfaces.steering import ChunkSteering
-        from vrs_cli.net.socket_port import SocketPort
-        from vrs_cli.repl.interrupt import Stoppable
-
         stop = Stoppable(lambda: True)
         with _lines(self.options.file) as lines, closing(SocketPort(client_of(self.options))) as port:
             robot = Supervisor(port)
@@ -369,8 +280,6 @@ class _ServedRun(_Run):
         """Send each target at its time, to the end of the stream, to a signal, or until the robot refuses to follow. A
         stream that pauses lets the robot come to the last target.
         """
-        from vrs_cli.interfaces.steering import WINDOW
-
         while stop.number is None and steering.refused is None:
             it: TimedTarget | VrsError | None = None
             with stop.broken_off():
@@ -396,11 +305,6 @@ class _ServedRun(_Run):
 
     def _lead(self, robot: Supervisor) -> float:
         """Return --lead, or what a round trip takes now, at most, with what a chunk lasts [s]."""
-        from time import monotonic
-
-        from vrs_cli.interfaces.steering import WINDOW
-        from vrs_cli.values.acts import ListBranches
-
         if self.options.lead is not None:
             return float(self.options.lead)
         times = [monotonic()]
@@ -410,9 +314,6 @@ class _ServedRun(_Run):
         return max(b - a for a, b in pairwise(times)) + WINDOW + ALLOWANCE
 
     def _tell_served(self, steering: ChunkSteering, kinds: Collection[JointKind]) -> None:
-        from vrs_cli.kinematics.joints import JointKind
-        from vrs_cli.values.numbers import count
-
         followed = steering.followed
         told = (
             (JointKind.REVOLUTE, "deg", degrees(1.0), followed.turning),

@@ -6,12 +6,12 @@ import os
 import sys
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterator
-from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from vrs_cli.cli.command_line import ROBOT, TASKS, CommandLineError, Parser, chosen_robot, command, option
-from vrs_cli.cli.main import FAILED, OK, SUBCOMMANDS
+from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot
+from vrs_cli.cli.commands import SUBCOMMANDS
+from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.extras import how_to_install
 
 if TYPE_CHECKING:
@@ -36,18 +36,6 @@ def config(options: Namespace) -> int:
     return FAILED if config.wrong else OK
 
 
-config_parser = command(
-    "The settings of the shell: keys, pager, suggestions, colours.",
-    """\
-What it prints can be the file itself.
-\f
-
-What is wrong in the file is told on standard error, and the status is 1.
-""",
-    option("--path", action="store_true", help="print the name of the file alone"),
-)
-
-
 # --- vrs tools completion -------------------------------------------------------------------------------------------
 
 
@@ -66,7 +54,7 @@ def completion(options: Namespace) -> None:
     families: dict[str, Any] = {}
     for name, row in SUBCOMMANDS.items():
         first, _, second = name.partition(" ")
-        own: Parser = getattr(import_module(f"vrs_cli.cli.{row.module}"), f"{second or first}_parser")(f"vrs {name}")
+        own = Parser(name, f"vrs {name}")
         for action in own.arguments():
             _teach(action, shtab.FILE, shtab.DIRECTORY)
         if second and first in SUBCOMMANDS:  # `class token`: what completes is of `class`
@@ -77,18 +65,6 @@ def completion(options: Namespace) -> None:
         place = families[first] if second else subcommands
         place.add_parser(second or first, help=row.summary, parents=[own], add_help=False)
     print(shtab.complete(whole, options.shell))
-
-
-completion_parser = command(
-    "Print what a shell needs to complete vrs with the Tab key.",
-    """\
-  eval "$(vrs tools completion bash)"                                      in ~/.bashrc
-  vrs tools completion zsh > ~/.zfunc/_vrs                                 with ~/.zfunc in fpath
-  vrs tools completion fish > ~/.config/fish/completions/vrs.fish
-  vrs tools completion powershell | Out-String | Invoke-Expression         in $PROFILE
-""",
-    option("shell", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS)),
-)
 
 
 def _teach(action: Action, file: object, folder: object) -> None:
@@ -118,17 +94,6 @@ def lsp(options: Namespace) -> None:
     Val2Server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
 
 
-lsp_parser = command(
-    "The VAL-II language server (LSP), over standard input and output.",
-    """\
-Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
-How editors are told to start it: docs/editors.md.
-""",
-    option("--stdio", action="store_true", help="the only way it speaks; some editors say so"),
-    *ROBOT,
-)
-
-
 def robots(options: Namespace) -> None:
     """Print the list, or one robot."""
     from vrs_cli.kinematics.forms import arm_for
@@ -136,19 +101,6 @@ def robots(options: Namespace) -> None:
 
     shown = _list() if options.robot is None else _one(arm_for(chosen_robot(options)))
     print(text_of(shown), end="")
-
-
-robots_parser = command(
-    "The robots that are built in, or all about one robot.",
-    """\
-  vrs robots cobra600
-  vrs robots two_arms.urdf --tip left_tool
-""",
-    option("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file"),
-    option("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on"),
-    option("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange"),
-    option("--task", choices=TASKS, help="what counts of a location, whatever the file says"),
-)
 
 
 def _list() -> Iterator[Block]:

@@ -8,64 +8,50 @@ import json
 import os
 import webbrowser
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from math import inf
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from vrs_cli.cli import run
 from vrs_cli.cli.command_line import (
-    ROBOT,
     CommandLineError,
     Parser,
     chosen_robot,
     clock_of,
-    clock_rate,
-    group,
-    option,
-    positive,
     teller,
 )
-from vrs_cli.cli.remote import ADDRESS, CONNECTION, client_of, duration, signal_comes, token_of
-from vrs_cli.cli.serve import port
-from vrs_cli.cli.sources import LENIENT, cell_file, is_program, is_recording, read_recording, read_source, robot_of
-from vrs_cli.errors import NonexistentFile, UsageError
+from vrs_cli.cli.remote import client_of, signal_comes, token_of
+from vrs_cli.cli.sources import cell_file, is_program, is_recording, read_recording, read_source, robot_of
+from vrs_cli.errors import NonexistentFile, UsageError, VrsError
 from vrs_cli.extras import shipped_folder
+from vrs_cli.files.cell_file import read_cell
+from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.run.signals import Cell
+from vrs_cli.net.client import Client, hello_of
+from vrs_cli.net.far_end import Ahead, Predicted
+from vrs_cli.net.http import ServedPage
+from vrs_cli.net.local_server import BROWSER, LocalRobot, LocalServer, PagePlace, checked_host, kept_secret, new_secret
+from vrs_cli.net.messages import Abort, Activity, Done, ServerMessage, Told, Welcome
+from vrs_cli.net.mirror import WINDOW
+from vrs_cli.net.page_data import recorded_page
+from vrs_cli.net.relay import Relay
+from vrs_cli.net.server import ListenAddress
+from vrs_cli.net.socket_port import SocketPort
+from vrs_cli.render.text import plain_text, styled_lines
+from vrs_cli.repl.config import state_folder
+from vrs_cli.repl.connection import Remote
+from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import Local
+from vrs_cli.repl.player import play, watch
 from vrs_cli.repl.shell import at, on_terminal
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.dialogue import Terminal
-    from vrs_cli.kinematics.arm import RobotArm
-    from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.run.signals import Cell
-    from vrs_cli.net.client import Client
-    from vrs_cli.net.far_end import Ahead
-    from vrs_cli.net.local_server import LocalRobot, PagePlace
-    from vrs_cli.net.messages import ServerMessage
-    from vrs_cli.repl.front_end import FrontEnd
-    from vrs_cli.values.acts import Define
-    from vrs_cli.world.course import World
-
-
-CELL_HELP = "what is around it (see docs/cell.md)"
-EPILOG = """\
-  vrs view
-  vrs view pick.v2 --rate 0.5
-  vrs view ws://127.0.0.1:8765
-
-The page is for this machine alone. Ctrl-C, or SIGTERM, ends it (in the shell: EXIT).
-
-\f
-On the terminal: space plays and pauses, left and right seek, r rewinds, f follows
-the robot again, + and - change the rate, Ctrl-X aborts what others have it do, q leaves.
-
-  vrs view --terminal ws://127.0.0.1:8765
-  vrs view --terminal --ahead auto ws://far.example:8765
-  vrs view --terminal day.vrst
-"""
+from vrs_cli.values.acts import Define
+from vrs_cli.wire.cells import cell_record
+from vrs_cli.world.course import World
 
 
 def view(options: Namespace) -> int:
@@ -77,8 +63,6 @@ def view(options: Namespace) -> int:
     if not options.url:
         raise CommandLineError("--terminal shows a robot that is served, or a saved trajectory", "name one")
     if is_recording(options.url):
-        from vrs_cli.repl.player import play
-
         recording = read_recording(options.prog, options.url, lenient=options.lenient)
         play(recording.arm, recording.timeline, options.rate, _world(options, recording.arm))
     else:
@@ -86,79 +70,24 @@ def view(options: Namespace) -> int:
     return 0
 
 
-def view_parser(prog: str) -> Parser:
-    from vrs_cli.net.far_end import Ahead
-    from vrs_cli.net.mirror import WINDOW
-
-    return Parser(
-        prog,
-        "Watch a robot, and drive it: in a browser, or on the terminal.",
-        EPILOG,
-        option(
-            "url",
-            metavar="FILE.v2|T.vrst|URL",
-            nargs="?",
-            help=f"{ADDRESS}; a program file, or a saved trajectory; nothing: a new robot, and the shell beside it",
-        ),
-        CONNECTION,
-        option("--terminal", action="store_true", help="on the terminal: joints, tool, clock, who drives"),
-        group(
-            "the browser",
-            option("--no-open", action="store_true", help="print the address alone"),
-            option("--port", rare=True, type=port, default=0, help="default: any that is free"),
-            option(
-                "--host", rare=True, default="127.0.0.1", help="an address of this machine alone (default: 127.0.0.1)"
-            ),
-        ),
-        *ROBOT,
-        option("--cell", metavar="CELL.toml", help=CELL_HELP),
-        option(
-            "--rate", rare=True, metavar="R", type=clock_rate, default=1.0, help="seconds of it in one (default: 1)"
-        ),
-        option("--no-run", rare=True, action="store_true", help="load the file, and execute nothing"),
-        option(
-            "--window",
-            rare=True,
-            metavar="S",
-            type=positive,
-            default=WINDOW,
-            help=f"so many seconds of the robot's past are kept (default {WINDOW:g})",
-        ),
-        option(
-            "--ahead",
-            rare=True,
-            metavar="T|auto",
-            type=_ahead,
-            default=Ahead.PRESENT,
-            help="a robot in real time as it will be, so long after what is heard of it; auto: where a command of now "
-            "finds it, D_f + D_b as measured (default: its present)",
-        ),
-        LENIENT,
-    )
-
-
 def _world(options: Namespace, arm: RobotArm) -> World | None:
     """The world of --cell, for pictures on the terminal. Raises FileError."""
     if options.cell is None:
         return None
-    from vrs_cli.world.course import World
 
     return World(arm, read_cell(options.cell))
 
 
 async def _watch(options: Namespace) -> None:
     """A robot afar. Raises RequestRefused, and what the server refuses."""
-    from vrs_cli.net.far_end import Predicted
-    from vrs_cli.repl.player import watch
-
     client = client_of(options)
     news, predicted = News(), Predicted(client.far)
-    client.far.ahead = options.ahead
+    client.far.ahead = Ahead.PRESENT if options.ahead is None else options.ahead
     client.told = news.cut
     client.far.news.append(news.hear)
     try:
         await client.open()
-        mirror = await client.follow(options.window if options.cell is None else inf)
+        mirror = await client.follow((options.window or WINDOW) if options.cell is None else inf)
 
         def lines(t: float) -> str:
             return "\n".join(line for line in (news.line(), *client.far.previewed().lines(t)) if line)
@@ -171,25 +100,10 @@ async def _watch(options: Namespace) -> None:
 
 def _abort(client: Client, news: News) -> None:
     """Stop the robot; what became of that is told."""
-    from vrs_cli.errors import VrsError
-    from vrs_cli.net.messages import Abort
-
     try:
         client.begin(Abort, news.answered)
     except VrsError as error:
         news.cut(f"ABORT is not sent: {error}")
-
-
-def _ahead(text: str) -> float | Ahead:
-    """Seconds, or `auto`."""
-    from vrs_cli.net.far_end import Ahead
-
-    if text == Ahead.AUTO.value:
-        return Ahead.AUTO
-    try:
-        return duration(text)
-    except argparse.ArgumentTypeError as error:
-        raise argparse.ArgumentTypeError(f"{error}, or {Ahead.AUTO.value}") from None
 
 
 class News:
@@ -199,8 +113,6 @@ class News:
         self._activity = self._cut = self._said = ""
 
     def hear(self, message: ServerMessage) -> None:
-        from vrs_cli.net.messages import Activity, Welcome
-
         match message:
             case Activity(driver, programs):
                 runs = f"{', '.join(programs) or 'no program'} {'run' if len(programs) > 1 else 'runs'}"
@@ -214,9 +126,6 @@ class News:
 
     def answered(self, message: ServerMessage) -> None:
         """Keep the answer to ABORT."""
-        from vrs_cli.net.messages import Done, Told
-        from vrs_cli.render.text import plain_text
-
         match message:
             case Told(reply):
                 self._said = plain_text(reply).strip()
@@ -234,12 +143,11 @@ def show(options: Namespace) -> int:
     """Serve the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
     VrsError.
     """
-
     at_page, url = page_place(options), options.url or ""
     cell = None if is_program(url) or options.cell is None else read_cell(options.cell)
     with ExitStack() as stack:
         if is_program(url):
-            host_program(options, stack, at_page, read_cell)
+            host_program(options, stack, at_page)
         elif is_recording(url):
             serve_recording(options, stack, at_page, cell)
         elif url:
@@ -252,21 +160,12 @@ def show(options: Namespace) -> int:
 
 def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
     """Run the shell beside the page; on a pipe, the page stays when the lines are done."""
-    from vrs_cli.net.socket_port import SocketPort
-    from vrs_cli.repl.connection import Remote
-
     connection = SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
     if not on_terminal():
         asyncio.run(signal_comes())
     return status
-
-
-def read_cell(path: str) -> Cell:
-    from vrs_cli.files.cell_file import read_cell
-
-    return read_cell(path)
 
 
 DATA = "?recording"  # of the address of a page: it shows data, and no robot
@@ -286,11 +185,6 @@ def page_place(options: Namespace) -> PagePlace:
     secret is that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
     NonexistentFile if the page is not built.
     """
-    from vrs_cli.net.http import ServedPage
-    from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
-    from vrs_cli.net.server import ListenAddress
-    from vrs_cli.repl.config import state_folder
-
     with said_of_command_line():
         address = ListenAddress(checked_host(options.host), options.port)
     secret = new_secret()
@@ -320,9 +214,6 @@ def host_robot(
     options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
 ) -> LocalRobot:
     """Serve a new robot with its page, until the stack is left. Raises what is wrong with the program."""
-    from vrs_cli.net.local_server import LocalRobot
-    from vrs_cli.render.text import styled_lines
-
     with said_of_command_line():
         local_robot = LocalRobot(
             model,
@@ -340,15 +231,13 @@ def host_robot(
     return local_robot
 
 
-def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Callable[[str], Cell]) -> LocalRobot:
+def host_program(options: Namespace, stack: ExitStack, at: PagePlace) -> LocalRobot:
     """Serve a new robot with the programs of a file, and the cell around it; the first page executes the first of them.
     Raises FileError, and what is wrong with the file.
     """
-    from vrs_cli.values.acts import Define
-
     source = read_source(options.url)
     found = cell_file(options, source)
-    cell = None if found is None else read(found[0])
+    cell = None if found is None else read_cell(found[0])
     if found is not None and options.cell is None:
         teller(options.prog)("the cell is {} ({})".format(*found))
     model = chosen_robot(options, robot_of(options.prog, source))
@@ -360,9 +249,6 @@ def host_program(options: Namespace, stack: ExitStack, at: PagePlace, read: Call
 
 def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
     """Serve a saved trajectory. Raises FileError."""
-    from vrs_cli.net.local_server import LocalServer
-    from vrs_cli.net.page_data import recorded_page
-
     recording = read_recording(options.prog, options.url, lenient=options.lenient)
     name = Path(options.url).name
     shown = recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
@@ -377,13 +263,6 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
     """Serve the page of a robot that is served elsewhere; in `cell` where its server tells none. Raises what it
     refuses.
     """
-    from vrs_cli.net.client import hello_of
-    from vrs_cli.net.local_server import BROWSER, LocalServer
-    from vrs_cli.net.mirror import WINDOW
-    from vrs_cli.net.relay import Relay
-    from vrs_cli.net.socket_port import SocketPort
-    from vrs_cli.wire.cells import cell_record
-
     token, called = token_of(options.token_file), options.name or BROWSER
     with said_of_command_line():
         found = SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
@@ -393,7 +272,6 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
     if cell is not None and told is None:
         why = "it is too large for a page" if world is None else "the server tells what is around the robot"
         teller(options.prog)(f"--cell is left out: {why}")
-    window = None if options.window == WINDOW else options.window
     relay = Relay(
         options.url,
         name,
@@ -401,8 +279,8 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
         token=token,
         name=called,
         ca=options.ca,
-        ahead=options.ahead,
-        window=window,
+        ahead=Ahead.PRESENT if options.ahead is None else options.ahead,
+        window=options.window,
         cell=told,
     )
     with said_of_command_line():
@@ -426,33 +304,21 @@ def demo(options: Namespace) -> int:
     runs as in `vrs run`. Raises VrsError.
     """
     if not on_terminal():
-        from vrs_cli.cli import run
-
-        return run.run(run.run_parser(options.prog).parse([SAMPLE]))
+        return run.run(Parser("run", options.prog).parse([SAMPLE]))
     if options.terminal or not (options.no_open or has_browser()):
         return _on_terminal()
 
     arguments = [SAMPLE, "--no-open"] if options.no_open else [SAMPLE]
-    shown = view_parser(options.prog).parse(arguments)
+    shown = Parser("view", options.prog).parse(arguments)
     with ExitStack() as stack:
         try:
             place = page_place(shown)
         except NonexistentFile as error:  # the page is not built
             print(f"{options.prog}: {error}")
             return _on_terminal()
-        local_robot = host_program(shown, stack, place, read_cell)
+        local_robot = host_program(shown, stack, place)
         print(TRY)
         return run_beside(shown, stack, local_robot)
-
-
-def demo_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "A sample program moves the arm, in the browser or on the terminal; then you type.",
-        "",
-        option("--terminal", action="store_true", help="open no browser"),
-        option("--no-open", rare=True, action="store_true", help="print the address of the page alone"),
-    )
 
 
 def has_browser() -> bool:

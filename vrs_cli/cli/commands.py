@@ -1,0 +1,670 @@
+"""The subcommands of `vrs` in one table: their modules, arguments and options with kinds of values, defaults and help.
+
+`command_line.py` makes the parsers from it, `main.py` the page of `vrs --help`; the examples of the help pages are in
+`examples.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from vrs_cli.cli import kinds
+
+
+class Option(NamedTuple):
+    """An option or an argument. `form` is how the help shows it: "-o --output OUT"; an option without a value is true
+    or false; brackets mean that a value may be left out, dots that several may be given; the first word of an argument
+    is its attribute: "files FILE.v2 ...". `const`: the value of an option whose value is left out. `repeats`: the
+    option may be given several times. `dest`: its attribute, if not its name. Only `--help-all` shows a `rare` one.
+    """
+
+    form: str
+    help: str
+    kind: Callable[[str], object] = str
+    default: object = None
+    choices: tuple[str, ...] = ()
+    const: object = None
+    required: bool = False
+    repeats: bool = False
+    dest: str = ""
+    rare: bool = False
+
+
+class OneOf(NamedTuple):
+    """Options of which a command line has at most one."""
+
+    options: tuple[Option, ...]
+
+
+class Group(NamedTuple):
+    """Options that stand together in the help, under a title and a sentence `about` them."""
+
+    title: str
+    options: tuple[Option | OneOf, ...]
+    about: str | None
+
+
+class Subcommand(NamedTuple):
+    """A row of the table. `vrs --help` shows `arguments` and `summary`; the subcommand's own help begins with the
+    `description`. For `where` the module has a function `where(options)`, which returns the exit status, or None for 0;
+    for `lab steer` it is `steer`, and for `class`, a keyword of Python, `class_`.
+    """
+
+    module: str
+    arguments: str
+    summary: str
+    description: str
+    options: tuple[Option | OneOf | Group, ...]
+
+
+rare = partial(Option, rare=True)
+
+
+def one_of(*options: Option) -> OneOf:
+    return OneOf(options)
+
+
+def group(title: str, *options: Option | OneOf, about: str | None = None) -> Group:
+    return Group(title, options, about)
+
+
+def subcommand(
+    module: str, arguments: str, summary: str, description: str, *options: Option | OneOf | Group
+) -> Subcommand:
+    return Subcommand(module, arguments, summary, description, options)
+
+
+STANDARD_STREAM = "-"
+TASKS = ("pose", "pointing", "upright", "steady", "position", "plane", "point")  # names of ArmTask
+SERVED = "ws://HOST:PORT or ws://HOST:PORT/robots/NAME; wss:// too"
+
+# --- options of several subcommands -----------------------------------------------------------------------------------
+
+CHOICES = (
+    rare("--base LINK", "see vrs robots --help"),
+    rare("--tip LINK", "see vrs robots --help"),
+    rare("--task TASK", "see vrs robots --help", choices=TASKS),
+)
+ROBOT = (Option("--robot NAME|FILE", "name or file: see vrs robots"), *CHOICES)
+DIALECT = rare(
+    "--dialect", "where a file does not say it (default: vplus)", default="vplus", choices=("val", "val2", "vplus")
+)
+CELL = Option("--cell CELL.toml", "what is around it (see docs/cell.md)")
+REALTIME = Option("--realtime [RATE]", "in real time, or RATE times as fast", kinds.clock_rate, const=1.0)
+UNITS = group(
+    "units",
+    rare("--allow-net", "TCP ports and connections on this machine"),
+    rare(
+        "--net-host ADDRESS",
+        "and from other machines: the address to open ports at, 0.0.0.0 for all",
+        kinds.host_address,
+    ),
+    rare(
+        "--serial N=DEVICE",
+        "what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
+        kinds.serial_line,
+        [],
+        repeats=True,
+    ),
+    rare("--patience S", "how long a unit waits (with --replay-units 60 s)", kinds.positive),
+    rare("--record-units FILE", "write down all that comes from there, and when"),
+    rare("--replay-units FILE", "give the same again, or what a script says"),
+    about="What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime.",
+)
+OUTPUTS = (
+    Option("--csv OUT", "a table of joints and tool (- is standard output)"),
+    Option("--rate HZ", "rows per second (default 100)", kinds.sampling_rate),
+    Option("--plot OUT.svg|png|pdf", "the curves"),
+    Option("--report OUT.html", "a page with curves and a picture"),
+    rare("--report-at S", "the moment of that picture (default: the end)", kinds.number),
+)
+CONNECTION = group(
+    "the connection",
+    Option("--token-file FILE", "a file with the token (default: VRS_TOKEN)"),
+    rare("--name NAME", "what others see you called, where tokens do not say that", default=""),
+    rare("--ca FILE", "the certificate of the server, or of who signed it", Path),
+)
+MEASURED = Option("--measured", "the robot as its body reported it")
+LENIENT = rare("--lenient", "read what can be read of a damaged file, with warnings")
+PROJECT = rare("--project", "the files of a folder are one name space")
+DELAY_OPTIONS = (
+    rare("--forward DELAYS", "on the way to the robot", kinds.delays),
+    rare("--backward DELAYS", "on the way back", kinds.delays),
+    rare("--loss SHARE", "what is lost on each way, as 1%%", kinds.loss, 0.0),
+    rare("--seed N", "of all that is random (default: 1)", kinds.whole, 1),
+)
+SIGNALS = rare("--signals FILE", "when input signals change: lines of time, signal, state")
+JSON = Option("--json", "print one JSON object")
+TRAJECTORY = Option("file T.vrst", "a saved trajectory")
+ADDRESS = Option("url URL", SERVED)
+JOBS = rare("--jobs N", "processes (default: one for each core)", kinds.size)
+FILES = Option("files FILE.v2 ...", "files, folders or patterns (- is standard input)")
+
+# --- the table, in the order of `vrs --help` ------------------------------------------------------------------------
+
+GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
+    "work": {
+        "shell": subcommand(
+            "shell",
+            "[FILE.v2]",
+            "the interactive shell (also plain vrs)",
+            "The interactive VAL-II shell of a virtual robot.",
+            Option("file [FILE.v2]", "a program file to load first"),
+            Option("--save T.vrst", "record every motion in a file; go on with it if it is there already"),
+            *ROBOT,
+            DIALECT,
+            CELL,
+            REALTIME,
+            UNITS,
+        ),
+        "demo": subcommand(
+            "view",
+            "",
+            "see the arm move, then try it yourself",
+            "A sample program moves the arm, in the browser or on the terminal; then you type.",
+            Option("--terminal", "open no browser"),
+            rare("--no-open", "print the address of the page alone"),
+        ),
+        "run": subcommand(
+            "run",
+            "FILE.v2 [PROGRAM]",
+            "execute a program of a file, or all files of a folder",
+            "Load a VAL-II file and execute a program of it on the virtual robot.",
+            Option(
+                "files FILE.v2 ...",
+                "a program file (- is standard input), and the name of its program (default: the first); or files, "
+                "folders",
+            ),
+            Option("--cycles N", "how often; negative: without end", kinds.cycles, 1),
+            PROJECT,
+            *ROBOT,
+            DIALECT,
+            CELL,
+            group(
+                "limits",
+                rare(
+                    "--max-time S",
+                    "seconds of the robot's time (default: a day, 86400; or an hour, 3600)",
+                    kinds.positive,
+                ),
+                rare(
+                    "--max-steps N",
+                    "steps of all programs together (default: 100M, in real time any number; or 10M)",
+                    kinds.size,
+                ),
+                rare(
+                    "--max-elements N",
+                    "what arrays and strings hold: elements and characters (default: 10M)",
+                    kinds.size,
+                ),
+                rare("--max-output BYTES", "what is typed (default: 100M; or 1M)", kinds.size),
+                rare("--max-disk BYTES", "what is written to files (default: 1G; or 10M)", kinds.size),
+                rare(
+                    "--max-wall SECONDS",
+                    "time on the wall; the machine decides where that ends a run (default: any; or 300)",
+                    kinds.positive,
+                ),
+                rare(
+                    "--max-memory BYTES",
+                    "memory of the process, where the system has such a limit (default: any; or 4G)",
+                    kinds.size,
+                ),
+                about="Where one is reached the program is stopped with an error. The first default is for one file; "
+                "the second is for each file of a folder or a pattern, and with --sandbox. K, M and G are 1000, 1000K "
+                "and 1000M.",
+            ),
+            rare(
+                "--sandbox FOLDER",
+                "for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
+            ),
+            rare("--keep FOLDER", "keep what each of several files wrote, in FOLDER/NAME (else it is removed)"),
+            SIGNALS,
+            REALTIME,
+            UNITS,
+            Option("--save T.vrst", "save the trajectory, motion by motion"),
+            *OUTPUTS,
+            JSON,
+            Option("--quiet", "print only what the program TYPEs"),
+        ),
+        "convert": subcommand(
+            "convert",
+            "FILE.v2 --to TARGET",
+            "a program for another robot",
+            "Write what a program does for another robot.",
+            Option("file FILE.v2", "a program file"),
+            Option("--to TARGET", "urscript, rapid, krl or python", required=True),
+            Option("--as-written", "rapid: loops and calls"),
+            Option("-o --output OUT", "the file to write", default=STANDARD_STREAM),
+            *ROBOT,
+            DIALECT,
+            CELL,
+            SIGNALS,
+            rare("--replay-units FILE", "what comes from devices"),
+        ),
+        "check": subcommand(
+            "check",
+            "FILE.v2 ...",
+            "find all mistakes in program files",
+            "Find all mistakes in program files. Nothing is run.",
+            FILES,
+            Option(
+                "--format FORMAT", "text (default), json or github", default="text", choices=("text", "json", "github")
+            ),
+            rare("--select CODES", "warnings to tell: V401,V05", kinds.codes, ("V",)),
+            Option("--ignore CODES", "warnings not to tell", kinds.codes, ()),
+            Option("--strict", "status 1 for warnings too"),
+            Option("--fix", "rewrite what can surely be mended, and tell the rest"),
+            rare("--diff", "with --fix: show what it would write, and write nothing"),
+            rare("--watch", "check again whenever a file changes"),
+            PROJECT,
+            *ROBOT,
+            DIALECT,
+            CELL,
+        ),
+        "fmt": subcommand(
+            "check",
+            "FILE.v2 ...",
+            "print or rewrite program files as canonical VAL-II text",
+            "Print program files as canonical VAL-II text: one layout, comments kept.",
+            FILES,
+            DIALECT,
+            one_of(
+                Option("--write", "rewrite the files in place"),
+                Option("--check", "change nothing; status 1 if a file would change"),
+                Option("--diff", "the same, and show what would change"),
+            ),
+        ),
+    },
+    "trajectories": {
+        "view": subcommand(
+            "view",
+            "[FILE.v2|T.vrst|URL]",
+            "a robot in a browser: watch it, drive it, play it back",
+            "Watch a robot, and drive it: in a browser, or on the terminal.",
+            Option(
+                "url [FILE.v2|T.vrst|URL]",
+                f"{SERVED}; a program file, or a saved trajectory; nothing: a new robot, and the shell beside it",
+            ),
+            CONNECTION,
+            Option("--terminal", "on the terminal: joints, tool, clock, who drives"),
+            group(
+                "the browser",
+                Option("--no-open", "print the address alone"),
+                rare("--port PORT", "default: any that is free", kinds.port, 0),
+                rare("--host HOST", "an address of this machine alone (default: 127.0.0.1)", default="127.0.0.1"),
+            ),
+            *ROBOT,
+            CELL,
+            rare("--rate R", "seconds of it in one (default: 1)", kinds.clock_rate, 1.0),
+            rare("--no-run", "load the file, and execute nothing"),
+            rare("--window S", "so many seconds of the robot's past are kept (default 600)", kinds.positive),
+            rare(
+                "--ahead T|auto",
+                "a robot in real time as it will be, so long after what is heard of it; auto: where a command of now "
+                "finds it, D_f + D_b as measured (default: its present)",
+                kinds.ahead,
+            ),
+            LENIENT,
+        ),
+        "where": subcommand(
+            "recorded",
+            "T.vrst --at TIME ...",
+            "where the robot is at any time",
+            "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
+            TRAJECTORY,
+            Option("--at TIME ...", "times [s], any number", kinds.number, required=True, repeats=True),
+            Option("--json", "a JSON list with an object for every time"),
+            MEASURED,
+            LENIENT,
+        ),
+        "replay": subcommand(
+            "recorded",
+            "T.vrst",
+            "play it, with pause, rewind and seek",
+            "Play a saved trajectory on the terminal.",
+            TRAJECTORY,
+            Option("--speed FACTOR", "seconds of the trajectory in one second (default 1)", kinds.positive, 1.0),
+            Option("--step S", "print a table, a row every S seconds (default 0.1)", kinds.positive),
+            *OUTPUTS,
+            MEASURED,
+            LENIENT,
+        ),
+        "export": subcommand(
+            "recorded",
+            "T.vrst --to FORMAT",
+            "write it for other programs: csv, npz, mcap, ...",
+            "Write a saved trajectory in a format of other programs.",
+            TRAJECTORY,
+            Option("--to FORMAT", "one of these; default: by the ending of OUT"),
+            Option("-o --output OUT", "the file to write; default: standard output", default=STANDARD_STREAM),
+            Option("--rate HZ", "rows per second (default 100), or frames (gif, mp4: 10)", kinds.sampling_rate),
+            Option("--at TIME", "the moment of a png [s]; default: the end", kinds.number),
+            Option("--cell CELL.toml", "the cell to be shown (mcap: where parts are)"),
+            MEASURED,
+            LENIENT,
+        ),
+        "verify": subcommand(
+            "recorded",
+            "T.vrst",
+            "check that it is whole, and that the robot can do it",
+            "Whether a saved trajectory is whole, and one that the robot can do.",
+            TRAJECTORY,
+            Option("--json", "print one JSON object: sound, checksums, reports, faults"),
+        ),
+    },
+    "class": {
+        "learn": subcommand(
+            "learn",
+            "[LESSON]",
+            "lessons at the prompt: VAL-II and the robot, step by step",
+            "Lessons at the prompt: a step at a time, checked by what you did. It goes on where you were.",
+            Option("lesson [LESSON|FOLDER]", "a number, a name, or a folder of lessons"),
+            Option("--list", "the lessons, and where you are in each"),
+            Option("--reset", "forget where you are: in one lesson, or in all"),
+            rare("--check FOLDER", "try a lesson: each step with nothing done, wrong lines, its model lines"),
+            group(
+                "the browser",
+                Option("--view", "show the robot in a browser"),
+                rare("--no-open", "print the address alone"),
+                rare("--port PORT", "default: any that is free", kinds.port, 0),
+            ),
+        ),
+        "grade": subcommand(
+            "grade",
+            "EXERCISE FILES ...",
+            "grade submissions for an exercise",
+            "Grade submissions for an exercise: run each in all variants, and mark what it did.",
+            Option("exercise [EXERCISE]", "a folder, or the name of one that comes with vrs"),
+            Option("files [FILES ...]", "submissions: files, folders, patterns"),
+            Option("--check FOLDER", "tell what is wrong with an exercise: it runs the model, and mutants of it"),
+            rare(
+                "--new NAME",
+                "propose the exercise NAME, a new folder, from a solution: its checks are what the solution does",
+            ),
+            rare("--cell CELL.toml", "with --new: what is around the robot (default: as of vrs run)"),
+            JOBS,
+            rare("--dask ADDRESS", "grade on the workers of this Dask scheduler"),
+            rare("--quiet", "print no table"),
+            group(
+                "outputs, - is standard output",
+                Option("--json FILE", "all results, with reasons and variants"),
+                Option("--csv FILE", "a table for a gradebook"),
+                rare("--junit FILE", "JUnit's XML"),
+                rare("--gradescope FILE", "results.json of Gradescope; of several submissions a folder"),
+                rare("--check50 FILE", "the JSON of check50; of several submissions a folder"),
+                Option("--html FOLDER", "pages: FOLDER/students for students, FOLDER/teacher.html"),
+            ),
+        ),
+        "class": subcommand(
+            "classroom",
+            "COMMAND FOLDER",
+            "a class in browsers: new, links, collect, forget",
+            "A class in browsers: each student has a robot, and enters by a link.",
+            Option(
+                "action new|links|collect|forget|token",
+                "what to do (token: see vrs class token --help)",
+                choices=("new", "links", "collect", "forget", "token"),
+            ),
+            Option("folder FOLDER", "the folder of the class"),
+            Option("students [NAME ...]", "of new and forget: students; of links: only theirs"),
+            Option("--names FILE", "new: names of students, one in each line"),
+            Option("--at URL", "links: the address of the server (default: http://127.0.0.1:8765)"),
+            Option("--to FOLDER", "collect: where to (default: collected, in FOLDER)"),
+        ),
+        "class token": subcommand(
+            "classroom",
+            "NAME ... --file FILE",
+            "make tokens for those who may enter a server",
+            "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).",
+            Option("names NAME ...", "what others see; own robots are called so too"),
+            Option("--file FILE", "the file of tokens, made if need be", required=True),
+            Option(
+                "--role",
+                "what they may do (default: supervisor)",
+                default="supervisor",
+                choices=("observer", "designer", "supervisor", "teacher", "body"),
+            ),
+            Option("--robots A,B", "the shared robots that they may hold (default: all)"),
+            rare("--expires DAY", "until the end of that day, or an instant", kinds.expiry),
+            Option("--revoke", "take the tokens of these names out of the file"),
+        ),
+    },
+    "many": {
+        "serve": subcommand(
+            "serve",
+            "",
+            "serve robots to others over the network",
+            "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).",
+            Option("--host HOST", "the address to listen at (default: this machine alone)", default="127.0.0.1"),
+            Option("--port PORT", "default: 8765; 0: any that is free", kinds.port, 8765),
+            Option(
+                "--robot NAME=ROBOT",
+                "a robot for all, and its name or file; may be repeated",
+                kinds.named_robot,
+                [],
+                repeats=True,
+            ),
+            *CHOICES,
+            Option(
+                "--cell [NAME=]CELL.toml",
+                "what is around each robot, or the named one; may be repeated",
+                kinds.named_cell,
+                [],
+                repeats=True,
+            ),
+            group(
+                "a class",
+                Option("--class FOLDER", "of vrs class new: all that a class needs", dest="class_folder"),
+                Option("--tokens FILE", "who may enter, as what (TOML, read again when it changes)"),
+                rare("--robots-per-token N", "robots that each token has alone", kinds.size, 0),
+                rare("--own-robot ROBOT", "what these are (default: puma560)", default="puma560"),
+            ),
+            group(
+                "time",
+                REALTIME,
+                rare("--causality", "what becomes of commands that come too late", choices=("ABORT", "POSTPONE")),
+                rare(
+                    "--when-driver-goes",
+                    "what a program does then (default: go-on)",
+                    default="go-on",
+                    choices=("go-on", "pause", "abort"),
+                ),
+                rare(
+                    "--idle SECONDS",
+                    "pause a robot that works while nobody has held or watched it for so long; 0: never (default: 600 "
+                    "for those of --robots-per-token, never for others)",
+                    kinds.idle_time,
+                ),
+            ),
+            group(
+                "what is kept",
+                Option("--journal DIR", "what robots do and know, kept over a restart"),
+                Option("--folder DIR", "the files of robots, one folder for each (default: temporary)"),
+                rare("--audit FILE", "a line for each command (default: audit.jsonl in --journal)"),
+            ),
+            group(
+                "the network",
+                Option("--tls-cert FILE", "the certificate of this server, with its chain (PEM)"),
+                rare("--tls-key FILE", "its key (default: in the same file)"),
+                rare("--insecure", "other machines too, though all can be read on the way"),
+                Option("--pages", "show the robots in browsers"),
+                rare("--origin URL", "pages of this site may connect too", default=[], repeats=True),
+                rare("--nats URL", "publish all robots there, to look at: nats://HOST:4222"),
+            ),
+            group(
+                "limits",
+                rare("--max-connections N", "in all (default: 4000)", kinds.size),
+                rare("--max-folder BYTES", "in a robot's folder (default: 100M)", kinds.size),
+                rare("--max-segments N", "of a robot's timeline (default: 2M)", kinds.size),
+                rare("--max-steps N", "of one run of a program (default: any number)", kinds.size),
+                about="K, M and G are 1000, 1000K and 1000M.",
+            ),
+        ),
+        "connect": subcommand(
+            "remote",
+            "URL",
+            "the shell at a served robot; --put and --get files",
+            "The VAL-II shell at a robot that is served.",
+            ADDRESS,
+            CONNECTION,
+            rare(
+                "--behind T",
+                "a motion AT t begins T after t: what takes no longer to arrive is not too late",
+                kinds.duration,
+                0.0,
+            ),
+            group(
+                "files, instead of the shell",
+                one_of(
+                    Option("--put FILE", "put a file into the robot's folder", Path),
+                    Option("--get NAME", "get a file from there"),
+                ),
+                Option("--as NAME", "of --put: the name there (default: as here)", dest="called"),
+                Option("-o --output FILE", "of --get: where to write it; - for standard output"),
+                Option("--replace", "overwrite a file of that name"),
+            ),
+        ),
+        "body": subcommand(
+            "body",
+            "URL",
+            "be the body of a served robot: a simulated arm, or a program",
+            "Be the body of a robot that is served: follow its timeline, and report where the arm really is.",
+            ADDRESS,
+            CONNECTION,
+            one_of(
+                Option("--mujoco", "a simulated arm (extra physics)"),
+                Option("--rosbridge URL", "an arm of ROS 2, by a rosbridge server (ws://HOST:9090)"),
+                Option("--stream", "another program: set points on stdout, reports on stdin"),
+            ),
+            Option("--rate HZ", "reports a second (default: 100, 2000 at most)", kinds.positive, 100.0),
+            group(
+                "the simulated arm",
+                Option("--scenario FILE.toml", "disturbances, and when they begin", Path),
+                rare("--controller", "computed torque, or PD", default="computed", choices=("computed", "pd")),
+                rare("--bandwidth RAD/S", "of the controller (default: 40)", kinds.positive, 40.0),
+                rare("--resolution DEG", "of the encoders (default: 0.0055)", kinds.positive),
+                rare("--noise DEG", "of the encoders, standard deviation (default: 0.0011)", kinds.number),
+                rare("--seed N", "of the noise (default: the scenario's, or 0)", kinds.whole),
+            ),
+            group(
+                "the arm of ROS",
+                rare("--joints NAMES", "its joints: a,b,... or FILE.toml (default: joint_1, ...)"),
+                rare("--ros-controller NAME", "(default: %(default)s)", default="joint_trajectory_controller"),
+                rare("--joint-states TOPIC", "(default: %(default)s)", default="joint_states"),
+                rare("--action", "send goals to its action, not messages to its topic"),
+                rare("--replacement", "it has allow_trajectory_replacement: true"),
+            ),
+            group(
+                "the stream", rare("--format", "of set points (default: csv)", default="csv", choices=("csv", "json"))
+            ),
+        ),
+    },
+    "more": {
+        "robots": subcommand(
+            "tools",
+            "[NAME|FILE]",
+            "all robots, or all about one",
+            "The robots that are built in, or all about one robot.",
+            Option("robot [NAME|FILE]", "a robot's name, or its TOML or URDF file"),
+            Option("--base LINK", "of a URDF file: the link that the arm stands on"),
+            Option("--tip LINK", "of a URDF file: the link that the arm moves, its flange"),
+            Option("--task", "what counts of a location, whatever the file says", choices=TASKS),
+        ),
+        "lab experiment": subcommand(
+            "experiment",
+            "[KIND]",
+            "try what delays do: delays, methods, twin, study",
+            "Try what delays do to who commands a robot from afar.",
+            Option("what [EXPERIMENT]", "delays, methods, twin, study", choices=("delays", "methods", "twin", "study")),
+            Option("file [FILE.toml]", "of study: its conditions and its task"),
+            rare("--participant N", "of study: who drives (default: the next who is not done)", kinds.size),
+            rare("--out FILE.csv", "of study: the results (default: FILE.csv, of --dry-run FILE.dry.csv)"),
+            rare("--dry-run", "of study: a scripted participant, in virtual time"),
+            rare("--viewer CLASS ...", "of methods: module:Class or FILE.py:Class"),
+            rare("--controller CLASS ...", "of methods: module:Class or FILE.py:Class"),
+            rare(
+                "--scenario NAME ...",
+                "of methods: moves, steps, waves, stops; of twin: healthy, push, payload, blocked, "
+                "stop, drift, or a FILE.toml",
+            ),
+            Option("--delay T ...", "mean delays, gamma distributed (default: 200ms)", kinds.duration),
+            rare("--jitter T ...", "their standard deviations (default: 80ms)", kinds.duration),
+            *DELAY_OPTIONS,
+            Option(
+                "--lead T ...", "when commands begin, counted from their issue (default: 0 to 0.8 s)", kinds.duration
+            ),
+            rare(
+                "--policy ...",
+                "what becomes of late commands (default: ABORT and POSTPONE)",
+                str.upper,
+                choices=("ABORT", "POSTPONE"),
+            ),
+            Option("--seeds N", "trials a row (default: 20, 5 or 2)", kinds.size),
+            rare("--seconds T", "how long each is (default: 200; of methods 30, of twin 40)", kinds.trial_seconds),
+            rare("--rate HZ", "looks a second (default: 25)", kinds.look_rate),
+            *ROBOT,
+            JOBS,
+            Option("--plot [OUT.svg|png|pdf]", "draw curves over the lead, of twin over time", const=STANDARD_STREAM),
+            JSON,
+        ),
+        "lab delay": subcommand(
+            "remote",
+            "LISTEN TARGET",
+            "a line with delays between a client and a server",
+            "Let a line between a client and a server be slow, uneven and lossy.",
+            Option("listen LISTEN", "where clients connect", kinds.endpoint),
+            Option("target TARGET", "the server", kinds.endpoint),
+            *DELAY_OPTIONS,
+            Option("--quiet", "tell of no connections"),
+        ),
+        "lab steer": subcommand(
+            "steer",
+            "FILE.csv",
+            "follow a stream of targets",
+            "Let the virtual robot follow a stream of targets.",
+            Option("file FILE.csv", "the targets (- is standard input, line by line)"),
+            Option("url [URL]", f"the robot to steer, where it is served: {SERVED}"),
+            rare("--lead S", "of a served robot (default: round trip + 0.35 s)", kinds.positive),
+            *ROBOT,
+            Option("--speed PCT", "at most so much of full speed", kinds.percent, 100.0),
+            rare(
+                "--profile",
+                "LSPB: without limits of jerk; the others: with them (default: as the robot's file says)",
+                str.upper,
+                choices=("LSPB", "SCURVE", "QUINTIC"),
+            ),
+            rare("--relative", "times count from the first one (in real time, always)"),
+            REALTIME,
+            Option("--save T.vrst", "save the trajectory, target by target"),
+            *OUTPUTS,
+            JSON,
+            CONNECTION,
+        ),
+        "tools lsp": subcommand(
+            "tools",
+            "",
+            "the language server, which editors start",
+            "The VAL-II language server (LSP), over standard input and output.",
+            Option("--stdio", "the only way it speaks; some editors say so"),
+            *ROBOT,
+        ),
+        "tools completion": subcommand(
+            "tools",
+            "SHELL",
+            "the script of a shell that completes vrs with Tab",
+            "Print what a shell needs to complete vrs with the Tab key.",
+            Option("shell SHELL", "bash, zsh, fish, powershell", choices=("bash", "zsh", "fish", "powershell")),
+        ),
+        "tools config": subcommand(
+            "tools",
+            "",
+            "the settings of the shell, and their file",
+            "The settings of the shell: keys, pager, suggestions, colours.",
+            Option("--path", "print the name of the file alone"),
+        ),
+    },
+}
+SUBCOMMANDS: Mapping[str, Subcommand] = {name: row for rows in GROUPS.values() for name, row in rows.items()}

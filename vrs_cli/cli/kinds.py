@@ -1,0 +1,247 @@
+"""Read the values of options: each function returns a value, or raises ArgumentTypeError, to which argparse adds the
+option.
+"""
+
+from __future__ import annotations
+
+import re
+from argparse import ArgumentTypeError
+from collections.abc import Callable
+from datetime import date, datetime
+from functools import partial
+from math import inf, isfinite, nan
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from vrs_cli.errors import VrsError
+
+if TYPE_CHECKING:
+    from vrs_cli.net.delay_line import Delays
+    from vrs_cli.net.delay_proxy import Endpoint
+    from vrs_cli.net.far_end import Ahead
+
+
+T = TypeVar("T")
+
+LOOPBACK = "127.0.0.1"
+MAX_PORT = 65535
+MAX_RATE = 100_000.0  # [Hz]
+FACTORS = {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}
+
+
+def float_of(text: str) -> float:
+    """Return the number in a text, or nan if it is no number."""
+    try:
+        return float(text)
+    except ValueError:
+        return nan
+
+
+def number(text: str) -> float:
+    """Return any finite number."""
+    value = float_of(text)
+    if not isfinite(value):
+        raise ArgumentTypeError(f"{text!r} is not a number")
+    return value
+
+
+def positive(text: str) -> float:
+    """Return a number above zero."""
+    value = number(text)
+    if not value > 0.0:
+        raise ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def whole(text: str) -> int:
+    """Return a whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r} is not a whole number") from None
+
+
+def size(text: str) -> int:
+    """Return a number of things or of bytes, above zero: 500, 64K, 1.5M, 2G."""
+    digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
+    value = positive(digits) * FACTORS[factor]
+    if value != int(value) or value > 2**62:
+        raise ArgumentTypeError(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
+    return int(value)
+
+
+def percent(text: str) -> float:
+    """Return a share of full speed [%]."""
+    value = positive(text)
+    if value > 100.0:
+        raise ArgumentTypeError(f"{text} % is more than full speed")
+    return value
+
+
+def sampling_rate(text: str) -> float:
+    """Return samples per second [Hz]."""
+    value = positive(text)
+    if value > MAX_RATE:
+        raise ArgumentTypeError(f"{text} Hz is more than {MAX_RATE:g} Hz")
+    return value
+
+
+def clock_rate(text: str) -> float:
+    """Return how many seconds of the robot's time pass in one second."""
+    from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE
+
+    rate = positive(text)
+    if not SLOWEST_RATE <= rate <= FASTEST_RATE:
+        raise ArgumentTypeError(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
+    return rate
+
+
+def _within(lowest: float, highest: float, unit: str, text: str) -> float:
+    """Return a number between two bounds."""
+    value = positive(text)
+    if not lowest <= value <= highest:
+        raise ArgumentTypeError(f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
+    return value
+
+
+trial_seconds = partial(_within, 5.0, 1e4, "s")  # the length of a trial of an experiment
+look_rate = partial(_within, 1.0, 200.0, "Hz")  # how often an experiment looks at the robot
+
+
+def cycles(text: str) -> int:
+    """Return how often a program is executed."""
+    from vrs_cli.language.run.runtime import MAX_CYCLES
+
+    value = whole(text)
+    if value == 0 or value > MAX_CYCLES:
+        raise ArgumentTypeError(f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
+    return value
+
+
+def codes(text: str) -> tuple[str, ...]:
+    """Return the codes of diagnostics, or their beginnings: V401,V05."""
+    found = tuple(code.strip().upper() for code in text.split(","))
+    wrong = next((code for code in found if not re.fullmatch("V[0-9]{0,4}", code)), None)
+    if wrong is not None:
+        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
+    return found
+
+
+def expiry(text: str) -> date:
+    """Return the day or the instant at which a token expires."""
+    for read in (date.fromisoformat, datetime.fromisoformat):
+        try:
+            return read(text)
+        except ValueError:
+            continue
+    raise ArgumentTypeError(f"{text!r} is no day (2027-07-31, or 2027-07-31T12:00:00)")
+
+
+# --- robots, cells, addresses -----------------------------------------------------------------------------------------
+
+
+def named_robot(text: str) -> tuple[str, str]:
+    """Return the name of a served robot, and the robot: `cell1=puma560`. A robot alone keeps its own name."""
+    from vrs_cli.net.tokens import NAME_RULE, good_name
+
+    name, equals, robot = text.partition("=")
+    if not equals:
+        name, robot = Path(text).stem, text
+    if not good_name(name):
+        raise ArgumentTypeError(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
+    return name, robot
+
+
+def named_cell(text: str) -> tuple[str, str]:
+    """Return the name of a served robot, and its cell file: `cell1=pick.toml`. Without a name ("") the file is for all
+    robots.
+    """
+    from vrs_cli.net.tokens import good_name
+
+    name, equals, file = text.partition("=")
+    return (name, file) if equals and good_name(name) and file else ("", text)
+
+
+def serial_line(text: str) -> tuple[str, str]:
+    """Return the number of a serial line, and its device: `1=/dev/ttyUSB0,9600`."""
+    number, equals, device = text.partition("=")
+    if not (number.isdigit() and equals and device):
+        raise ArgumentTypeError(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
+    return str(int(number)), device
+
+
+def host_address(text: str) -> str:
+    """Return a numeric address."""
+    import ipaddress
+
+    try:
+        return str(ipaddress.ip_address(text))
+    except ValueError:
+        raise ArgumentTypeError(f"{text} (an address as 192.168.0.7, or 0.0.0.0 for all)") from None
+
+
+def port(text: str) -> int:
+    """Return the number of a TCP port."""
+    value = whole(text)
+    if not 0 <= value <= MAX_PORT:
+        raise ArgumentTypeError(f"{text} is no port (0 to {MAX_PORT})")
+    return value
+
+
+def endpoint(text: str) -> Endpoint:
+    """Return an address with its port: HOST:PORT, [IPv6]:PORT, or PORT of this machine."""
+    from vrs_cli.net.delay_proxy import Endpoint
+
+    host, _, number = text.rpartition(":")
+    if not (number.isascii() and number.isdigit() and int(number) <= MAX_PORT) or "/" in host:
+        raise ArgumentTypeError(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
+    return Endpoint(host.strip("[]") or LOOPBACK, int(number))
+
+
+# --- times and delays -------------------------------------------------------------------------------------------------
+
+
+def idle_time(text: str) -> float:
+    """Return how long a robot may work for nobody [s]; 0 means for ever (infinity)."""
+    return positive(text) if number(text) else inf
+
+
+def _read(parse: Callable[[str], T], text: str) -> T:
+    """Return what `parse` makes of a text."""
+    try:
+        return parse(text)
+    except VrsError as error:
+        raise ArgumentTypeError(f"{error.detail}; {error.hint}" if error.hint else error.detail) from None
+
+
+def duration(text: str) -> float:
+    """Return a time [s]: 200ms, 0.2s, 0.2."""
+    from vrs_cli.net.delay_line import parse_duration
+
+    return _read(parse_duration, text)
+
+
+def ahead(text: str) -> float | Ahead:
+    """Return how far ahead a robot is shown: a time [s], or `auto`."""
+    from vrs_cli.net.far_end import Ahead
+
+    if text == Ahead.AUTO.value:
+        return Ahead.AUTO
+    try:
+        return duration(text)
+    except ArgumentTypeError as error:
+        raise ArgumentTypeError(f"{error}, or {Ahead.AUTO.value}") from None
+
+
+def delays(text: str) -> tuple[str, Delays]:
+    """Return the text, and the delays that it describes."""
+    from vrs_cli.net.delay_line import parse_delays
+
+    return text, _read(parse_delays, text)
+
+
+def loss(text: str) -> float:
+    """Return a share of lost packets: 1%, 0.01."""
+    from vrs_cli.net.delay_line import parse_loss
+
+    return _read(parse_loss, text)
