@@ -149,6 +149,7 @@ def test_the_server_may_go_and_what_was_on_its_way_is_told(
 
         monkeypatch.setattr(sys, "stdin", lines())
         monkeypatch.setattr("vrs_cli.repl.shell.on_terminal", lambda: False)
+        monkeypatch.setattr("vrs_cli.cli.remote.on_terminal", lambda: False)
         assert run(["connect", address]) == 1
     said = capsys.readouterr()
     assert said.out == "2                2\n"

@@ -11,7 +11,7 @@ from itertools import takewhile
 from math import inf, isnan
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from vrs_cli.cli.commands import SUBCOMMANDS, Group, OneOf, Option
+from vrs_cli.cli.commands import SUBCOMMANDS, OptionRow, Group, OneOf
 from vrs_cli.cli.kinds import float_of
 from vrs_cli.errors import UsageError, nearest
 
@@ -135,9 +135,9 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
 
 
-def _add(container: argparse._ActionsContainer, row: Option | OneOf | Group) -> None:
+def _add(container: argparse._ActionsContainer, row: OptionRow | OneOf | Group) -> None:
     """Add an option, or several, to a parser or to a group of its help."""
-    if isinstance(row, Option):
+    if isinstance(row, OptionRow):
         names, described = _described(row)
         container.add_argument(*names, **described).rare = row.rare  # type: ignore[attr-defined]
         return
@@ -147,7 +147,7 @@ def _add(container: argparse._ActionsContainer, row: Option | OneOf | Group) -> 
         _add(inside, one)
 
 
-def _described(row: Option) -> tuple[Sequence[str], dict[str, Any]]:
+def _described(row: OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
     """Return the names of an option, and its other arguments of `add_argument`."""
     words = row.form.split()
     names = [word for word in words if word.startswith("-")] or words[:1]

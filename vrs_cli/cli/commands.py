@@ -14,7 +14,7 @@ from typing import NamedTuple
 from vrs_cli.cli import kinds
 
 
-class Option(NamedTuple):
+class OptionRow(NamedTuple):
     """An option or an argument. `form` is how the help shows it: "-o --output OUT"; an option without a value is true
     or false; brackets mean that a value may be left out, dots that several may be given; the first word of an argument
     is its attribute: "files FILE.v2 ...". `const`: the value of an option whose value is left out. `repeats`: the
@@ -36,14 +36,14 @@ class Option(NamedTuple):
 class OneOf(NamedTuple):
     """Options of which a command line has at most one."""
 
-    options: tuple[Option, ...]
+    options: tuple[OptionRow, ...]
 
 
 class Group(NamedTuple):
     """Options that stand together in the help, under a title and a sentence `about` them."""
 
     title: str
-    options: tuple[Option | OneOf, ...]
+    options: tuple[OptionRow | OneOf, ...]
     about: str | None
 
 
@@ -57,22 +57,22 @@ class Subcommand(NamedTuple):
     arguments: str
     summary: str
     description: str
-    options: tuple[Option | OneOf | Group, ...]
+    options: tuple[OptionRow | OneOf | Group, ...]
 
 
-rare = partial(Option, rare=True)
+rare = partial(OptionRow, rare=True)
 
 
-def one_of(*options: Option) -> OneOf:
+def one_of(*options: OptionRow) -> OneOf:
     return OneOf(options)
 
 
-def group(title: str, *options: Option | OneOf, about: str | None = None) -> Group:
+def group(title: str, *options: OptionRow | OneOf, about: str | None = None) -> Group:
     return Group(title, options, about)
 
 
 def subcommand(
-    module: str, arguments: str, summary: str, description: str, *options: Option | OneOf | Group
+    module: str, arguments: str, summary: str, description: str, *options: OptionRow | OneOf | Group
 ) -> Subcommand:
     return Subcommand(module, arguments, summary, description, options)
 
@@ -88,12 +88,12 @@ CHOICES = (
     rare("--tip LINK", "see vrs robots --help"),
     rare("--task TASK", "see vrs robots --help", choices=TASKS),
 )
-ROBOT = (Option("--robot NAME|FILE", "name or file: see vrs robots"), *CHOICES)
+ROBOT = (OptionRow("--robot NAME|FILE", "name or file: see vrs robots"), *CHOICES)
 DIALECT = rare(
     "--dialect", "where a file does not say it (default: vplus)", default="vplus", choices=("val", "val2", "vplus")
 )
-CELL = Option("--cell CELL.toml", "what is around it (see docs/cell.md)")
-REALTIME = Option("--realtime [RATE]", "in real time, or RATE times as fast", kinds.clock_rate, const=1.0)
+CELL = OptionRow("--cell CELL.toml", "what is around it (see docs/cell.md)")
+REALTIME = OptionRow("--realtime [RATE]", "in real time, or RATE times as fast", kinds.clock_rate, const=1.0)
 UNITS = group(
     "units",
     rare("--allow-net", "TCP ports and connections on this machine"),
@@ -115,19 +115,19 @@ UNITS = group(
     about="What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime.",
 )
 OUTPUTS = (
-    Option("--csv OUT", "a table of joints and tool (- is standard output)"),
-    Option("--rate HZ", "rows per second (default 100)", kinds.sampling_rate),
-    Option("--plot OUT.svg|png|pdf", "the curves"),
-    Option("--report OUT.html", "a page with curves and a picture"),
+    OptionRow("--csv OUT", "a table of joints and tool (- is standard output)"),
+    OptionRow("--rate HZ", "rows per second (default 100)", kinds.sampling_rate),
+    OptionRow("--plot OUT.svg|png|pdf", "the curves"),
+    OptionRow("--report OUT.html", "a page with curves and a picture"),
     rare("--report-at S", "the moment of that picture (default: the end)", kinds.number),
 )
 CONNECTION = group(
     "the connection",
-    Option("--token-file FILE", "a file with the token (default: VRS_TOKEN)"),
+    OptionRow("--token-file FILE", "a file with the token (default: VRS_TOKEN)"),
     rare("--name NAME", "what others see you called, where tokens do not say that", default=""),
     rare("--ca FILE", "the certificate of the server, or of who signed it", Path),
 )
-MEASURED = Option("--measured", "the robot as its body reported it")
+MEASURED = OptionRow("--measured", "the robot as its body reported it")
 LENIENT = rare("--lenient", "read what can be read of a damaged file, with warnings")
 PROJECT = rare("--project", "the files of a folder are one name space")
 DELAY_OPTIONS = (
@@ -137,11 +137,11 @@ DELAY_OPTIONS = (
     rare("--seed N", "of all that is random (default: 1)", kinds.whole, 1),
 )
 SIGNALS = rare("--signals FILE", "when input signals change: lines of time, signal, state")
-JSON = Option("--json", "print one JSON object")
-TRAJECTORY = Option("file T.vrst", "a saved trajectory")
-ADDRESS = Option("url URL", SERVED)
+JSON = OptionRow("--json", "print one JSON object")
+TRAJECTORY = OptionRow("file T.vrst", "a saved trajectory")
+ADDRESS = OptionRow("url URL", SERVED)
 JOBS = rare("--jobs N", "processes (default: one for each core)", kinds.size)
-FILES = Option("files FILE.v2 ...", "files, folders or patterns (- is standard input)")
+FILES = OptionRow("files FILE.v2 ...", "files, folders or patterns (- is standard input)")
 
 # --- the table, in the order of `vrs --help` ------------------------------------------------------------------------
 
@@ -152,8 +152,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "[FILE.v2]",
             "the interactive shell (also plain vrs)",
             "The interactive VAL-II shell of a virtual robot.",
-            Option("file [FILE.v2]", "a program file to load first"),
-            Option("--save T.vrst", "record every motion in a file; go on with it if it is there already"),
+            OptionRow("file [FILE.v2]", "a program file to load first"),
+            OptionRow("--save T.vrst", "record every motion in a file; go on with it if it is there already"),
             *ROBOT,
             DIALECT,
             CELL,
@@ -165,7 +165,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "",
             "see the arm move, then try it yourself",
             "A sample program moves the arm, in the browser or on the terminal; then you type.",
-            Option("--terminal", "open no browser"),
+            OptionRow("--terminal", "open no browser"),
             rare("--no-open", "print the address of the page alone"),
         ),
         "run": subcommand(
@@ -173,12 +173,12 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "FILE.v2 [PROGRAM]",
             "execute a program of a file, or all files of a folder",
             "Load a VAL-II file and execute a program of it on the virtual robot.",
-            Option(
+            OptionRow(
                 "files FILE.v2 ...",
                 "a program file (- is standard input), and the name of its program (default: the first); or files, "
                 "folders",
             ),
-            Option("--cycles N", "how often; negative: without end", kinds.cycles, 1),
+            OptionRow("--cycles N", "how often; negative: without end", kinds.cycles, 1),
             PROJECT,
             *ROBOT,
             DIALECT,
@@ -224,20 +224,20 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             SIGNALS,
             REALTIME,
             UNITS,
-            Option("--save T.vrst", "save the trajectory, motion by motion"),
+            OptionRow("--save T.vrst", "save the trajectory, motion by motion"),
             *OUTPUTS,
             JSON,
-            Option("--quiet", "print only what the program TYPEs"),
+            OptionRow("--quiet", "print only what the program TYPEs"),
         ),
         "convert": subcommand(
             "convert",
             "FILE.v2 --to TARGET",
             "a program for another robot",
             "Write what a program does for another robot.",
-            Option("file FILE.v2", "a program file"),
-            Option("--to TARGET", "urscript, rapid, krl or python", required=True),
-            Option("--as-written", "rapid: loops and calls"),
-            Option("-o --output OUT", "the file to write", default=STANDARD_STREAM),
+            OptionRow("file FILE.v2", "a program file"),
+            OptionRow("--to TARGET", "urscript, rapid, krl or python", required=True),
+            OptionRow("--as-written", "rapid: loops and calls"),
+            OptionRow("-o --output OUT", "the file to write", default=STANDARD_STREAM),
             *ROBOT,
             DIALECT,
             CELL,
@@ -250,13 +250,13 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "find all mistakes in program files",
             "Find all mistakes in program files. Nothing is run.",
             FILES,
-            Option(
+            OptionRow(
                 "--format FORMAT", "text (default), json or github", default="text", choices=("text", "json", "github")
             ),
             rare("--select CODES", "warnings to tell: V401,V05", kinds.codes, ("V",)),
-            Option("--ignore CODES", "warnings not to tell", kinds.codes, ()),
-            Option("--strict", "status 1 for warnings too"),
-            Option("--fix", "rewrite what can surely be mended, and tell the rest"),
+            OptionRow("--ignore CODES", "warnings not to tell", kinds.codes, ()),
+            OptionRow("--strict", "status 1 for warnings too"),
+            OptionRow("--fix", "rewrite what can surely be mended, and tell the rest"),
             rare("--diff", "with --fix: show what it would write, and write nothing"),
             rare("--watch", "check again whenever a file changes"),
             PROJECT,
@@ -272,9 +272,9 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             FILES,
             DIALECT,
             one_of(
-                Option("--write", "rewrite the files in place"),
-                Option("--check", "change nothing; status 1 if a file would change"),
-                Option("--diff", "the same, and show what would change"),
+                OptionRow("--write", "rewrite the files in place"),
+                OptionRow("--check", "change nothing; status 1 if a file would change"),
+                OptionRow("--diff", "the same, and show what would change"),
             ),
         ),
     },
@@ -284,15 +284,15 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "[FILE.v2|T.vrst|URL]",
             "a robot in a browser: watch it, drive it, play it back",
             "Watch a robot, and drive it: in a browser, or on the terminal.",
-            Option(
+            OptionRow(
                 "url [FILE.v2|T.vrst|URL]",
                 f"{SERVED}; a program file, or a saved trajectory; nothing: a new robot, and the shell beside it",
             ),
             CONNECTION,
-            Option("--terminal", "on the terminal: joints, tool, clock, who drives"),
+            OptionRow("--terminal", "on the terminal: joints, tool, clock, who drives"),
             group(
                 "the browser",
-                Option("--no-open", "print the address alone"),
+                OptionRow("--no-open", "print the address alone"),
                 rare("--port PORT", "default: any that is free", kinds.port, 0),
                 rare("--host HOST", "an address of this machine alone (default: 127.0.0.1)", default="127.0.0.1"),
             ),
@@ -315,8 +315,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "where the robot is at any time",
             "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
             TRAJECTORY,
-            Option("--at TIME ...", "times [s], any number", kinds.number, required=True, repeats=True),
-            Option("--json", "a JSON list with an object for every time"),
+            OptionRow("--at TIME ...", "times [s], any number", kinds.number, required=True, repeats=True),
+            OptionRow("--json", "a JSON list with an object for every time"),
             MEASURED,
             LENIENT,
         ),
@@ -326,8 +326,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "play it, with pause, rewind and seek",
             "Play a saved trajectory on the terminal.",
             TRAJECTORY,
-            Option("--speed FACTOR", "seconds of the trajectory in one second (default 1)", kinds.positive, 1.0),
-            Option("--step S", "print a table, a row every S seconds (default 0.1)", kinds.positive),
+            OptionRow("--speed FACTOR", "seconds of the trajectory in one second (default 1)", kinds.positive, 1.0),
+            OptionRow("--step S", "print a table, a row every S seconds (default 0.1)", kinds.positive),
             *OUTPUTS,
             MEASURED,
             LENIENT,
@@ -338,11 +338,11 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "write it for other programs: csv, npz, mcap, ...",
             "Write a saved trajectory in a format of other programs.",
             TRAJECTORY,
-            Option("--to FORMAT", "one of these; default: by the ending of OUT"),
-            Option("-o --output OUT", "the file to write; default: standard output", default=STANDARD_STREAM),
-            Option("--rate HZ", "rows per second (default 100), or frames (gif, mp4: 10)", kinds.sampling_rate),
-            Option("--at TIME", "the moment of a png [s]; default: the end", kinds.number),
-            Option("--cell CELL.toml", "the cell to be shown (mcap: where parts are)"),
+            OptionRow("--to FORMAT", "one of these; default: by the ending of OUT"),
+            OptionRow("-o --output OUT", "the file to write; default: standard output", default=STANDARD_STREAM),
+            OptionRow("--rate HZ", "rows per second (default 100), or frames (gif, mp4: 10)", kinds.sampling_rate),
+            OptionRow("--at TIME", "the moment of a png [s]; default: the end", kinds.number),
+            OptionRow("--cell CELL.toml", "the cell to be shown (mcap: where parts are)"),
             MEASURED,
             LENIENT,
         ),
@@ -352,7 +352,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "check that it is whole, and that the robot can do it",
             "Whether a saved trajectory is whole, and one that the robot can do.",
             TRAJECTORY,
-            Option("--json", "print one JSON object: sound, checksums, reports, faults"),
+            OptionRow("--json", "print one JSON object: sound, checksums, reports, faults"),
         ),
     },
     "class": {
@@ -361,13 +361,13 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "[LESSON]",
             "lessons at the prompt: VAL-II and the robot, step by step",
             "Lessons at the prompt: a step at a time, checked by what you did. It goes on where you were.",
-            Option("lesson [LESSON|FOLDER]", "a number, a name, or a folder of lessons"),
-            Option("--list", "the lessons, and where you are in each"),
-            Option("--reset", "forget where you are: in one lesson, or in all"),
+            OptionRow("lesson [LESSON|FOLDER]", "a number, a name, or a folder of lessons"),
+            OptionRow("--list", "the lessons, and where you are in each"),
+            OptionRow("--reset", "forget where you are: in one lesson, or in all"),
             rare("--check FOLDER", "try a lesson: each step with nothing done, wrong lines, its model lines"),
             group(
                 "the browser",
-                Option("--view", "show the robot in a browser"),
+                OptionRow("--view", "show the robot in a browser"),
                 rare("--no-open", "print the address alone"),
                 rare("--port PORT", "default: any that is free", kinds.port, 0),
             ),
@@ -377,9 +377,9 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "EXERCISE FILES ...",
             "grade submissions for an exercise",
             "Grade submissions for an exercise: run each in all variants, and mark what it did.",
-            Option("exercise [EXERCISE]", "a folder, or the name of one that comes with vrs"),
-            Option("files [FILES ...]", "submissions: files, folders, patterns"),
-            Option("--check FOLDER", "tell what is wrong with an exercise: it runs the model, and mutants of it"),
+            OptionRow("exercise [EXERCISE]", "a folder, or the name of one that comes with vrs"),
+            OptionRow("files [FILES ...]", "submissions: files, folders, patterns"),
+            OptionRow("--check FOLDER", "tell what is wrong with an exercise: it runs the model, and mutants of it"),
             rare(
                 "--new NAME",
                 "propose the exercise NAME, a new folder, from a solution: its checks are what the solution does",
@@ -390,12 +390,12 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             rare("--quiet", "print no table"),
             group(
                 "outputs, - is standard output",
-                Option("--json FILE", "all results, with reasons and variants"),
-                Option("--csv FILE", "a table for a gradebook"),
+                OptionRow("--json FILE", "all results, with reasons and variants"),
+                OptionRow("--csv FILE", "a table for a gradebook"),
                 rare("--junit FILE", "JUnit's XML"),
                 rare("--gradescope FILE", "results.json of Gradescope; of several submissions a folder"),
                 rare("--check50 FILE", "the JSON of check50; of several submissions a folder"),
-                Option("--html FOLDER", "pages: FOLDER/students for students, FOLDER/teacher.html"),
+                OptionRow("--html FOLDER", "pages: FOLDER/students for students, FOLDER/teacher.html"),
             ),
         ),
         "class": subcommand(
@@ -403,33 +403,33 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "COMMAND FOLDER",
             "a class in browsers: new, links, collect, forget",
             "A class in browsers: each student has a robot, and enters by a link.",
-            Option(
+            OptionRow(
                 "action new|links|collect|forget|token",
                 "what to do (token: see vrs class token --help)",
                 choices=("new", "links", "collect", "forget", "token"),
             ),
-            Option("folder FOLDER", "the folder of the class"),
-            Option("students [NAME ...]", "of new and forget: students; of links: only theirs"),
-            Option("--names FILE", "new: names of students, one in each line"),
-            Option("--at URL", "links: the address of the server (default: http://127.0.0.1:8765)"),
-            Option("--to FOLDER", "collect: where to (default: collected, in FOLDER)"),
+            OptionRow("folder FOLDER", "the folder of the class"),
+            OptionRow("students [NAME ...]", "of new and forget: students; of links: only theirs"),
+            OptionRow("--names FILE", "new: names of students, one in each line"),
+            OptionRow("--at URL", "links: the address of the server (default: http://127.0.0.1:8765)"),
+            OptionRow("--to FOLDER", "collect: where to (default: collected, in FOLDER)"),
         ),
         "class token": subcommand(
             "classroom",
             "NAME ... --file FILE",
             "make tokens for those who may enter a server",
             "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).",
-            Option("names NAME ...", "what others see; own robots are called so too"),
-            Option("--file FILE", "the file of tokens, made if need be", required=True),
-            Option(
+            OptionRow("names NAME ...", "what others see; own robots are called so too"),
+            OptionRow("--file FILE", "the file of tokens, made if need be", required=True),
+            OptionRow(
                 "--role",
                 "what they may do (default: supervisor)",
                 default="supervisor",
                 choices=("observer", "designer", "supervisor", "teacher", "body"),
             ),
-            Option("--robots A,B", "the shared robots that they may hold (default: all)"),
+            OptionRow("--robots A,B", "the shared robots that they may hold (default: all)"),
             rare("--expires DAY", "until the end of that day, or an instant", kinds.expiry),
-            Option("--revoke", "take the tokens of these names out of the file"),
+            OptionRow("--revoke", "take the tokens of these names out of the file"),
         ),
     },
     "many": {
@@ -438,9 +438,9 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "",
             "serve robots to others over the network",
             "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).",
-            Option("--host HOST", "the address to listen at (default: this machine alone)", default="127.0.0.1"),
-            Option("--port PORT", "default: 8765; 0: any that is free", kinds.port, 8765),
-            Option(
+            OptionRow("--host HOST", "the address to listen at (default: this machine alone)", default="127.0.0.1"),
+            OptionRow("--port PORT", "default: 8765; 0: any that is free", kinds.port, 8765),
+            OptionRow(
                 "--robot NAME=ROBOT",
                 "a robot for all, and its name or file; may be repeated",
                 kinds.named_robot,
@@ -448,7 +448,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 repeats=True,
             ),
             *CHOICES,
-            Option(
+            OptionRow(
                 "--cell [NAME=]CELL.toml",
                 "what is around each robot, or the named one; may be repeated",
                 kinds.named_cell,
@@ -457,8 +457,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             ),
             group(
                 "a class",
-                Option("--class FOLDER", "of vrs class new: all that a class needs", dest="class_folder"),
-                Option("--tokens FILE", "who may enter, as what (TOML, read again when it changes)"),
+                OptionRow("--class FOLDER", "of vrs class new: all that a class needs", dest="class_folder"),
+                OptionRow("--tokens FILE", "who may enter, as what (TOML, read again when it changes)"),
                 rare("--robots-per-token N", "robots that each token has alone", kinds.size, 0),
                 rare("--own-robot ROBOT", "what these are (default: puma560)", default="puma560"),
             ),
@@ -481,16 +481,16 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             ),
             group(
                 "what is kept",
-                Option("--journal DIR", "what robots do and know, kept over a restart"),
-                Option("--folder DIR", "the files of robots, one folder for each (default: temporary)"),
+                OptionRow("--journal DIR", "what robots do and know, kept over a restart"),
+                OptionRow("--folder DIR", "the files of robots, one folder for each (default: temporary)"),
                 rare("--audit FILE", "a line for each command (default: audit.jsonl in --journal)"),
             ),
             group(
                 "the network",
-                Option("--tls-cert FILE", "the certificate of this server, with its chain (PEM)"),
+                OptionRow("--tls-cert FILE", "the certificate of this server, with its chain (PEM)"),
                 rare("--tls-key FILE", "its key (default: in the same file)"),
                 rare("--insecure", "other machines too, though all can be read on the way"),
-                Option("--pages", "show the robots in browsers"),
+                OptionRow("--pages", "show the robots in browsers"),
                 rare("--origin URL", "pages of this site may connect too", default=[], repeats=True),
                 rare("--nats URL", "publish all robots there, to look at: nats://HOST:4222"),
             ),
@@ -519,12 +519,12 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             group(
                 "files, instead of the shell",
                 one_of(
-                    Option("--put FILE", "put a file into the robot's folder", Path),
-                    Option("--get NAME", "get a file from there"),
+                    OptionRow("--put FILE", "put a file into the robot's folder", Path),
+                    OptionRow("--get NAME", "get a file from there"),
                 ),
-                Option("--as NAME", "of --put: the name there (default: as here)", dest="called"),
-                Option("-o --output FILE", "of --get: where to write it; - for standard output"),
-                Option("--replace", "overwrite a file of that name"),
+                OptionRow("--as NAME", "of --put: the name there (default: as here)", dest="called"),
+                OptionRow("-o --output FILE", "of --get: where to write it; - for standard output"),
+                OptionRow("--replace", "overwrite a file of that name"),
             ),
         ),
         "body": subcommand(
@@ -535,14 +535,14 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             ADDRESS,
             CONNECTION,
             one_of(
-                Option("--mujoco", "a simulated arm (extra physics)"),
-                Option("--rosbridge URL", "an arm of ROS 2, by a rosbridge server (ws://HOST:9090)"),
-                Option("--stream", "another program: set points on stdout, reports on stdin"),
+                OptionRow("--mujoco", "a simulated arm (extra physics)"),
+                OptionRow("--rosbridge URL", "an arm of ROS 2, by a rosbridge server (ws://HOST:9090)"),
+                OptionRow("--stream", "another program: set points on stdout, reports on stdin"),
             ),
-            Option("--rate HZ", "reports a second (default: 100, 2000 at most)", kinds.positive, 100.0),
+            OptionRow("--rate HZ", "reports a second (default: 100, 2000 at most)", kinds.positive, 100.0),
             group(
                 "the simulated arm",
-                Option("--scenario FILE.toml", "disturbances, and when they begin", Path),
+                OptionRow("--scenario FILE.toml", "disturbances, and when they begin", Path),
                 rare("--controller", "computed torque, or PD", default="computed", choices=("computed", "pd")),
                 rare("--bandwidth RAD/S", "of the controller (default: 40)", kinds.positive, 40.0),
                 rare("--resolution DEG", "of the encoders (default: 0.0055)", kinds.positive),
@@ -568,18 +568,20 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "[NAME|FILE]",
             "all robots, or all about one",
             "The robots that are built in, or all about one robot.",
-            Option("robot [NAME|FILE]", "a robot's name, or its TOML or URDF file"),
-            Option("--base LINK", "of a URDF file: the link that the arm stands on"),
-            Option("--tip LINK", "of a URDF file: the link that the arm moves, its flange"),
-            Option("--task", "what counts of a location, whatever the file says", choices=TASKS),
+            OptionRow("robot [NAME|FILE]", "a robot's name, or its TOML or URDF file"),
+            OptionRow("--base LINK", "of a URDF file: the link that the arm stands on"),
+            OptionRow("--tip LINK", "of a URDF file: the link that the arm moves, its flange"),
+            OptionRow("--task", "what counts of a location, whatever the file says", choices=TASKS),
         ),
         "lab experiment": subcommand(
             "experiment",
             "[KIND]",
             "try what delays do: delays, methods, twin, study",
             "Try what delays do to who commands a robot from afar.",
-            Option("what [EXPERIMENT]", "delays, methods, twin, study", choices=("delays", "methods", "twin", "study")),
-            Option("file [FILE.toml]", "of study: its conditions and its task"),
+            OptionRow(
+                "what [EXPERIMENT]", "delays, methods, twin, study", choices=("delays", "methods", "twin", "study")
+            ),
+            OptionRow("file [FILE.toml]", "of study: its conditions and its task"),
             rare("--participant N", "of study: who drives (default: the next who is not done)", kinds.size),
             rare("--out FILE.csv", "of study: the results (default: FILE.csv, of --dry-run FILE.dry.csv)"),
             rare("--dry-run", "of study: a scripted participant, in virtual time"),
@@ -590,10 +592,10 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 "of methods: moves, steps, waves, stops; of twin: healthy, push, payload, blocked, "
                 "stop, drift, or a FILE.toml",
             ),
-            Option("--delay T ...", "mean delays, gamma distributed (default: 200ms)", kinds.duration),
+            OptionRow("--delay T ...", "mean delays, gamma distributed (default: 200ms)", kinds.duration),
             rare("--jitter T ...", "their standard deviations (default: 80ms)", kinds.duration),
             *DELAY_OPTIONS,
-            Option(
+            OptionRow(
                 "--lead T ...", "when commands begin, counted from their issue (default: 0 to 0.8 s)", kinds.duration
             ),
             rare(
@@ -602,12 +604,14 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 str.upper,
                 choices=("ABORT", "POSTPONE"),
             ),
-            Option("--seeds N", "trials a row (default: 20, 5 or 2)", kinds.size),
+            OptionRow("--seeds N", "trials a row (default: 20, 5 or 2)", kinds.size),
             rare("--seconds T", "how long each is (default: 200; of methods 30, of twin 40)", kinds.trial_seconds),
             rare("--rate HZ", "looks a second (default: 25)", kinds.look_rate),
             *ROBOT,
             JOBS,
-            Option("--plot [OUT.svg|png|pdf]", "draw curves over the lead, of twin over time", const=STANDARD_STREAM),
+            OptionRow(
+                "--plot [OUT.svg|png|pdf]", "draw curves over the lead, of twin over time", const=STANDARD_STREAM
+            ),
             JSON,
         ),
         "lab delay": subcommand(
@@ -615,21 +619,21 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "LISTEN TARGET",
             "a line with delays between a client and a server",
             "Let a line between a client and a server be slow, uneven and lossy.",
-            Option("listen LISTEN", "where clients connect", kinds.endpoint),
-            Option("target TARGET", "the server", kinds.endpoint),
+            OptionRow("listen LISTEN", "where clients connect", kinds.endpoint),
+            OptionRow("target TARGET", "the server", kinds.endpoint),
             *DELAY_OPTIONS,
-            Option("--quiet", "tell of no connections"),
+            OptionRow("--quiet", "tell of no connections"),
         ),
         "lab steer": subcommand(
             "steer",
             "FILE.csv",
             "follow a stream of targets",
             "Let the virtual robot follow a stream of targets.",
-            Option("file FILE.csv", "the targets (- is standard input, line by line)"),
-            Option("url [URL]", f"the robot to steer, where it is served: {SERVED}"),
+            OptionRow("file FILE.csv", "the targets (- is standard input, line by line)"),
+            OptionRow("url [URL]", f"the robot to steer, where it is served: {SERVED}"),
             rare("--lead S", "of a served robot (default: round trip + 0.35 s)", kinds.positive),
             *ROBOT,
-            Option("--speed PCT", "at most so much of full speed", kinds.percent, 100.0),
+            OptionRow("--speed PCT", "at most so much of full speed", kinds.percent, 100.0),
             rare(
                 "--profile",
                 "LSPB: without limits of jerk; the others: with them (default: as the robot's file says)",
@@ -638,7 +642,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             ),
             rare("--relative", "times count from the first one (in real time, always)"),
             REALTIME,
-            Option("--save T.vrst", "save the trajectory, target by target"),
+            OptionRow("--save T.vrst", "save the trajectory, target by target"),
             *OUTPUTS,
             JSON,
             CONNECTION,
@@ -648,7 +652,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "",
             "the language server, which editors start",
             "The VAL-II language server (LSP), over standard input and output.",
-            Option("--stdio", "the only way it speaks; some editors say so"),
+            OptionRow("--stdio", "the only way it speaks; some editors say so"),
             *ROBOT,
         ),
         "tools completion": subcommand(
@@ -656,14 +660,14 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "SHELL",
             "the script of a shell that completes vrs with Tab",
             "Print what a shell needs to complete vrs with the Tab key.",
-            Option("shell SHELL", "bash, zsh, fish, powershell", choices=("bash", "zsh", "fish", "powershell")),
+            OptionRow("shell SHELL", "bash, zsh, fish, powershell", choices=("bash", "zsh", "fish", "powershell")),
         ),
         "tools config": subcommand(
             "tools",
             "",
             "the settings of the shell, and their file",
             "The settings of the shell: keys, pager, suggestions, colours.",
-            Option("--path", "print the name of the file alone"),
+            OptionRow("--path", "print the name of the file alone"),
         ),
     },
 }

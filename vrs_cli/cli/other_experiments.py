@@ -15,7 +15,7 @@ from math import isnan
 from pathlib import Path
 from subprocess import PIPE, Popen
 from time import sleep
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from msgspec import structs
 
@@ -41,23 +41,14 @@ from vrs_cli.lab.bench import (
 )
 from vrs_cli.lab.delays import Trial
 from vrs_cli.lab.methods import CONTROLLERS, VIEWERS, Predictor, RemoteController, load_method
-from vrs_cli.lab.study import (
-    Condition,
-    DryRun,
-    Judge,
-    Results,
-    Study,
-    StudyResult,
-    StudyTrial,
-    load_study,
-    pseudonym,
-    results_summary,
-    study_trials,
-)
 from vrs_cli.lab.twin import TwinCurves, TwinRow, TwinTrial, twin_outcome, twin_row
 from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma, with_loss
 from vrs_cli.render.blocks import Block, Column, Grid, line, number_column, number_columns, text_of
 from vrs_cli.render.plots import Curves, curves_svg
+
+if TYPE_CHECKING:
+    from vrs_cli.lab.study import Condition, Study, StudyResult, StudyTrial
+
 
 VIEWED, FOLLOWED = "What is seen, beside the robot", "The robot, beside its goal"
 
@@ -189,6 +180,8 @@ sys.exit(run(sys.argv[1:]))
 
 def run_study(options: Namespace) -> int:
     """Let one participant do all trials that are not done. Raises CommandLineError, FileError, FileDamaged."""
+    from vrs_cli.lab.study import DryRun, Results, load_study, pseudonym, study_trials
+
     if options.file is None:
         raise CommandLineError("which study?", f"{options.prog} study FILE.toml")
     study = load_study(Path(options.file))
@@ -213,6 +206,8 @@ def run_study(options: Namespace) -> int:
 
 def _tell_results(path: Path, *, as_json: bool) -> None:
     """Print a row for each condition, of all participants."""
+    from vrs_cli.lab.study import results_summary
+
     rows = list(results_summary(path))
     if as_json:
         names = ("condition", "trials", "reached", "mean_s", "mean_error_mm")
@@ -263,6 +258,8 @@ class _People:
 
     def do(self, trial: StudyTrial) -> StudyResult:
         """Do one trial. Raises KeyboardInterrupt, also at the end of the input."""
+        from vrs_cli.lab.study import Judge
+
         if trial.condition != self._condition:
             self._connect(trial)
         self._tell(f"\nTrial {trial.number} of {self._total}")
