@@ -11,7 +11,7 @@ from itertools import takewhile
 from math import inf, isnan
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from vrs_cli.cli.commands import SUBCOMMANDS, OptionRow, Group, OneOf
+from vrs_cli.cli.commands import SUBCOMMANDS, Group, OneOf, OptionRow
 from vrs_cli.cli.kinds import float_of
 from vrs_cli.errors import UsageError, nearest
 

@@ -13,6 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from math import inf
 from pathlib import Path
 from threading import Thread
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from vrs_cli.cli import run
@@ -35,7 +36,6 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.far_end import Ahead, Predicted
 from vrs_cli.net.http import ServedPage
-from vrs_cli.net.local_server import BROWSER, LocalRobot, LocalServer, PagePlace, checked_host, kept_secret, new_secret
 from vrs_cli.net.messages import Abort, Activity, Done, ServerMessage, Told, Welcome
 from vrs_cli.net.mirror import WINDOW
 from vrs_cli.net.page_data import recorded_page
@@ -52,6 +52,9 @@ from vrs_cli.repl.shell import at, on_terminal
 from vrs_cli.values.acts import Define
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.world.course import World
+
+if TYPE_CHECKING:
+    from vrs_cli.net.local_server import LocalRobot, PagePlace
 
 
 def view(options: Namespace) -> int:
@@ -185,6 +188,8 @@ def page_place(options: Namespace) -> PagePlace:
     secret is that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
     NonexistentFile if the page is not built.
     """
+    from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
+
     with said_of_command_line():
         address = ListenAddress(checked_host(options.host), options.port)
     secret = new_secret()
@@ -214,6 +219,8 @@ def host_robot(
     options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
 ) -> LocalRobot:
     """Serve a new robot with its page, until the stack is left. Raises what is wrong with the program."""
+    from vrs_cli.net.local_server import LocalRobot
+
     with said_of_command_line():
         local_robot = LocalRobot(
             model,
@@ -249,6 +256,8 @@ def host_program(options: Namespace, stack: ExitStack, at: PagePlace) -> LocalRo
 
 def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
     """Serve a saved trajectory. Raises FileError."""
+    from vrs_cli.net.local_server import LocalServer
+
     recording = read_recording(options.prog, options.url, lenient=options.lenient)
     name = Path(options.url).name
     shown = recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
@@ -263,6 +272,8 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
     """Serve the page of a robot that is served elsewhere; in `cell` where its server tells none. Raises what it
     refuses.
     """
+    from vrs_cli.net.local_server import BROWSER, LocalServer
+
     token, called = token_of(options.token_file), options.name or BROWSER
     with said_of_command_line():
         found = SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
