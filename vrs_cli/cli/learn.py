@@ -15,7 +15,6 @@ from vrs_cli.net.local_server import PagePlace
 from vrs_cli.render.console import draw_lesson_text
 from vrs_cli.repl.config import state_folder
 from vrs_cli.repl.shell import at, on_terminal
-from vrs_cli.teach.classroom import Classroom, LessonPlace, faults
 from vrs_cli.teach.learn import Learner, LearnerRecord, LessonStanding
 from vrs_cli.teach.lessons import (
     Lesson,
@@ -117,6 +116,8 @@ class _Course:
         self, options: Namespace, lesson: Lesson, progress: LearnerRecord, *, first: bool
     ) -> tuple[int, Path | None]:
         """Lead through one lesson; return the exit status, and the lesson to which the learner goes on."""
+        from vrs_cli.teach.classroom import Classroom, LessonPlace
+
         tell, attended = teller(options.prog), on_terminal()
         standing = progress.of(lesson.key)
         with ExitStack() as stack:
@@ -165,6 +166,8 @@ def _shown(attended: bool) -> Callable[[str], None]:
 
 def _check(folder: Path) -> int:
     """Tell what is wrong with a lesson, or with all lessons in a folder; returns the exit status."""
+    from vrs_cli.teach.classroom import faults
+
     if not folder.is_dir():
         raise NonexistentFile(str(folder), "name the folder of a lesson, or of several")
     several: Sequence[Path] = () if (folder / "checks.toml").exists() else lesson_folders(folder)
