@@ -8,10 +8,10 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import teller
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.net.local_server import PagePlace
 from vrs_cli.render.console import draw_lesson_text
 from vrs_cli.repl.config import state_folder
 from vrs_cli.repl.shell import at, on_terminal
@@ -25,6 +25,9 @@ from vrs_cli.teach.lessons import (
     read_lesson,
     sections,
 )
+
+if TYPE_CHECKING:
+    from vrs_cli.net.local_server import PagePlace
 
 OK, FAILED = 0, 1
 PROGRESS = "learn.json"
