@@ -10,50 +10,23 @@ from typing import Any
 from vrs_cli.kinematics.joints import Configuration, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector, compose
 from vrs_cli.language.words.values import numbers_of
-from vrs_cli.render.blocks import (
-    POSE,
-    Block,
-    Column,
-    Grid,
-    Page,
-    TextLine,
-    joint_names,
-    line,
-    number_columns,
-    wrap_lines,
-)
+from vrs_cli.render import blocks
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
 from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, latex_name
+from vrs_cli.values import results
 from vrs_cli.values.numbers import count, decimal, seconds
 from vrs_cli.values.replies import ReachReport
-from vrs_cli.values.results import (
-    AnglesReport,
-    ChainReport,
-    ExplainOverview,
-    Factor,
-    InverseReport,
-    JointLoad,
-    LineCheck,
-    MotionPlan,
-    MotionReport,
-    Option,
-    Overrun,
-    Peak,
-    SolutionSteps,
-    SpliceReport,
-    WayOut,
-)
 
 
-def reach_report(reply: ReachReport, page: Page) -> Iterator[Block]:
+def reach_report(reply: ReachReport, page: blocks.Page) -> Iterator[blocks.Block]:
     reach = reply.reach
     options = reach.options or ((reach.goal,) if reach.goal else ())
     joints = max((len(option.joints) for option in options if option.joints), default=0)
     columns = (
-        Column("Configuration", Ink.NAME),
-        Column("Reach", width=8),
-        *number_columns(*joint_names(joints), width=9),
+        blocks.Column("Configuration", Ink.NAME),
+        blocks.Column("Reach", width=8),
+        *blocks.number_columns(*blocks.joint_names(joints), width=9),
     )
     rows = tuple(
         (
@@ -63,21 +36,23 @@ def reach_report(reply: ReachReport, page: Page) -> Iterator[Block]:
         )
         for option in options
     )
-    yield Grid(columns, rows, boxed=True, keys=1)
+    yield blocks.Grid(columns, rows, boxed=True, keys=1)
     if reach.chosen is not None:
-        yield from wrap_lines(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Ink.NOTE, page)
+        yield from blocks.wrap_lines(
+            f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Ink.NOTE, page
+        )
     elif reach.line.trouble == reach.reason:
-        yield from wrap_lines(f"MOVE, MOVES: {reach.reason}", Ink.ERROR, page)
+        yield from blocks.wrap_lines(f"MOVE, MOVES: {reach.reason}", Ink.ERROR, page)
         return
     else:
-        yield from wrap_lines(f"MOVE: {reach.reason}", Ink.ERROR, page)
+        yield from blocks.wrap_lines(f"MOVE: {reach.reason}", Ink.ERROR, page)
     yield from _line_check(reach.line, page)
     for word, contact in (("MOVE", reply.move_contact), ("MOVES", reply.line_contact)):
         if contact is not None:
-            yield from wrap_lines(f"{word}: {contact.describe('after')}", Ink.ERROR, page)
+            yield from blocks.wrap_lines(f"{word}: {contact.describe('after')}", Ink.ERROR, page)
 
 
-def verdict(option: Option, units: JointUnits) -> str:
+def verdict(option: results.Option, units: JointUnits) -> str:
     """Describe how reachable a location is: in reach, which joints leave their range and by how much, or how far away
     it is.
     """
@@ -90,7 +65,7 @@ def verdict(option: Option, units: JointUnits) -> str:
     return f"{1e3 * abs(option.too_far):.1f} mm too {'far' if option.too_far > 0.0 else 'close'}"
 
 
-def _overruns(overruns: Sequence[Overrun], units: JointUnits) -> str:
+def _overruns(overruns: Sequence[results.Overrun], units: JointUnits) -> str:
     """Describe by how much joints leave their range; neighbouring joints with equal units share one unit."""
     parts = []
     for this, after in zip_longest(overruns, overruns[1:]):
@@ -100,22 +75,24 @@ def _overruns(overruns: Sequence[Overrun], units: JointUnits) -> str:
     return ", ".join(parts)
 
 
-def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:
+def _line_check(check: results.LineCheck, page: blocks.Page) -> Iterator[blocks.Block]:
     way = f"{1e3 * check.length:.1f} mm"
     if check.duration is not None:
         stops = " and ".join(f"{1e3 * stop:.1f} mm" for stop in check.stops)
         rests = f"; it stops after {stops}, where joints turn back at once, and goes on" if stops else ""
-        yield from wrap_lines(f"MOVES: {way} in {seconds(check.duration)}{rests}", Ink.NOTE, page)
+        yield from blocks.wrap_lines(f"MOVES: {way} in {seconds(check.duration)}{rests}", Ink.NOTE, page)
         return
     at = ""
     if check.at is not None and check.length > 0.0:
         at = f" after {1e3 * check.at:.1f} of {way} ({100.0 * check.at / check.length:.0f} %)"
-    yield from wrap_lines(f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Ink.ERROR, page)
+    yield from blocks.wrap_lines(
+        f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Ink.ERROR, page
+    )
     for out in check.ways_out:
-        yield from wrap_lines(_way_out(out), Ink.NOTE, page)
+        yield from blocks.wrap_lines(_way_out(out), Ink.NOTE, page)
 
 
-def _way_out(out: WayOut) -> str:
+def _way_out(out: results.WayOut) -> str:
     if out.words:
         words = " ".join(out.words)
         return f"Instead: the same line {words}; say {words} and MOVE to where it starts first"
@@ -134,12 +111,14 @@ ENTRY = 9  # characters of a matrix element
 PLAIN_WIDTH = 100  # characters per row of matrices, if the page has no width
 
 
-def formula(text: str, written: str = "") -> TextLine:
+def formula(text: str, written: str = "") -> blocks.TextLine:
     """Return a line with a formula. `written`: its LaTeX form, needed if it contains names of a user."""
-    return TextLine(((f"    {text}", Ink.TEXT),), written or latex(text))
+    return blocks.TextLine(((f"    {text}", Ink.TEXT),), written or latex(text))
 
 
-def matrices(named: Sequence[tuple[str, Transform]], page: Page, *, turns: bool = False) -> Iterator[Grid]:
+def matrices(
+    named: Sequence[tuple[str, Transform]], page: blocks.Page, *, turns: bool = False
+) -> Iterator[blocks.Grid]:
     """Yield named matrices side by side, as many as fit; positions are in mm. `turns`: show only the rotations."""
     row = list(named[:1])
     for one in named[1:]:
@@ -151,18 +130,21 @@ def matrices(named: Sequence[tuple[str, Transform]], page: Page, *, turns: bool 
     yield _beside(row, turns)
 
 
-def _beside(named: Sequence[tuple[str, Transform]], turns: bool) -> Grid:
-    columns, formulas = list[Column](), list[str]()
+def _beside(named: Sequence[tuple[str, Transform]], turns: bool) -> blocks.Grid:
+    columns, formulas = list[blocks.Column](), list[str]()
     rows: tuple[list[str], ...] = ([], [], [])
     for name, T in named:
-        columns += [Column("", Ink.NAME, right=True, width=len(name) + 4), *number_columns("", "", "", width=ENTRY)]
-        columns += () if turns else number_columns("", width=ENTRY)
+        columns += [
+            blocks.Column("", Ink.NAME, right=True, width=len(name) + 4),
+            *blocks.number_columns("", "", "", width=ENTRY),
+        ]
+        columns += () if turns else blocks.number_columns("", width=ENTRY)
         numbers = [[*T[i : i + 3], *(() if turns else (1e3 * T[i + 3],))] for i in (0, 4, 8)]
         for i, cells in enumerate(numbers):
             rows[i].extend([f"{name} =" if i == 1 else "", *map(decimal, cells)])
         body = [" & ".join(map(decimal, cells)) for cells in numbers] + ([] if turns else ["0 & 0 & 0 & 1"])
         formulas.append(rf"{latex_name(name)} = \begin{{bmatrix}}" + r" \\ ".join(body) + r"\end{bmatrix}")
-    return Grid(tuple(columns), tuple(map(tuple, rows)), tight=True, latex=r" \quad ".join(formulas))
+    return blocks.Grid(tuple(columns), tuple(map(tuple, rows)), tight=True, latex=r" \quad ".join(formulas))
 
 
 def _place(place: Vector) -> str:
@@ -170,31 +152,31 @@ def _place(place: Vector) -> str:
     return f"X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm"
 
 
-def _poses(rows: Iterable[tuple[str, Transform]], heading: str) -> Grid:
+def _poses(rows: Iterable[tuple[str, Transform]], heading: str) -> blocks.Grid:
     shown = tuple((name, *map(decimal, numbers_of(T))) for name, T in rows)
-    return Grid((Column(heading, Ink.NAME), *number_columns(*POSE)), shown, keys=1)
+    return blocks.Grid((blocks.Column(heading, Ink.NAME), *blocks.number_columns(*blocks.POSE)), shown, keys=1)
 
 
 # --- the overview ----------------------------------------------------------------------------------------------------
 
 
-def _overview(reply: ExplainOverview, _page: Page) -> Iterator[Block]:
+def _overview(reply: results.ExplainOverview, _page: blocks.Page) -> Iterator[blocks.Block]:
     rows = tuple((f"EXPLAIN {row.form}", row.summary) for row in reply.rows)
-    yield Grid((Column("", Ink.COMMAND), Column("", fold=True)), rows)
+    yield blocks.Grid((blocks.Column("", Ink.COMMAND), blocks.Column("", fold=True)), rows)
 
 
 # --- a motion --------------------------------------------------------------------------------------------------------
 
 
-def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
+def _motion(reply: results.MotionReport, page: blocks.Page) -> Iterator[blocks.Block]:
     plan, units = reply.plan, reply.units
     if plan is None:
-        yield from wrap_lines(f"{reply.text}: {reply.refusal}", Ink.ERROR, page)
+        yield from blocks.wrap_lines(f"{reply.text}: {reply.refusal}", Ink.ERROR, page)
         return
-    yield line(
+    yield blocks.line(
         f"{reply.text} begins at {decimal(plan.begin)}, ends at {decimal(plan.end)}: {seconds(plan.end - plan.begin)}"
     )
-    yield from wrap_lines(_how(plan), Ink.NOTE, page)
+    yield from blocks.wrap_lines(_how(plan), Ink.NOTE, page)
     rows = tuple(
         (
             stretch.phase,
@@ -207,31 +189,31 @@ def _motion(reply: MotionReport, page: Page) -> Iterator[Block]:
         )
         for stretch in plan.stretches
     )
-    headings = number_columns("t_s", "t_f", "lasts", "tip mm/s", "turn deg/s", width=8)
-    yield Grid((Column("Phase"), *headings, Column("Fastest joint", right=True)), rows, keys=1)
+    headings = blocks.number_columns("t_s", "t_f", "lasts", "tip mm/s", "turn deg/s", width=8)
+    yield blocks.Grid((blocks.Column("Phase"), *headings, blocks.Column("Fastest joint", right=True)), rows, keys=1)
     if plan.space != "rest":
         yield _loads(plan.loads, units)
         for text in _bindings(plan, units):
-            yield from wrap_lines(text, Ink.NOTE, page)
-    yield line(
+            yield from blocks.wrap_lines(text, Ink.NOTE, page)
+    yield blocks.line(
         f"The way of the tool tip is {1e3 * plan.length:.1f} mm; it ends {str(plan.configuration) or 'at'}:".strip()
     )
     for names, numbers in (
-        (POSE, numbers_of(plan.T_world_tool)),
-        (joint_names(len(plan.joints)), numbers_of(plan.joints, units)),
+        (blocks.POSE, numbers_of(plan.T_world_tool)),
+        (blocks.joint_names(len(plan.joints)), numbers_of(plan.joints, units)),
     ):
-        yield Grid(number_columns(*names), (tuple(map(decimal, numbers)),), tight=True)
+        yield blocks.Grid(blocks.number_columns(*names), (tuple(map(decimal, numbers)),), tight=True)
     if plan.displaced is not None:
         for text in sentences(plan.displaced):
-            yield from wrap_lines(text, Ink.WARNING, page)
+            yield from blocks.wrap_lines(text, Ink.WARNING, page)
     for text in plan.notes:
-        yield from wrap_lines(text, Ink.WARNING, page)
+        yield from blocks.wrap_lines(text, Ink.WARNING, page)
 
 
 SPACES = {"joint": "joint-interpolated", "straight": "a straight line", "rest": "standing still"}
 
 
-def _how(plan: MotionPlan) -> str:
+def _how(plan: results.MotionPlan) -> str:
     speeds = f"speed {100.0 * plan.speed:g} %, acceleration {100.0 * plan.acceleration:g} %"
     how, cut = f"{SPACES.get(plan.space, plan.space)}, profile {plan.profile}, {speeds}", plan.cut
     if cut is None:
@@ -240,19 +222,19 @@ def _how(plan: MotionPlan) -> str:
     return f"{how}; it cuts {cut.number} {cut.text} in {cut.phase}, {since}, the tip at {1e3 * cut.speed:.1f} mm/s"
 
 
-def _loads(loads: Sequence[JointLoad], units: JointUnits) -> Grid:
+def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid:
     """Yield the peaks of each joint: value, share of the limit, and time."""
     smooth = any(load.jerk is not None for load in loads)
     rates = (("velocity", "/s"), ("acceleration", "/s2"), *((("jerk", "/s3"),) if smooth else ()))
-    columns = [Column("Joint", Ink.NAME)]
+    columns = [blocks.Column("Joint", Ink.NAME)]
     for name, _ in rates:
-        columns += number_columns(name, "of limit", "at", width=8)
-    columns += number_columns("end of range", "room", "at", width=8)
+        columns += blocks.number_columns(name, "of limit", "at", width=8)
+    columns += blocks.number_columns("end of range", "room", "at", width=8)
     rows = list[tuple[str, ...]]()
     for load in loads:
         row, unit = [f"JT{load.joint} {units.unit(load.joint)}"], load.joint
         for name, _ in rates:
-            peak: Peak = getattr(load, name)
+            peak: results.Peak = getattr(load, name)
             when = decimal(peak.time) if peak.share >= NOTHING else ""
             row += [decimal(units.one_shown(unit, peak.value), 1), f"{100.0 * peak.share:.1f} %", when]
         nearest = load.nearest
@@ -262,12 +244,12 @@ def _loads(loads: Sequence[JointLoad], units: JointUnits) -> Grid:
             decimal(nearest.time),
         ]
         rows.append(tuple(row))
-    return Grid(tuple(columns), tuple(rows), keys=1)
+    return blocks.Grid(tuple(columns), tuple(rows), keys=1)
 
 
-def _bindings(plan: MotionPlan, units: JointUnits) -> Iterator[str]:
+def _bindings(plan: results.MotionPlan, units: JointUnits) -> Iterator[str]:
     """Describe which limits bind, and where on the path."""
-    found = list[tuple[str, Peak]]()
+    found = list[tuple[str, results.Peak]]()
     for load in plan.loads:
         rates = (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk))
         for name, peak in rates:
@@ -291,28 +273,28 @@ def _bindings(plan: MotionPlan, units: JointUnits) -> Iterator[str]:
 # --- locations -------------------------------------------------------------------------------------------------------
 
 
-def _chain(reply: ChainReport, page: Page) -> Iterator[Block]:
+def _chain(reply: results.ChainReport, page: blocks.Page) -> Iterator[blocks.Block]:
     factors = reply.factors
     if len(factors) > 1:
         yield _product("T", [one.name for one in factors])
     yield _factors(factors)
     if reply.joints:
         numbers = map(decimal, numbers_of(reply.joints, reply.units))
-        yield Grid(number_columns(*joint_names(len(reply.joints))), (tuple(numbers),), tight=True)
+        yield blocks.Grid(blocks.number_columns(*blocks.joint_names(len(reply.joints))), (tuple(numbers),), tight=True)
     whole = [("T", factors[-1].product)] if len(factors) > 1 else []
     yield from matrices([*((one.name, one.T) for one in factors), *whole], page)
     if reply.arm:
-        yield line("As a goal of the tool it asks this of the flange:", Ink.NOTE)
+        yield blocks.line("As a goal of the tool it asks this of the flange:", Ink.NOTE)
         yield _product("T6", [one.name for one in reply.arm])
         yield _factors(reply.arm)
         yield from matrices([("T6", reply.arm[-1].product)], page)
 
 
-def _product(name: str, names: Sequence[str]) -> TextLine:
+def _product(name: str, names: Sequence[str]) -> blocks.TextLine:
     return formula(f"{name} = {' '.join(names)}", f"{latex(name)} = " + r"\,".join(map(latex_name, names)))
 
 
-def _factors(factors: Sequence[Factor]) -> Grid:
+def _factors(factors: Sequence[results.Factor]) -> blocks.Grid:
     """Yield each factor, and the product up to it."""
     rows = list[tuple[str, ...]]()
     for place, factor in enumerate(factors):
@@ -321,10 +303,14 @@ def _factors(factors: Sequence[Factor]) -> Grid:
             rows.append(
                 ("  product", f"{factor.inner} in {factors[0].outer}", *map(decimal, numbers_of(factor.product)))
             )
-    return Grid((Column("Factor", Ink.NAME), Column("Frame"), *number_columns(*POSE)), tuple(rows), keys=2)
+    return blocks.Grid(
+        (blocks.Column("Factor", Ink.NAME), blocks.Column("Frame"), *blocks.number_columns(*blocks.POSE)),
+        tuple(rows),
+        keys=2,
+    )
 
 
-def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
+def _angles(reply: results.AnglesReport, page: blocks.Page) -> Iterator[blocks.Block]:
     T, (Rz_O, M, Ry_A, Rz_T) = reply.T, reply.turns
     yield _poses([(reply.text, T)], "")
     for text in (
@@ -332,18 +318,18 @@ def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
         "A turns about the new Y of the tool: it says how far the tool points down, 90 is straight down",
         "T turns about Z of the tool, the approach axis",
     ):
-        yield line(text, Ink.NOTE)
+        yield blocks.line(text, Ink.NOTE)
     yield formula("R = [n s a] = Rz(O) M Ry(A) Rz(T)")
-    yield line("M is the tool with all angles 0: it points along -Y of the world, with its Y along X.", Ink.NOTE)
+    yield blocks.line("M is the tool with all angles 0: it points along -Y of the world, with its Y along X.", Ink.NOTE)
     yield from matrices([("Rz(O)", Rz_O), ("M", M), ("Ry(A)", Ry_A), ("Rz(T)", Rz_T)], page, turns=True)
     first = compose(Rz_O, M)
     second = compose(first, Ry_A)
     steps = [("Rz(O) M", first), ("Rz(O) M Ry(A)", second), ("R", compose(second, Rz_T))]
     yield from matrices(steps, page, turns=True)
-    yield line("Back from the matrix:", Ink.NOTE)
+    yield blocks.line("Back from the matrix:", Ink.NOTE)
     if reply.vertical:
         vertical = "The tool is vertical: O and T turn about one axis, and only their sum or difference counts. "
-        yield from wrap_lines(f"{vertical}O is taken as 90, and T is the rest.", Ink.WARNING, page)
+        yield from blocks.wrap_lines(f"{vertical}O is taken as 90, and T is the rest.", Ink.WARNING, page)
         yield formula("T = atan2(ny, sy)")
     else:
         yield formula(f"O = atan2(ax, -ay) = atan2({decimal(T.ax)}, {decimal(-T.ay)})")
@@ -351,7 +337,7 @@ def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
         yield formula(f"A = atan2(-az, sqrt(ax^2 + ay^2)) = atan2({decimal(-T.az)}, {level})")
         yield formula(f"T = atan2(sz, -nz) = atan2({decimal(T.sz)}, {decimal(-T.nz)})")
     o, a, t = map(degrees, reply.angles)
-    yield line(
+    yield blocks.line(
         f"V+ says the same as yaw O - 90 = {decimal(o - 90.0)}, pitch A + 90 = {decimal(a + 90.0)}, "
         f"roll T = {decimal(t)}.",
         Ink.NOTE,
@@ -361,35 +347,35 @@ def _angles(reply: AnglesReport, page: Page) -> Iterator[Block]:
 # --- inverse kinematics ----------------------------------------------------------------------------------------------
 
 
-def _inverse(reply: InverseReport, page: Page) -> Iterator[Block]:
+def _inverse(reply: results.InverseReport, page: blocks.Page) -> Iterator[blocks.Block]:
     yield _product("T6", ("BASE", reply.text, "TOOL^-1"))
     yield from matrices([("T6", reply.T_robot_flange)], page)
     family = FAMILIES.get(reply.method)
     if family is None:
-        yield line(f"The joints are found by a search, not by formulas: {reply.method}", Ink.NOTE)
+        yield blocks.line(f"The joints are found by a search, not by formulas: {reply.method}", Ink.NOTE)
     else:
         yield from _formulas(reply, family, page)
     yield from _solutions(reply)
     if reply.chosen is not None:
         way = f"MOVE from here ({str(reply.have) or 'one configuration'}) takes "
-        yield from wrap_lines(way + "; ".join(filter(None, (str(reply.chosen), reply.reason))), Ink.NOTE, page)
+        yield from blocks.wrap_lines(way + "; ".join(filter(None, (str(reply.chosen), reply.reason))), Ink.NOTE, page)
     else:
-        yield from wrap_lines(f"MOVE: {reply.reason}", Ink.ERROR, page)
+        yield from blocks.wrap_lines(f"MOVE: {reply.reason}", Ink.ERROR, page)
 
 
-def _formulas(reply: InverseReport, family: Family, page: Page) -> Iterator[Block]:
+def _formulas(reply: results.InverseReport, family: Family, page: blocks.Page) -> Iterator[blocks.Block]:
     known = [(family.symbols[name], value) for name, value in reply.constants.items() if name in family.symbols]
     shown = (f"{one.name} = {decimal(SCALES[one.unit] * value)} {one.unit}".rstrip() for one, value in known)
-    yield from wrap_lines(", ".join(shown), Ink.NOTE, page)
+    yield from blocks.wrap_lines(", ".join(shown), Ink.NOTE, page)
     for number, stage in enumerate(family.stages, 1):
-        yield from wrap_lines(f"{number}. {stage.title}", Ink.HEADING, page)
+        yield from blocks.wrap_lines(f"{number}. {stage.title}", Ink.HEADING, page)
         for text in stage.formulas:
             yield formula(text)
         yield _values(stage, family, reply.solutions)
     if reply.senses:
         pairs = enumerate(reply.senses, 1)
         said = (_sense(i, sign, zero) for i, (sign, zero) in pairs)
-        yield from wrap_lines(f"The joints of this robot: {', '.join(said)}, and whole turns.", Ink.NOTE, page)
+        yield from blocks.wrap_lines(f"The joints of this robot: {', '.join(said)}, and whole turns.", Ink.NOTE, page)
 
 
 def _sense(i: int, sign: float, zero: float) -> str:
@@ -402,7 +388,7 @@ def _sense(i: int, sign: float, zero: float) -> str:
     return f"JT{i} = {theta}" if sign > 0.0 else f"JT{i} = -({theta})"
 
 
-def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) -> Grid:
+def _values(stage: Stage, family: Family, solutions: Sequence[results.SolutionSteps]) -> blocks.Grid:
     """Return a grid with the values of a stage, one row for configurations with equal values."""
     symbols = [family.symbols[name] for name in stage.values]
     rows = dict[tuple[str, ...], list[Configuration]]()
@@ -413,7 +399,9 @@ def _values(stage: Stage, family: Family, solutions: Sequence[SolutionSteps]) ->
     headings = (one.name if one.unit == SIGN else f"{one.name} {one.unit}".rstrip() for one in symbols)
     every = [solution.option.configuration for solution in solutions]
     shown = tuple((_which(ways, every), *cells) for cells, ways in rows.items())
-    return Grid((Column("Configuration", Ink.NAME), *number_columns(*headings, width=8)), shown, keys=1)
+    return blocks.Grid(
+        (blocks.Column("Configuration", Ink.NAME), *blocks.number_columns(*headings, width=8)), shown, keys=1
+    )
 
 
 def _value_text(symbol: Symbol, value: float | None) -> str:
@@ -434,7 +422,7 @@ def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str
     return ", ".join(found)
 
 
-def _solutions(reply: InverseReport) -> Iterator[Block]:
+def _solutions(reply: results.InverseReport) -> Iterator[blocks.Block]:
     joints = len(reply.here)
     rows = tuple(
         (
@@ -445,34 +433,42 @@ def _solutions(reply: InverseReport) -> Iterator[Block]:
         )
         for one in reply.solutions
     )
-    columns = (Column("Configuration", Ink.NAME), Column("Reach", width=8), *number_columns("from here s", width=8))
-    yield Grid((*columns, *number_columns(*joint_names(joints), width=9)), rows, boxed=True, keys=1)
+    columns = (
+        blocks.Column("Configuration", Ink.NAME),
+        blocks.Column("Reach", width=8),
+        *blocks.number_columns("from here s", width=8),
+    )
+    yield blocks.Grid(
+        (*columns, *blocks.number_columns(*blocks.joint_names(joints), width=9)), rows, boxed=True, keys=1
+    )
 
 
 # --- the last change -------------------------------------------------------------------------------------------------
 
 
-def _splice(reply: SpliceReport, page: Page) -> Iterator[Block]:
+def _splice(reply: results.SpliceReport, page: blocks.Page) -> Iterator[blocks.Block]:
     what = f"{reply.cause} of {reply.text}" if reply.cause else reply.text
-    yield from wrap_lines(
+    yield from blocks.wrap_lines(
         f"{what}: issued at {decimal(reply.issued)}, executed at {decimal(reply.executed)}; what was planned after "
         f"{seconds(reply.cut)} gave way",
         Ink.NOTE,
         page,
     )
     if reply.earlier:
-        yield line(f"{count(reply.earlier, 'segment')} before these stay as they are", Ink.NOTE)
+        yield blocks.line(f"{count(reply.earlier, 'segment')} before these stay as they are", Ink.NOTE)
     rows = tuple(
         (row.fate.value, *_times(row.before), *_times(row.after), row.phase, f"{row.number} {row.text}")
         for row in reply.rows
     )
-    times = number_columns("t_s before", "t_f before", "t_s after", "t_f after")
-    yield Grid((Column("", Ink.NAME), *times, Column("Phase"), Column("Command", cut=True)), rows, keys=1)
+    times = blocks.number_columns("t_s before", "t_f before", "t_s after", "t_f after")
+    yield blocks.Grid(
+        (blocks.Column("", Ink.NAME), *times, blocks.Column("Phase"), blocks.Column("Command", cut=True)), rows, keys=1
+    )
     if reply.later:
         moved = f"are shifted by {decimal(reply.shift)} s too" if reply.shift else "stay as they are"
-        yield line(f"{count(reply.later, 'segment')} after these {moved}", Ink.NOTE)
+        yield blocks.line(f"{count(reply.later, 'segment')} after these {moved}", Ink.NOTE)
     if reply.shift:
-        yield line(
+        yield blocks.line(
             f"The shift is {decimal(reply.shift)} s; shifted segments keep their polynomials to the bit.", Ink.NOTE
         )
 
@@ -481,11 +477,11 @@ def _times(times: tuple[float, float] | None) -> tuple[str, str]:
     return ("", "") if times is None else (decimal(times[0]), decimal(times[1]))
 
 
-EXPLANATIONS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
-    ExplainOverview: _overview,
-    MotionReport: _motion,
-    ChainReport: _chain,
-    AnglesReport: _angles,
-    InverseReport: _inverse,
-    SpliceReport: _splice,
+EXPLANATIONS: Mapping[type, Callable[[Any, blocks.Page], Iterator[blocks.Block]]] = {
+    results.ExplainOverview: _overview,
+    results.MotionReport: _motion,
+    results.ChainReport: _chain,
+    results.AnglesReport: _angles,
+    results.InverseReport: _inverse,
+    results.SpliceReport: _splice,
 }

@@ -13,32 +13,7 @@ from vrs_cli.files.cell_text import MAX_LENGTH_MM, CellEntry
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.values import INPUTS, OUTPUTS
-from vrs_cli.teach.checks import (
-    NO_OFFSET,
-    AccelerationCheck,
-    AnyCheck,
-    ClearanceCheck,
-    ContactCheck,
-    CycleTimeCheck,
-    DialectCheck,
-    HeldCheck,
-    KeepOutCheck,
-    LikeModelCheck,
-    NoErrorCheck,
-    NoStopCheck,
-    Pair,
-    PartAtCheck,
-    PathCheck,
-    PlacesCheck,
-    SignalChange,
-    SignalsCheck,
-    SpeedCheck,
-    StretchCheck,
-    ToolAtCheck,
-    TypedCheck,
-    TypedText,
-    WordsCheck,
-)
+from vrs_cli.teach import checks
 from vrs_cli.teach.exercise_text import MODEL, REQUIRED, CheckKind, ExerciseText, Key, ModelPlace, Place
 from vrs_cli.teach.state_checks import STATE_KINDS
 from vrs_cli.trajectory.instant import LATEST
@@ -88,9 +63,9 @@ def _places(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Place, ...]
     return tuple(_not_of_model(text, entry, key, text.place_of(entry, key, one)) for one in found)
 
 
-def _pairs(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Pair, ...]:
+def _pairs(text: ExerciseText, entry: CellEntry, key: str) -> tuple[checks.Pair, ...]:
     """Read pairs of names of bodies that may touch."""
-    found = list[Pair]()
+    found = list[checks.Pair]()
     for one in text.list_of(entry, key, 'a list of pairs, such as [["hand", "box"]]'):
         if not (isinstance(one, list) and len(one) == 2 and all(isinstance(name, str) for name in one)):
             text.fault(entry, key, 'each is a pair of names, such as ["hand", "box"]')
@@ -125,13 +100,13 @@ def _span(text: ExerciseText, entry: CellEntry) -> tuple[float, float]:
     return after, before
 
 
-def _typed_lines(text: ExerciseText, entry: CellEntry, key: str) -> tuple[TypedText | ModelPlace, ...]:
+def _typed_lines(text: ExerciseText, entry: CellEntry, key: str) -> tuple[checks.TypedText | ModelPlace, ...]:
     if entry.given.get(key) == MODEL:
         return (ModelPlace(),)
     found = []
     for one in text.list_of(entry, key, 'a list of lines, such as ["ready", {pattern = "part [0-9]+", before = 5}]'):
         if isinstance(one, str):
-            found.append(TypedText(one))
+            found.append(checks.TypedText(one))
             continue
         if not isinstance(one, dict) or ("text" in one) is ("pattern" in one):
             text.fault(entry, key, "each is a text, {text = ...} or {pattern = ...}, with after and before if need be")
@@ -145,11 +120,11 @@ def _typed_lines(text: ExerciseText, entry: CellEntry, key: str) -> tuple[TypedT
                 re.compile(wanted)
             except (re.error, OverflowError) as error:
                 text.fault(inner, "pattern", f"it is no regular expression: {error}")
-        found.append(TypedText(wanted, word == "pattern", *_span(text, inner)))
+        found.append(checks.TypedText(wanted, word == "pattern", *_span(text, inner)))
     return tuple(found)
 
 
-def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[SignalChange, ...]:
+def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[checks.SignalChange, ...]:
     found = []
     for one in text.list_of(entry, key, "a list of signals, such as [1, {signal = -1, before = 5}]"):
         row = one if isinstance(one, dict) else {"signal": one}
@@ -165,7 +140,7 @@ def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[SignalChan
             text.fault(inner, "since", f"{since} is no input: those are 1001 to 1512")
         near = _known_place(text, inner, "near") if "near" in row else None
         mm = _millimetres(text, inner, "mm") if "mm" in row else 0.0
-        found.append(SignalChange(signal, *_span(text, inner), since, near, mm))
+        found.append(checks.SignalChange(signal, *_span(text, inner), since, near, mm))
     return tuple(found)
 
 
@@ -174,7 +149,7 @@ def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[SignalChan
 _AT = Key("at", ExerciseText.exercise_place, "the place", REQUIRED)
 _MM = Key("mm", _millimetres, "how far from the place it may be [mm]", REQUIRED)
 _DEG = Key("deg", _degrees, "how far its orientation may be off [deg]; without it, any orientation", None)
-_OFFSET = Key("offset", ExerciseText.place, "from the place to where it is to be, in the world [mm]", NO_OFFSET)
+_OFFSET = Key("offset", ExerciseText.place, "from the place to where it is to be, in the world [mm]", checks.NO_OFFSET)
 _FROM = Key("from", _known_place, "the place where the way begins", REQUIRED, "begin")
 _TO = Key("to", _known_place, "the place where it ends", REQUIRED, "end")
 _ALLOW = Key("allow", _pairs, "pairs that may touch: parts, fixtures, floor, base, link 1, ..., hand", ())
@@ -190,21 +165,21 @@ _MORE = "half the points up to a tenth more"
 _EACH = "as many of the points as are right, in order"
 
 KINDS: Mapping[str, CheckKind] = {
-    "tool_at": CheckKind(ToolAtCheck, "where the tool's tip is at the end", _NEAR, (_AT, _MM, _DEG, _OFFSET)),
+    "tool_at": CheckKind(checks.ToolAtCheck, "where the tool's tip is at the end", _NEAR, (_AT, _MM, _DEG, _OFFSET)),
     "part_at": CheckKind(
-        PartAtCheck,
+        checks.PartAtCheck,
         "where a part is at the end",
         _NEAR,
         (Key("part", ExerciseText.part, "the part", REQUIRED), _AT, _MM, _DEG, _OFFSET),
     ),
     "held": CheckKind(
-        HeldCheck,
+        checks.HeldCheck,
         "what the hand holds at the end",
         "",
         (Key("part", ExerciseText.part, "the part; without it, the hand is to hold none", ""),),
     ),
     "places": CheckKind(
-        PlacesCheck,
+        checks.PlacesCheck,
         "places that the tool's tip passes, in order",
         _EACH,
         (
@@ -213,7 +188,7 @@ KINDS: Mapping[str, CheckKind] = {
         ),
     ),
     "path": CheckKind(
-        PathCheck,
+        checks.PathCheck,
         "that the tip goes along a straight line, or along an arc",
         _NEAR,
         (
@@ -225,13 +200,13 @@ KINDS: Mapping[str, CheckKind] = {
         ),
     ),
     "no_stop": CheckKind(
-        NoStopCheck,
+        checks.NoStopCheck,
         "that the arm goes from one place to another without a stop",
         "",
         (_FROM, _TO, Key("mm", _millimetres, "how far from both places the tip may pass [mm]", REQUIRED)),
     ),
     "keep_out": CheckKind(
-        KeepOutCheck,
+        checks.KeepOutCheck,
         "a box that the tip does not enter",
         "",
         (
@@ -239,27 +214,27 @@ KINDS: Mapping[str, CheckKind] = {
             Key("size", ExerciseText.size, "its whole sizes along X, Y and Z [mm]", REQUIRED),
         ),
     ),
-    "contact": CheckKind(ContactCheck, "that nothing touches that should not", "", (_ALLOW,)),
+    "contact": CheckKind(checks.ContactCheck, "that nothing touches that should not", "", (_ALLOW,)),
     "clearance": CheckKind(
-        ClearanceCheck,
+        checks.ClearanceCheck,
         "that nothing comes too near to the arm",
         "half the points for half the distance",
         (Key("mm", _millimetres, "the distance that is to be kept [mm]", REQUIRED), _ALLOW),
     ),
     "speed": CheckKind(
-        SpeedCheck,
+        checks.SpeedCheck,
         "that the tip is not too fast",
         _MORE,
         (Key("mm_s", _per_second, "the greatest speed [mm/s]", REQUIRED), *_ONLY_WHERE),
     ),
     "acceleration": CheckKind(
-        AccelerationCheck,
+        checks.AccelerationCheck,
         "that the tip does not accelerate too much",
         _MORE,
         (Key("mm_s2", _per_second, "the greatest acceleration [mm/s2]", REQUIRED), *_ONLY_WHERE),
     ),
     "cycle_time": CheckKind(
-        CycleTimeCheck,
+        checks.CycleTimeCheck,
         "how long the run takes, until the arm stands, or the way from one place to another",
         _MORE,
         (
@@ -270,7 +245,7 @@ KINDS: Mapping[str, CheckKind] = {
         ),
     ),
     "signals": CheckKind(
-        SignalsCheck,
+        checks.SignalsCheck,
         "changes of outputs, in order and in time",
         _EACH,
         (
@@ -279,7 +254,7 @@ KINDS: Mapping[str, CheckKind] = {
         ),
     ),
     "typed": CheckKind(
-        TypedCheck,
+        checks.TypedCheck,
         "lines that TYPE writes, in order and in time",
         _EACH,
         (
@@ -293,7 +268,7 @@ KINDS: Mapping[str, CheckKind] = {
         ),
     ),
     "words": CheckKind(
-        WordsCheck,
+        checks.WordsCheck,
         "words of the language that must be used, or must not be",
         "as many of the points as words are right",
         (
@@ -302,13 +277,13 @@ KINDS: Mapping[str, CheckKind] = {
         ),
     ),
     "dialect": CheckKind(
-        DialectCheck,
+        checks.DialectCheck,
         "that all words are of a dialect",
         "",
         (Key("dialect", _dialect, f"one of {', '.join(DIALECTS)}", REQUIRED),),
     ),
     "like_model": CheckKind(
-        LikeModelCheck,
+        checks.LikeModelCheck,
         "that the tip goes where it goes in the model's run",
         _NEAR,
         (
@@ -317,7 +292,7 @@ KINDS: Mapping[str, CheckKind] = {
             Key("deg", _degrees, "how far the tool may be turned otherwise [deg]; with times", None),
         ),
     ),
-    "no_error": CheckKind(NoErrorCheck, "that the program ends without an error", "", ()),
+    "no_error": CheckKind(checks.NoErrorCheck, "that the program ends without an error", "", ()),
     **STATE_KINDS,
 }
 COMMON_KEYS = (
@@ -332,32 +307,34 @@ COMMON_KEYS = (
 # --- reading checks --------------------------------------------------------------------------------------------------
 
 
-def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[AnyCheck, ...]:
+def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[checks.AnyCheck, ...]:
     """Read each [[check]] of a file; record mistakes in `text`. Names must be unique."""
-    checks, entries = dict[str, AnyCheck](), dict[str, CellEntry]()
+    found, entries = dict[str, checks.AnyCheck](), dict[str, CellEntry]()
     given = table.get("check", [])
     for entry in text.entries("check", given, None):
         check = read_check(text, entry)
         if check is None:
             continue
         key = check.name.lower()
-        if key in checks:
+        if key in found:
             text.fault(entry, "name", f"{check.name} is the name of another check: give each a name of its own")
-        checks[key], entries[key] = check, entry
-    for key, check in checks.items():
+        found[key], entries[key] = check, entry
+    for key, check in found.items():
         for name in check.needs:
-            if name.lower() not in checks or name.lower() == key:
-                others = ", ".join(other.name for other in checks.values() if other is not check)
+            if name.lower() not in found or name.lower() == key:
+                others = ", ".join(other.name for other in found.values() if other is not check)
                 text.fault(entries[key], "needs", f"{name[:80]!r} is the name of no other check; there are {others}")
-    contacts = [entries[key] for key, check in checks.items() if isinstance(check, ContactCheck | ClearanceCheck)]
+    contacts = [
+        entries[key] for key, check in found.items() if isinstance(check, checks.ContactCheck | checks.ClearanceCheck)
+    ]
     if contacts and find_spec("mujoco") is None:
         text.fault(contacts[0], "kind", f"checks of contacts need mujoco-core ({how_to_install('mujoco-core')})")
     if not given:
         text.fault(text.whole, "check", "there is none: write [[check]], and below it kind = ...")
-    return tuple(checks.values())
+    return tuple(found.values())
 
 
-def read_check(text: ExerciseText, entry: CellEntry) -> AnyCheck | None:
+def read_check(text: ExerciseText, entry: CellEntry) -> checks.AnyCheck | None:
     """Read one [[check]]; return None if it is wrong."""
     wrong = len(text.wrong)
     name = text.one_of(entry, "kind", KINDS)
@@ -374,22 +351,22 @@ def read_check(text: ExerciseText, entry: CellEntry) -> AnyCheck | None:
             values[key.field or key.name] = key.default
     if len(text.wrong) > wrong:
         return None
-    check = cast(AnyCheck, kind.check(**values))
+    check = cast(checks.AnyCheck, kind.check(**values))
     _check_together(text, entry, check)
     return check if len(text.wrong) == wrong else None
 
 
-def _check_together(text: ExerciseText, entry: CellEntry, check: AnyCheck) -> None:
+def _check_together(text: ExerciseText, entry: CellEntry, check: checks.AnyCheck) -> None:
     """Report values that contradict each other."""
     given = entry.given
     match check:
-        case StretchCheck() if ("around" in given) is not ("radius" in given):
+        case checks.StretchCheck() if ("around" in given) is not ("radius" in given):
             text.fault(entry, "around", "around and radius belong together")
-        case StretchCheck() | CycleTimeCheck() if ("from" in given) is not ("to" in given):
+        case checks.StretchCheck() | checks.CycleTimeCheck() if ("from" in given) is not ("to" in given):
             text.fault(entry, "from", "from and to belong together")
-        case CycleTimeCheck() if check.least > check.most:
+        case checks.CycleTimeCheck() if check.least > check.most:
             text.fault(entry, "least", f"it is more than most, {check.most:g} s")
-        case WordsCheck() if not (check.use or check.avoid):
+        case checks.WordsCheck() if not (check.use or check.avoid):
             text.fault(entry, "use", "nothing is looked for: it needs use or avoid")
-        case LikeModelCheck() if check.deg is not None and not check.times:
+        case checks.LikeModelCheck() if check.deg is not None and not check.times:
             text.fault(entry, "deg", "it compares orientations at the same times: write times = true")

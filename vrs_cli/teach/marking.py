@@ -8,50 +8,13 @@ from typing import Any
 from msgspec import Struct, structs
 
 from vrs_cli.errors import VrsError
-from vrs_cli.teach.checks import (
-    AccelerationCheck,
-    AnyCheck,
-    ClearanceCheck,
-    ContactCheck,
-    CycleTimeCheck,
-    DialectCheck,
-    HeldCheck,
-    KeepOutCheck,
-    LikeModelCheck,
-    NoErrorCheck,
-    NoStopCheck,
-    PartAtCheck,
-    PathCheck,
-    PlacesCheck,
-    SignalsCheck,
-    SpeedCheck,
-    ToolAtCheck,
-    TypedCheck,
-    WordsCheck,
-)
+from vrs_cli.teach import checks
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.exercise_text import BaseCheck
+from vrs_cli.teach.judging import outcomes, ways
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, round_to
-from vrs_cli.teach.judging.outcomes import (
-    judge_clearance,
-    judge_contact,
-    judge_cycle_time,
-    judge_held,
-    judge_no_error,
-    judge_part_at,
-    judge_tool_at,
-)
 from vrs_cli.teach.judging.outputs import judge_dialect, judge_signals, judge_typed, judge_words
 from vrs_cli.teach.judging.state import STATE_JUDGES
-from vrs_cli.teach.judging.ways import (
-    judge_acceleration,
-    judge_keep_out,
-    judge_like_model,
-    judge_no_stop,
-    judge_path,
-    judge_places,
-    judge_speed,
-)
 
 POINT_STEP = 0.01
 
@@ -84,24 +47,24 @@ class Mark(Struct, frozen=True):
 
 
 JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
-    ToolAtCheck: judge_tool_at,
-    PartAtCheck: judge_part_at,
-    HeldCheck: judge_held,
-    PlacesCheck: judge_places,
-    PathCheck: judge_path,
-    NoStopCheck: judge_no_stop,
-    KeepOutCheck: judge_keep_out,
-    ContactCheck: judge_contact,
-    ClearanceCheck: judge_clearance,
-    SpeedCheck: judge_speed,
-    AccelerationCheck: judge_acceleration,
-    LikeModelCheck: judge_like_model,
-    CycleTimeCheck: judge_cycle_time,
-    SignalsCheck: judge_signals,
-    TypedCheck: judge_typed,
-    WordsCheck: judge_words,
-    DialectCheck: judge_dialect,
-    NoErrorCheck: judge_no_error,
+    checks.ToolAtCheck: outcomes.judge_tool_at,
+    checks.PartAtCheck: outcomes.judge_part_at,
+    checks.HeldCheck: outcomes.judge_held,
+    checks.PlacesCheck: ways.judge_places,
+    checks.PathCheck: ways.judge_path,
+    checks.NoStopCheck: ways.judge_no_stop,
+    checks.KeepOutCheck: ways.judge_keep_out,
+    checks.ContactCheck: outcomes.judge_contact,
+    checks.ClearanceCheck: outcomes.judge_clearance,
+    checks.SpeedCheck: ways.judge_speed,
+    checks.AccelerationCheck: ways.judge_acceleration,
+    checks.LikeModelCheck: ways.judge_like_model,
+    checks.CycleTimeCheck: outcomes.judge_cycle_time,
+    checks.SignalsCheck: judge_signals,
+    checks.TypedCheck: judge_typed,
+    checks.WordsCheck: judge_words,
+    checks.DialectCheck: judge_dialect,
+    checks.NoErrorCheck: outcomes.judge_no_error,
     **STATE_JUDGES,
 }
 
@@ -114,12 +77,12 @@ def mark(exercise: Exercise, evidence: Evidence, model: Evidence | None = None) 
     return mark_checks(exercise.checks, evidence, Basis(exercise.rounding, exercise.locations, model))
 
 
-def mark_checks(checks: Sequence[AnyCheck], evidence: Evidence, basis: Basis) -> tuple[Mark, ...]:
+def mark_checks(wanted: Sequence[checks.AnyCheck], evidence: Evidence, basis: Basis) -> tuple[Mark, ...]:
     """Return the marks of some checks. If the run still goes on, a condition not yet met counts as failed."""
     run = JudgedRun(evidence, basis)
-    verdicts = {check.name.lower(): _verdict(check, run) for check in checks}
+    verdicts = {check.name.lower(): _verdict(check, run) for check in wanted}
     marks = []
-    for check in checks:
+    for check in wanted:
         verdict = verdicts[check.name.lower()]
         missing = [name for name in check.needs if name.lower() in verdicts and verdicts[name.lower()].share <= 0.0]
         if missing and verdict.share > 0.0:
@@ -128,14 +91,14 @@ def mark_checks(checks: Sequence[AnyCheck], evidence: Evidence, basis: Basis) ->
     return tuple(marks)
 
 
-def _verdict(check: AnyCheck, run: JudgedRun) -> Verdict:
+def _verdict(check: checks.AnyCheck, run: JudgedRun) -> Verdict:
     try:
         return JUDGES[type(check)](check, run)
     except (ValueError, VrsError) as error:
         return Verdict(0.0, f"it cannot be checked: {error}")
 
 
-def _mark(check: AnyCheck, verdict: Verdict, time_step: float) -> Mark:
+def _mark(check: checks.AnyCheck, verdict: Verdict, time_step: float) -> Mark:
     share = verdict.share if check.partial or verdict.share >= 1.0 else 0.0
     points = check.points if share >= 1.0 else min(round_to(check.points * share, POINT_STEP), check.points)
     at = None if verdict.at is None else round_to(verdict.at, time_step)

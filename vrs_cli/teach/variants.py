@@ -21,17 +21,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.files.cell_text import CellEntry
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
-from vrs_cli.kinematics.transform import (
-    Transform,
-    Vector,
-    compose,
-    inverse,
-    moved_point,
-    position,
-    rotate,
-    rotation_z,
-    translation,
-)
+from vrs_cli.kinematics import transform
 from vrs_cli.language.run.signals import Cell, Inputs
 from vrs_cli.language.run.variables import Item, Variables
 from vrs_cli.language.words.values import key_of
@@ -53,7 +43,7 @@ class Group(Struct, frozen=True):
     """
 
     names: tuple[str, ...]
-    by: Vector = (0.0, 0.0, 0.0)
+    by: transform.Vector = (0.0, 0.0, 0.0)
     turn: float = 0.0
     later: float = 0.0
     value: float = 0.0
@@ -71,7 +61,7 @@ class Variant(Struct, frozen=True):
 class Change(NamedTuple):
     """The change of a group: a motion in the world, seconds, and a value."""
 
-    T: Transform
+    T: transform.Transform
     later: float
     value: float
 
@@ -113,9 +103,12 @@ def _change(around: Situation, group: Group, shares: list[float]) -> Situation:
     shift = [1e-3 * _in_steps(1e3 * most * share, MM_STEP) for most, share in zip(group.by, (x, y, z), strict=True)]
     angle = radians(_in_steps(degrees(group.turn) * turn, DEG_STEP))
     pivot = next((place for name in group.names if (place := place_of(around, name)) is not None), (0.0, 0.0, 0.0))
-    about = compose(translation(*pivot), compose(rotation_z(angle), inverse(translation(*pivot))))
+    about = transform.compose(
+        transform.translation(*pivot),
+        transform.compose(transform.rotation_z(angle), transform.inverse(transform.translation(*pivot))),
+    )
     change = Change(
-        compose(translation(*shift), about) if angle else translation(*shift),
+        transform.compose(transform.translation(*shift), about) if angle else transform.translation(*shift),
         _in_steps(group.later * later, S_STEP),
         _in_steps(group.value * value, 1.0 if group.whole else VALUE_STEP),
     )
@@ -131,24 +124,24 @@ def _in_steps(value: float, step: float) -> float:
     return round(round(value / step) * step, 6) + 0.0
 
 
-def place_of(around: Situation, name: str) -> Vector | None:
+def place_of(around: Situation, name: str) -> transform.Vector | None:
     """Return the position of a named thing [m]; None if it has none."""
     scene, key = around.cell.scene, name.lower()
     for part in scene.parts:
         if part.name == key:
-            return position(part.T_world_part)
+            return transform.position(part.T_world_part)
     for item in items_named(around.given, name):
         value = around.given.variables.value(item) if around.given is not None else None
-        if isinstance(value, Transform):
-            return position(value)
+        if isinstance(value, transform.Transform):
+            return transform.position(value)
     for fixture in scene.fixtures:
         if fixture.name == key:
-            return position(fixture.T_world_fixture)
+            return transform.position(fixture.T_world_fixture)
     for sensor in scene.sensors:
         if sensor.name == key:
             region = sensor.region
             if isinstance(region, Zone):
-                return position(region.T_world_zone)
+                return transform.position(region.T_world_zone)
             return region.begin if isinstance(region, Beam) else region.place
     return None
 
@@ -166,8 +159,8 @@ def _changed_given(given: LoadedFile, names: tuple[str, ...], change: Change) ->
     variables.take(given.variables)
     for item in dict.fromkeys(item for name in names for item in items_named(given, name)):
         value = variables.value(item)
-        if isinstance(value, Transform):
-            variables.put_back(item, compose(change.T, value))
+        if isinstance(value, transform.Transform):
+            variables.put_back(item, transform.compose(change.T, value))
         elif isinstance(value, float | int):
             variables.put_back(item, value + change.value)
     return given._replace(variables=variables)
@@ -179,11 +172,13 @@ def _changed_cell(cell: Cell, names: frozenset[str], change: Change) -> Cell:
     scene = structs.replace(
         scene,
         parts=tuple(
-            structs.replace(one, T_world_part=compose(T, one.T_world_part)) if one.name in names else one
+            structs.replace(one, T_world_part=transform.compose(T, one.T_world_part)) if one.name in names else one
             for one in scene.parts
         ),
         fixtures=tuple(
-            structs.replace(one, T_world_fixture=compose(T, one.T_world_fixture)) if one.name in names else one
+            structs.replace(one, T_world_fixture=transform.compose(T, one.T_world_fixture))
+            if one.name in names
+            else one
             for one in scene.fixtures
         ),
         sensors=tuple(_moved_sensor(one, T) if one.name in names else one for one in scene.sensors),
@@ -210,14 +205,14 @@ def _changed_cell(cell: Cell, names: frozenset[str], change: Change) -> Cell:
     return structs.replace(cell, scene=scene, follows=follows)
 
 
-def _moved_sensor(sensor: Sensor, T: Transform) -> Sensor:
+def _moved_sensor(sensor: Sensor, T: transform.Transform) -> Sensor:
     region = sensor.region
     if isinstance(region, Zone):
-        return structs.replace(sensor, region=Zone(compose(T, region.T_world_zone), region.size))
+        return structs.replace(sensor, region=Zone(transform.compose(T, region.T_world_zone), region.size))
     if isinstance(region, Beam):
-        ends = moved_point(T, region.begin), moved_point(T, region.end)
+        ends = transform.moved_point(T, region.begin), transform.moved_point(T, region.end)
         return structs.replace(sensor, region=Beam(*ends, region.radius))
-    place, way = moved_point(T, region.place), rotate(T, region.direction)
+    place, way = transform.moved_point(T, region.place), transform.rotate(T, region.direction)
     return structs.replace(sensor, region=structs.replace(region, place=place, direction=way))
 
 
@@ -225,7 +220,7 @@ def _changed_feeder(feeder: Feeder, names: frozenset[str], signals: frozenset[in
     """Return a feeder that brings its parts to the moved place if one of them is in the group."""
     place = feeder.T_world_part
     if place is not None and names & frozenset(feeder.parts):
-        feeder = structs.replace(feeder, T_world_part=compose(change.T, place))
+        feeder = structs.replace(feeder, T_world_part=transform.compose(change.T, place))
     if abs(feeder.when) in signals:
         feeder = structs.replace(feeder, after=_later(feeder.after, change.later))
     return feeder

@@ -14,22 +14,9 @@ from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.settings import Settings
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compose, distance, position
+from vrs_cli.teach import state_checks
 from vrs_cli.teach.exercise_text import BaseCheck
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, exceeds, falls_short, figure, round_to
-from vrs_cli.teach.state_checks import (
-    ConfigurationCheck,
-    JointsCheck,
-    LocationCheck,
-    MotionCheck,
-    PassesCheck,
-    PhasesCheck,
-    ProgramCheck,
-    SettingCheck,
-    UndoneCheck,
-    ValueRange,
-    VariableCheck,
-    When,
-)
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.commands import Motion, MotionKind
 
@@ -45,7 +32,7 @@ def _verdict(right: bool, reason: str, at: float | None = None) -> Verdict:
 # --- joints and places ------------------------------------------------------------------------------------------------
 
 
-def judge_joints(check: JointsCheck, run: JudgedRun) -> Verdict:
+def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
     """Judge the joints at the end, at a time, or at the ends of motions."""
     evidence, basis = run.evidence, run.basis
     units, step = evidence.arm.model.units, basis.rounding.deg
@@ -54,7 +41,7 @@ def judge_joints(check: JointsCheck, run: JudgedRun) -> Verdict:
         pairs = zip(units.shown(q), check.at, strict=False)
         return all(wanted is None or not exceeds(abs(one - wanted), check.deg, step) for one, wanted in pairs)
 
-    if check.time is None and check.when is When.PASSED:
+    if check.time is None and check.when is state_checks.When.PASSED:
         ends = [one.end for one in commanded_motions(evidence)]
         count = sum(fits(joints_at(evidence.arm, evidence.timeline, end)) for end in ends)
         return _verdict(count >= check.count, f"{count} motions ended there, {check.count} are wanted")
@@ -64,7 +51,7 @@ def judge_joints(check: JointsCheck, run: JudgedRun) -> Verdict:
     return _verdict(fits(q), f"the joints are {shown} at {figure(t, basis.rounding.s)} s", t)
 
 
-def judge_location(check: LocationCheck, run: JudgedRun) -> Verdict:
+def judge_location(check: state_checks.LocationCheck, run: JudgedRun) -> Verdict:
     """Judge the value of a location."""
     evidence, basis = run.evidence, run.basis
     found: Transform | None = None
@@ -84,7 +71,7 @@ def judge_location(check: LocationCheck, run: JudgedRun) -> Verdict:
     return _verdict(right, text)
 
 
-def judge_configuration(check: ConfigurationCheck, run: JudgedRun) -> Verdict:
+def judge_configuration(check: state_checks.ConfigurationCheck, run: JudgedRun) -> Verdict:
     """Judge the configuration at the end."""
     evidence = run.evidence
     q = joints_at(evidence.arm, evidence.timeline, evidence.end)
@@ -95,7 +82,7 @@ def judge_configuration(check: ConfigurationCheck, run: JudgedRun) -> Verdict:
 # --- values -----------------------------------------------------------------------------------------------------------
 
 
-def judge_variable(check: VariableCheck, run: JudgedRun) -> Verdict:
+def judge_variable(check: state_checks.VariableCheck, run: JudgedRun) -> Verdict:
     """Judge the value of a variable."""
     evidence = run.evidence
     value = evidence.variables.get(check.of.items[0])
@@ -109,7 +96,7 @@ def judge_variable(check: VariableCheck, run: JudgedRun) -> Verdict:
     return _verdict(right, f"{check.of.text} is {shown}")
 
 
-def judge_setting(check: SettingCheck, run: JudgedRun) -> Verdict:
+def judge_setting(check: state_checks.SettingCheck, run: JudgedRun) -> Verdict:
     """Judge a switch or a parameter."""
     evidence = run.evidence
     value = _setting(evidence.settings, check.of)
@@ -122,14 +109,14 @@ def _setting(settings: Settings, name: str) -> float | str:
     return settings.parameters[name]
 
 
-def judge_program(check: ProgramCheck, run: JudgedRun) -> Verdict:
+def judge_program(check: state_checks.ProgramCheck, run: JudgedRun) -> Verdict:
     """Judge whether a program is in memory."""
     evidence = run.evidence
     there = any(one.key == check.of for one in evidence.programs)
     return _verdict(there, f"there is {'a' if there else 'no'} program {check.of}")
 
 
-def judge_undone(check: UndoneCheck, run: JudgedRun) -> Verdict:
+def judge_undone(check: state_checks.UndoneCheck, run: JudgedRun) -> Verdict:
     """Judge how many commands are undone."""
     evidence = run.evidence
     return _verdict(evidence.undone >= check.commands, f"commands taken back: {evidence.undone}")
@@ -159,7 +146,7 @@ def commanded_motions(evidence: Evidence) -> list[CommandedMotion]:
     return [one for _, one in sorted(found.items()) if one.begin >= evidence.started]
 
 
-def judge_motion(check: MotionCheck, run: JudgedRun) -> Verdict:
+def judge_motion(check: state_checks.MotionCheck, run: JudgedRun) -> Verdict:
     """Judge one motion of the step."""
     evidence, basis = run.evidence, run.basis
     motions = commanded_motions(evidence)
@@ -171,7 +158,7 @@ def judge_motion(check: MotionCheck, run: JudgedRun) -> Verdict:
     )
 
 
-def _wrong(check: MotionCheck, one: CommandedMotion, evidence: Evidence, basis: Basis) -> str:
+def _wrong(check: state_checks.MotionCheck, one: CommandedMotion, evidence: Evidence, basis: Basis) -> str:
     """Describe the requirements that a motion does not meet; return "" if it meets all."""
     arm, timeline, step = evidence.arm, evidence.timeline, basis.rounding.s
     if check.space not in (None, one.motion.kind):
@@ -200,11 +187,11 @@ def _wrong(check: MotionCheck, one: CommandedMotion, evidence: Evidence, basis: 
     return ""
 
 
-def _inside(value: float, span: ValueRange, step: float) -> bool:
+def _inside(value: float, span: state_checks.ValueRange, step: float) -> bool:
     return not falls_short(value, span.least, step) and not exceeds(value, span.most, step)
 
 
-def judge_phases(check: PhasesCheck, run: JudgedRun) -> Verdict:
+def judge_phases(check: state_checks.PhasesCheck, run: JudgedRun) -> Verdict:
     """Judge the phases of the segments, ignoring those of zero length."""
     evidence = run.evidence
     phases = [one.phase for one in evidence.timeline if one.motion.number and one.duration > 0.0]
@@ -219,7 +206,7 @@ def _shorten(phases: list[Phase]) -> Iterator[str]:
     yield from names if len(names) <= 12 else [*names[:6], "...", *names[-6:]]
 
 
-def judge_passes(check: PassesCheck, run: JudgedRun) -> Verdict:
+def judge_passes(check: state_checks.PassesCheck, run: JudgedRun) -> Verdict:
     """Judge how close the tool comes to a place in the step."""
     evidence, basis = run.evidence, run.basis
     place = position(basis.place(check.at))
@@ -244,14 +231,14 @@ def _nearest(evidence: Evidence, place: Vector) -> tuple[float, float]:
 
 
 STATE_JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
-    JointsCheck: judge_joints,
-    LocationCheck: judge_location,
-    ConfigurationCheck: judge_configuration,
-    VariableCheck: judge_variable,
-    SettingCheck: judge_setting,
-    ProgramCheck: judge_program,
-    UndoneCheck: judge_undone,
-    MotionCheck: judge_motion,
-    PhasesCheck: judge_phases,
-    PassesCheck: judge_passes,
+    state_checks.JointsCheck: judge_joints,
+    state_checks.LocationCheck: judge_location,
+    state_checks.ConfigurationCheck: judge_configuration,
+    state_checks.VariableCheck: judge_variable,
+    state_checks.SettingCheck: judge_setting,
+    state_checks.ProgramCheck: judge_program,
+    state_checks.UndoneCheck: judge_undone,
+    state_checks.MotionCheck: judge_motion,
+    state_checks.PhasesCheck: judge_phases,
+    state_checks.PassesCheck: judge_passes,
 }
