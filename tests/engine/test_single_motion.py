@@ -38,14 +38,14 @@ def test_a_line_that_was_planned_before_is_the_same_later_with_its_own_motion() 
 
 
 def test_zeros_with_another_sign_are_another_state() -> None:
-    single_motion._remembered_line.cache_clear()
+    single_motion._remembered_plan.cache_clear()
     for zero in (0.0, -0.0, 0.0):
         plan_motion(line(1, 0.0, zero))
-    assert single_motion._remembered_line.cache_info()[:2] == (1, 2)  # hits, misses
+    assert single_motion._remembered_plan.cache_info()[:2] == (1, 2)  # hits, misses
 
 
 def test_a_line_that_was_refused_before_is_refused_again_at_once() -> None:
-    single_motion._remembered_line.cache_clear()
+    single_motion._remembered_plan.cache_clear()
     far, late = (
         at_position(line(1, 0.0).motion.pose or IDENTITY, 5000.0, 0.0, 0.0),
         structs.replace(line(1, 0.0), latest=0.01),
@@ -58,7 +58,7 @@ def test_a_line_that_was_refused_before_is_refused_again_at_once() -> None:
         with pytest.raises(MotionError) as refused:
             plan_motion(structs.replace(beyond, begin=begin))
         refusals.append(refused.value)
-    assert single_motion._remembered_line.cache_info()[:2] == (2, 2)  # hits, misses
+    assert single_motion._remembered_plan.cache_info()[:2] == (2, 2)  # hits, misses
     first, second = refusals
     assert str(first) == str(second)
     assert first is not second  # each has a traceback of its own

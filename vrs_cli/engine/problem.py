@@ -26,10 +26,11 @@ from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import Transform, Vector, added, compose, cross, dot, inverse, scaled, subtracted
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import value_and_rate
-from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Segment
+from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Path, Segment
 from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.values.commands import Motion
 
+MAX_REMEMBERED_STATES = 512  # a plan asks several times for the state at the ends of its segments
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
 
 
@@ -182,9 +183,21 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     The acceleration is that of a jerk-limited motion, and the next motion continues it. That of a motion with parabolic
     blends may jump, so it is not kept.
     """
-    path = segment.path
-    joints = segment_joints(arm, segment, s)
-    smoothly = LAWS[segment.motion.profile].smooth
+    path, key = segment.path, (id(segment.path), s)
+    smoothly, frame = LAWS[segment.motion.profile].smooth, segment.motion.frames.tool
+    known = _REMEMBERED_STATES.get(key)
+    if known is not None and known[0] is path and known[1:4] == (arm, smoothly, frame):
+        return known[4]
+    here = _state_at(arm, segment, s, smoothly=smoothly)
+    if len(_REMEMBERED_STATES) >= MAX_REMEMBERED_STATES:
+        _REMEMBERED_STATES.clear()
+    _REMEMBERED_STATES[key] = path, arm, smoothly, frame, here
+    return here
+
+
+def _state_at(arm: RobotArm, segment: Segment, s: float, *, smoothly: bool) -> Here:
+    """Compute the state that `state_at` remembers."""
+    path, joints = segment.path, segment_joints(arm, segment, s)
     if isinstance(path, JointPath):
         return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
     (pose, twist), frame = path.states()(s), segment.motion.frames.tool
@@ -219,6 +232,9 @@ class Problem(Struct, frozen=True):
     def tool(self) -> ToolState:
         """The state of the tip of the motion's tool."""
         return self.here.tool_state(self.arm, self.motion.frames.tool)
+
+
+_REMEMBERED_STATES: dict[tuple[int, float], tuple[Path, RobotArm, bool, Transform, Here]] = {}  # by path and time
 
 
 class NoWay(Exception):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from itertools import chain
-from math import copysign
 
 from msgspec import structs
 
@@ -20,9 +20,9 @@ from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.segment import Phase, Segment, rest, stay_inside
 from vrs_cli.trajectory.state import JointLimits
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Motion, MotionKind, Start
+from vrs_cli.values.commands import Motion, MotionKind
 
-REMEMBERED = 512  # lines: a program that goes round plans each of its own once
+REMEMBERED_PLANS = 512  # a program that goes round plans each of its motions once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
 NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
 SLOWER = 1e-3  # [s] by which rounding a corner may take longer than stopping in it
@@ -52,62 +52,75 @@ def plan_directly(problem: Problem) -> tuple[Segment, ...]:
     A motion that has nothing to do rests for no time. So it keeps its place on the timeline: it may have something to
     do once an earlier motion changes.
     """
-    state, motion, lasting = problem.here.joints, problem.motion, 0.0
+    state, motion, begin, lasting = problem.here.joints, problem.motion, problem.begin, 0.0
+    segments: tuple[Segment, ...] = ()
     match motion.kind:
-        case MotionKind.JOINT:
-            assert motion.goal is not None
-            limits, law = joint_limits(problem.arm, motion), LAWS[motion.profile]
-            try:
-                segments = law.joint_motion(state, motion.goal, limits, problem.begin, motion, motion.duration)
-            except NoTimes as no_times:
-                raise NoWay from no_times
-            if not (state.at_rest or stay_inside(segments, limits.lower, limits.upper)):
-                raise NoWay
-        case MotionKind.STRAIGHT:
-            segments = _line_segments(problem)
+        case MotionKind.JOINT | MotionKind.STRAIGHT:
+            outcome = _remembered_plan(_PlanKey(problem))
+            if not isinstance(outcome, tuple):
+                if isinstance(outcome, MotionError) and state.at_rest:
+                    raise outcome.reworded()
+                raise NotInTime if isinstance(outcome, NotInTime) else NoWay
+            segments = tuple([Segment(begin + s.start, begin + s.finish, s.path, s.phase, motion) for s in outcome])
         case MotionKind.REST:
             if not state.at_rest:
                 raise NoWay
-            segments, lasting = (), on_grid(motion.duration)
+            lasting = on_grid(motion.duration)
         case MotionKind.STEERED:
             raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
-    return segments or (rest(state.joints, lasting, problem.begin, motion),)
+    return segments or (rest(state.joints, lasting, begin, motion),)
 
 
-def _line_segments(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a line, once: from the same state it is the same line whenever it begins, since times are exact. Raises
-    MotionError, NoWay, NotInTime.
+class _PlanKey:
+    """Identifies a problem up to a shift in time: problems with equal keys have the same plan, since times are exact.
+
+    Numbers are compared bit by bit: 0.0 and -0.0 are equal, but may lead to other bits.
     """
-    begin, motion = problem.begin, problem.motion
-    plain = motion._replace(number=0, start=Start.AT, hand=0.0, text="", relative=None, rounding=None)
-    same = structs.replace(problem, motion=plain, begin=0.0, latest=problem.latest - begin)
-    here, to = same.here, plain.frames
-    values = chain(*here.joints, *(here.tool or ()), plain.pose or (), to.base, to.tool)
-    signs_of_zeros = tuple([copysign(1.0, x) for x in values if x == 0.0])  # 0.0 and -0.0 are equal, with other bits
-    outcome = _remembered_line(same, signs_of_zeros)
-    if isinstance(outcome, NotInTime):
-        raise NotInTime
-    if isinstance(outcome, MotionError):
-        if problem.here.joints.at_rest:
-            raise outcome.reworded()
-        raise NoWay
-    return tuple([Segment(begin + s.start, begin + s.finish, s.path, s.phase, motion) for s in outcome])
+
+    __slots__ = ("parts", "problem")
+
+    def __init__(self, problem: Problem) -> None:
+        here, motion = problem.here, problem.motion
+        tool, frames, target = here.tool, motion.frames, motion.pose or motion.goal or ()
+        numbers: Iterable[float] = chain(*here.joints, target)
+        others: tuple[object, ...] = ()
+        if motion.kind is MotionKind.STRAIGHT:
+            numbers = chain(numbers, frames.base, frames.tool, *(tool[:5] if tool else ()))
+            limits = motion.tip_speed, motion.rotation, problem.slowest, problem.latest - problem.begin
+            others = *limits, motion.swivel, here.T_flange_tool, tool is None, tool and tool.guides
+        self.problem = problem
+        self.parts = (
+            *(id(problem.arm), id(motion.kind), id(motion.profile), motion.speed, motion.acceleration),
+            *(motion.duration, len(here.joints.acceleration), array("d", numbers).tobytes(), *others),
+        )
+
+    def __hash__(self) -> int:
+        return hash(self.parts)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _PlanKey) and self.parts == other.parts
 
 
-@lru_cache(REMEMBERED)
-def _remembered_line(
-    problem: Problem,
-    signs_of_zeros: tuple[float, ...],  # noqa: ARG001 (a part of the key)
-) -> tuple[Segment, ...] | MotionError | NotInTime:
-    """Return the segments of a line, or its refusal. A remembered refusal is never raised itself, since it would keep
-    alive the frames in which it was raised.
+@lru_cache(REMEMBERED_PLANS)
+def _remembered_plan(key: _PlanKey) -> tuple[Segment, ...] | MotionError | NotInTime | NoWay:
+    """Return the segments of a motion as if it began at time 0, or why there are none. A remembered refusal is never
+    raised itself, since it would keep alive the frames in which it was raised.
     """
+    problem = key.problem
+    state, motion = problem.here.joints, problem.motion
     try:
-        return straight_segments(problem)
+        if motion.kind is MotionKind.STRAIGHT:
+            return straight_segments(structs.replace(problem, begin=0.0, latest=problem.latest - problem.begin))
+        assert motion.goal is not None
+        limits = joint_limits(problem.arm, motion)
+        segments = LAWS[motion.profile].joint_motion(state, motion.goal, limits, 0.0, motion, motion.duration)
     except MotionError as error:
         return error.reworded()
     except NotInTime:
         return NotInTime()
+    except NoTimes:
+        return NoWay()
+    return segments if state.at_rest or stay_inside(segments, limits.lower, limits.upper) else NoWay()
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
