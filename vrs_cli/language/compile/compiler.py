@@ -54,9 +54,9 @@ OPS_A_FUNCTION = 512  # operations in one function: Python compiles it at once, 
 
 
 class _ProgramCompiler(ExpressionCompiler):
-    """The operations of one program as the body of its Python function.
+    """Makes the body of a program's Python function from the program's operations.
 
-    `_numbers`: those of the blocks, by the operation that begins each; `_here`: the blocks of the present function;
+    `_numbers`: the number of each block, by the operation that begins it; `_here`: the blocks of the present function;
     `_inner`: the present block, if it is a `while True` of its own.
     """
 
@@ -79,13 +79,13 @@ class _ProgramCompiler(ExpressionCompiler):
         return Variant(parts[0] if len(parts) == 1 else _join(parts, cuts), tuple(self.arrays), numbers)
 
     def _function(self, here: range, leaders: list[int]) -> Callable[..., Steps]:
-        """Make the function of some of the blocks. The functions after it take its arrays too."""
+        """Make the function of some of the blocks. The arrays of later functions are passed on."""
         self._here = here
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         body = self._with_frame(loop) if self._lowered.slots else loop
         names = ["X", *CELLS.values(), "F", "pc", *self.parameter_fields(), *self.arrays.values()]
-        body = [*body, tree.yield_(tree.constant(None))]  # never come to: a generator, also where nothing is a step
+        body = [*body, tree.yield_(tree.constant(None))]  # never reached: makes every function a generator
         rest = py.arg("_rest")  # the arrays of later parts
         return tree.make_function(
             py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace
@@ -99,7 +99,7 @@ class _ProgramCompiler(ExpressionCompiler):
         return [py.If(test, self._tree(blocks[:half], first), self._tree(blocks[half:], first + half))]
 
     def _with_frame(self, loop: list[py.stmt]) -> list[py.stmt]:
-        """Take the slots from the frame, and put them back however the program is left."""
+        """Load the slots from the frame, and store them again however the program ends."""
         slots = [f"{letter}{number}" for number in range(self._lowered.slots) for letter in "ls"]
         taken = py.Tuple([py.Name(slot, py.Store()) for slot in slots], py.Store())
         frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
@@ -125,7 +125,7 @@ class _ProgramCompiler(ExpressionCompiler):
         return [py.While(tree.constant(True), statements, [])] if inner else statements
 
     def _to(self, op: int) -> list[py.stmt]:
-        """Go to the block that begins with an operation. To get to one of another function, this one returns."""
+        """Go to the block that begins with an operation. If it is in another function, return its number."""
         target = self._numbers[op]
         if target not in self._here:
             return [py.Return(tree.constant(target))]
@@ -195,7 +195,7 @@ class _ProgramCompiler(ExpressionCompiler):
     # statements
 
     def _statement(self, statement: ast.Assignment | ast.Instruction) -> list[py.stmt]:
-        """Carry out a statement, after a BREAK if the table says so; what has a time of its own waits for no rest."""
+        """Make a statement, with a BREAK before it if the table says so; a timed statement waits for no rest."""
         if isinstance(statement, ast.Assignment):
             return self._assignment(statement)
         special = _SPECIAL.get(statement.word)
@@ -215,7 +215,7 @@ class _ProgramCompiler(ExpressionCompiler):
         return [tree.assign("v", self.value(value)), check, *self._store(target, tree.name("v"))]
 
     def _store(self, variable: ast.Variable, value: py.expr) -> list[py.stmt]:
-        """Assign, unless the bare name exists as a location."""
+        """Assign a value, unless the bare name exists as a location."""
         (cells, other, key), first = self.place(variable, Kind.REAL), list[py.stmt]()
         if variable.indexes:
             method = "index" if len(variable.indexes) == 1 else "indexes"
@@ -269,10 +269,10 @@ class _ProgramCompiler(ExpressionCompiler):
         asked = statement.arguments[0]
         of_val = ast.channel(asked) is not None and waits_for_signals(self._program)
         truth = self.truth(ast.signals_on((asked,), asked.span) if of_val else asked)
-        # a function of no arguments, with the program's variables as defaults: cells of a closure are slower for all
+        # the program's variables are defaults of the function: closure cells would slow down the whole program
         names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
         condition = py.Lambda(tree.parameters(sorted(names), defaults=True), truth)
-        # a condition that holds costs no turn of the driver: a loop with such a WAIT must not fall behind a wall clock
+        # a true condition does not yield to the driver: a loop with such a WAIT must keep up with a wall clock
         wait = tree.yield_(tree.call("Wait", tree.name("w")))
         return [
             tree.assign("w", tree.call("guard", condition)),
@@ -299,7 +299,7 @@ class _ProgramCompiler(ExpressionCompiler):
 
 
 def _constant_step(statement: ast.For) -> float | None:
-    """The STEP of a FOR where it is a number that is known and not 0; 1 where there is none."""
+    """Return the STEP of a FOR if it is a known number other than 0; 1 if there is none."""
     return 1.0 if statement.step is None else ast.plain_number(statement.step) or None
 
 
@@ -319,7 +319,7 @@ _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
 }
 
 _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
-    "BREAK": lambda _compiler, _statement: [],  # the table says that it breaks
+    "BREAK": lambda _compiler, _statement: [],  # the instruction table adds its BREAK
     "WAIT": _ProgramCompiler._wait,
     "CALL": _ProgramCompiler._call_program,
     "GOSUB": _ProgramCompiler._call_program,
@@ -328,7 +328,7 @@ _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]
 
 
 def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
-    """One function of several; `firsts`: the first block of each. `at`: the place of `pc` among the arguments."""
+    """Join functions; `firsts`: the first block of each. `at`: the place of `pc` among the arguments."""
     at = 2 + len(CELLS)
 
     def program(*arguments: object) -> Steps:
@@ -345,7 +345,7 @@ def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Calla
 
 
 class Variant(Struct, frozen=True):
-    """The Python function, the arrays it takes after its fixed arguments, and the block that begins at an operation."""
+    """A Python function, the arrays that follow its fixed arguments, and the numbers of its blocks by operation."""
 
     function: Callable[..., Steps]
     arrays: tuple[Array, ...]
@@ -353,8 +353,9 @@ class Variant(Struct, frozen=True):
 
 
 class Compiled(Struct, frozen=True, dict=True, weakref=True):
-    """A program ready to run. `spelling`: the names it uses, as it first spells them, by key. `array_parameters`: the
-    keys of those that stand for whole arrays."""
+    """A compiled program. `spelling`: the first spelling of each name in it, by key. `array_parameters`: the keys of
+    parameters that stand for whole arrays.
+    """
 
     library: Library
     analysis: Analysis
@@ -365,22 +366,22 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
 
     @cached_property
     def everywhere(self) -> Variant:
-        """The variant that can be entered at every operation."""
+        """Compile the variant that can be entered at every operation."""
         with pause_collector():
             return _ProgramCompiler(self.library, self.analysis, self.lowered).variant(everywhere=True)
 
     def variant(self, op: int) -> Variant:
-        """The variant that can be entered at an operation."""
+        """Return a variant that can be entered at an operation."""
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
     def stand(self, step: int) -> int | None:
-        """Return the first step from `step` on (from 0) that does something: the program can stand before it."""
+        """Return the first step from `step` on (from 0) that does something, so that the program can stop before it."""
         steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))
         return min(steps, default=None)
 
 
 def _silent(op: lowering.Op) -> bool:
-    """Return whether the driver does not see the operation as a step."""
+    """Return whether an operation is no step for the driver."""
     return isinstance(op, lowering.Mark | lowering.Finish) or (isinstance(op, lowering.Jump) and not op.counted)
 
 
@@ -404,10 +405,10 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
 def compile_expression(
     library: Library, make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
 ) -> tuple[Callable[..., Any], tuple[Array, ...]]:
-    """Compile what `make` says of an expression at the prompt. `kinds`: those of the bare names that have a value.
-    `own`: the keys of variables for which references are given.
+    """Compile the expression that `make` returns at the prompt. `kinds`: of the bare names that have a value. `own`:
+    the keys of variables that are given as references.
 
-    Return a function that takes the context, the cells of each kind, the fields of each reference, and these arrays.
+    Return a function of the context, the cells of each kind, the fields of each reference, and these arrays.
     """
     compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
     value = make(compiler)

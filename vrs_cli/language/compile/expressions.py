@@ -1,7 +1,7 @@
-"""Expressions as Python expressions: half of the compiler (`compiler` is the other, statements and flow).
+"""Compile expressions to Python expressions (`compiler` compiles statements and flow).
 
-A variable is a subscript of the cells that hold it, under a constant key where it is a simple one. A truth value is
-Python's own as long as it is only tested; it becomes -1 or 0 where it is used as a number.
+A variable is a subscript of its cells, with a constant key if it is a simple variable. A truth value stays a Python
+truth value while it is only tested; it becomes -1 or 0 where it is used as a number.
 """
 
 from __future__ import annotations
@@ -45,9 +45,10 @@ CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "
 
 
 class Library(Struct, frozen=True):
-    """What compiled programs call: the run floor, above, gives what the names stand for. `names`: the globals of every
-    program. Functions of the language by name: those `of_values`, and those that take
-    the context of the program as first argument. `handlers`: who carries out an instruction, by its word."""
+    """The names that compiled programs use; the run floor, above, supplies them. `names`: the globals of every program.
+    Functions of the language by name: `of_values` take values, `in_context` take the context of the program first.
+    `handlers`: functions that carry out instructions, by word.
+    """
 
     names: Mapping[str, object]
     of_values: Mapping[str, Callable[..., Any]]
@@ -59,11 +60,10 @@ Array = tuple[Kind, str]  # an array of the environment: its kind and its key
 
 
 class ExpressionCompiler:
-    """Makes expressions of Python from those of VAL-II. `parameters`: their numbers, by key.
+    """Compiles VAL-II expressions to Python expressions. `parameters`: their numbers, by key.
 
-    It remembers what else the Python function needs: `arrays` of the environment, with the names of their Python
-    variables, and its globals, the `namespace`; `reads` is set where a character of a unit is taken, `observes` where
-    signals are read.
+    It collects what the Python function needs: `arrays` of the environment with the names of their Python variables,
+    and the `namespace` of globals; `reads` is set by GETC, `observes` by functions that read signals.
     """
 
     def __init__(
@@ -77,13 +77,13 @@ class ExpressionCompiler:
         self.reads = self.observes = False
 
     def global_of(self, prefix: str, value: object) -> py.expr:
-        """Make a value of the compiler a global of the program."""
+        """Add a value to the globals of the program, and return its name."""
         name = f"{prefix}_{len(self.namespace)}"
         self.namespace[name] = value
         return tree.name(name)
 
     def parameter_fields(self) -> list[str]:
-        """The Python variables with the fields of the reference to each parameter."""
+        """Return the names of the Python variables that hold the fields of each parameter's reference."""
         return [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
 
     # kinds
@@ -95,8 +95,8 @@ class ExpressionCompiler:
     # variables
 
     def place(self, variable: ast.Variable, kind: Kind | None = None) -> tuple[str, str | None, py.expr | None]:
-        """Return where a variable lives: the names of the Python variables with its cells, and with those of the other
-        kind that a bare name can have; its key in both, None for a whole array.
+        """Return where a variable is stored: the Python variables with its cells, and with the cells of the other kind
+        that a bare name can have; and its key in both, None for a whole array.
 
         The program decides its kind, otherwise `kind`; the default is a real.
         """
@@ -132,7 +132,7 @@ class ExpressionCompiler:
         return indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
 
     def read(self, variable: ast.Variable, kind: Kind | None = None) -> py.expr:
-        """Read the variable. An untyped bare name is looked up at run time."""
+        """Read a variable. An untyped bare name is looked up at run time."""
         if kind is not None or self.kind_of(variable) is not None:
             cells, _, key = self.place(variable, kind)
             if variable.indexes and not variable.many:  # not rounded: 3.0 is the key 3, and the cells round the others
@@ -143,14 +143,14 @@ class ExpressionCompiler:
         return tree.method(self.reference(variable), "value")
 
     def reference(self, variable: ast.Variable) -> py.expr:
-        """Refer to the variable, so that it can be passed on or assigned."""
+        """Refer to a variable, so that it can be passed on or assigned."""
         reference = tree.call("Reference", *self._fields(variable))
         if variable.many and variable.indexes:
             return tree.method(reference, "row", *map(self.value, variable.indexes))
         return reference
 
     def _fields(self, variable: ast.Variable) -> tuple[py.expr, ...]:
-        """Return the fields of the reference to a variable, or to the whole of its array."""
+        """Return the fields of the reference to a variable or a whole array."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         kind = SIGIL_KINDS.get(variable.sigil)
         cells = self._cells(variable, kind or Kind.REAL)
@@ -160,7 +160,7 @@ class ExpressionCompiler:
     # values
 
     def value(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """Return an expression for the value: a float, a str, a Transform or a tuple of joints."""
+        """Make an expression for the value: a float, a str, a Transform or a tuple of joints."""
         match expression:
             case ast.Number() | ast.StringConstant():
                 return tree.constant(expression.value)
@@ -175,7 +175,7 @@ class ExpressionCompiler:
         raise ProgramNotExecutable(f"{expression} has no value")
 
     def truth(self, expression: ast.Expression) -> py.expr:
-        """Return an expression that is true to Python if the value is not 0."""
+        """Make an expression that is true in Python if the value is not 0."""
         match expression:
             case ast.Unary(operator="NOT"):
                 return tree.not_(self.truth(expression.operand))
@@ -209,7 +209,7 @@ class ExpressionCompiler:
         return py.IfExp(self.truth(expression), tree.constant(-1.0), tree.constant(0.0))
 
     def comparison(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
-        """Compare two values. The switch UPPER says how strings are compared."""
+        """Compare two values. The switch UPPER decides how strings are compared."""
         if kind is Kind.STRING:
             left, right = (tree.method(tree.name("X"), "fold_case", side) for side in (left, right))
         return tree.compare(left, _RELATIONS[operator](), right)
@@ -235,14 +235,16 @@ class ExpressionCompiler:
         return tree.call(name, *arguments)
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
-        """Return one expression for each argument of the table: None if it is left out, more if the last repeats."""
+        """Make an expression for each argument in the table: None for an omitted one, more if the last argument
+        repeats.
+        """
         rows = function.arguments if not function.repeats else [argument_at(function, at) for at in range(len(given))]
         return [self.operand(item, row) for item, row in zip_longest(given, rows) if row is not None]
 
     # operands
 
     def operand(self, expression: ast.Expression | None, argument: Argument) -> py.expr:
-        """Return what is handed over for an argument: a value, a reference to the variable, or a word."""
+        """Make the expression that is passed for an argument: a value, a reference to a variable, or a word."""
         if expression is None:
             return tree.constant(None)
         if argument.shape in WORDS:
@@ -260,7 +262,7 @@ class ExpressionCompiler:
         return self.in_range(expression, _WANTED.get(argument.shape, Kind.REAL))
 
     def in_range(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """Return the value, checked against the range of reals where it can leave it."""
+        """Make the value, checked against the range of reals if it can exceed it."""
         value = self.value(expression, wanted)
         return tree.call("within_range", value) if self.may_overflow(expression) else value
 
@@ -275,7 +277,7 @@ class ExpressionCompiler:
         return False
 
     def item(self, expression: ast.Expression) -> py.expr:
-        """Return what TYPE shows: a value of any kind, or a format."""
+        """Make an item of TYPE: a value of any kind, or a format."""
         if isinstance(expression, ast.Format):
             return self.global_of("k", expression)
         if isinstance(expression, ast.Variable):
@@ -283,7 +285,7 @@ class ExpressionCompiler:
         return self.in_range(expression)
 
     def definable(self, expression: ast.Expression) -> py.expr:
-        """`a:b:c`: the variable c, and the product a:b."""
+        """Make the variable c and the product a:b of a target `a:b:c`."""
         if isinstance(expression, ast.Binary):
             variable, before = expression.right, self.value(expression.left, Kind.LOCATION)
         else:
@@ -293,7 +295,7 @@ class ExpressionCompiler:
         return tree.call("Definable", self.reference(variable), before)
 
     def argument_of_call(self, expression: ast.Expression | None) -> py.expr:
-        """Pass a variable by reference. Pass any other expression, and a variable in parentheses, by value."""
+        """Pass a variable by reference; pass another expression, or a variable in parentheses, by value."""
         if expression is None:
             return tree.constant(None)
         if not isinstance(expression, ast.Variable):
@@ -303,9 +305,9 @@ class ExpressionCompiler:
         return self.reference(expression)
 
     def given_to_call(self, expression: ast.Expression | None) -> py.expr:
-        """Pass an argument as `argument_of_call` does; a plain variable as a tuple, which costs no call."""
+        """Pass an argument as `argument_of_call` does, but a plain variable as a tuple, which needs no call."""
         if isinstance(expression, ast.Variable) and not expression.grouped:
-            part = expression.many and expression.indexes  # a row: its reference is computed
+            part = expression.many and expression.indexes  # a row of an array
             return self.reference(expression) if part else tree.tuple_of(self._fields(expression))
         if expression is not None and self.kind_of(expression) is Kind.REAL:
             return tree.call("real_by_value", tree.name("X"), self.in_range(expression))
@@ -322,6 +324,6 @@ _WANTED = {
 
 
 def word_of(expression: ast.Expression) -> str:
-    """A bare word where the table asks for one, in upper case: a switch, a parameter."""
+    """Return a bare word in upper case, where the table wants one: a switch, a parameter."""
     text = expression.text if isinstance(expression, ast.BareWord) else getattr(expression, "name", "")
     return str(text).upper()

@@ -1,7 +1,8 @@
-"""A program's steps as a flat list of operations with jumps: blocks are gone, every target is a number.
+"""Lower a program's steps to a flat list of operations with jumps to numbers, without blocks.
 
 Each step has one operation at which it is entered (by GOTO, by EXECUTE p,,step, from the step before). A VALUE, ANY or
-ELSE reached from above ends its block, so the tests of a CASE are operations of their own, entered from the CASE alone.
+ELSE that is reached from above ends its block. So the tests of a CASE are separate operations, entered only from the
+CASE.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class Perform(Op, frozen=True):
 
 
 class Mark(Op, frozen=True):
-    """A step that does nothing: DO, END of IF and CASE, a blank line."""
+    """A step without action: DO, END of IF and CASE, a blank line."""
 
 
 class Finish(Op, frozen=True):
@@ -37,19 +38,19 @@ class Finish(Op, frozen=True):
 
 
 class Jumping(Op, frozen=True):
-    """An operation that may lead to another one, the `target`."""
+    """An operation that may jump to another one, the `target`."""
 
     target: int
 
 
 class Jump(Jumping, frozen=True):
-    """`counted`: it is a step of its own (GOTO), not a mark that is passed over (ELSE, the END of WHILE)."""
+    """A jump. `counted`: it is a step (GOTO), not a passive mark (ELSE, the END of WHILE)."""
 
     counted: bool
 
 
 class JumpIf(Jumping, frozen=True):
-    """Jump to the target if the condition is `when`. `first`: an instruction to carry out before."""
+    """Jump to the target if the condition is `when`. `first`: an instruction that is carried out before."""
 
     condition: ast.Expression
     when: bool
@@ -57,14 +58,14 @@ class JumpIf(Jumping, frozen=True):
 
 
 class ForLoop(Jumping, frozen=True):
-    """An end of a FOR, which keeps limit and step in `slot`."""
+    """The FOR or the END of a loop, which stores limit and step in `slot`."""
 
     statement: ast.For
     slot: int
 
 
 class ForBegin(ForLoop, frozen=True):
-    """Set the variable. Jump to the target if there is no first pass."""
+    """Set the variable. Jump to the target if the loop has no pass."""
 
 
 class ForNext(ForLoop, frozen=True):
@@ -72,7 +73,7 @@ class ForNext(ForLoop, frozen=True):
 
 
 class CaseBegin(Jumping, frozen=True):
-    """Keep the subject in `slot` and go to the first test."""
+    """Store the subject in `slot` and go to the first test."""
 
     subject: ast.Expression
     slot: int
@@ -85,8 +86,9 @@ class CaseTest(CaseBegin, frozen=True):
 
 
 class Lowered(Struct, frozen=True):
-    """`entries[step]` is the operation at which a step is entered; one more for the end. `slots`: pairs of values that
-    are kept as long as the program is active (limits and steps of FOR, subjects of CASE).
+    """A lowered program. `entries[step]` is the operation at which a step is entered, with one more for the end.
+    `slots`: the number of value pairs that are kept while the program is active (limits and steps of FOR, subjects of
+    CASE).
     """
 
     ops: tuple[Op, ...]
@@ -95,14 +97,17 @@ class Lowered(Struct, frozen=True):
 
 
 def lower(analysis: Analysis) -> Lowered:
+    """Lower an analysed program."""
     return _Lowering(analysis).result()
 
 
-_TESTS = 1_000_000_000  # added to a step while targets are steps: "the test of this VALUE", not its place
+_TESTS = 1_000_000_000  # added to a step number: the test of this VALUE, not its place
 
 
 class _Lowering:
-    """While it works, targets are step numbers, and `_TESTS` plus a step number; `result` makes them operations."""
+    """Lowers one program. Meanwhile targets are step numbers, or `_TESTS` plus a step number; `result` replaces them by
+    operations.
+    """
 
     def __init__(self, analysis: Analysis) -> None:
         self._steps = analysis.program.steps
@@ -156,7 +161,7 @@ class _Lowering:
         return Mark(number)
 
     def _first_middle(self, opener: int, more: int) -> int:
-        """`more` behind the first ELSE, VALUE or ANY of a block, or its end where there is none."""
+        """Return `more` plus the first ELSE, VALUE or ANY of a block; its end if there is none."""
         block = self._openers[opener]
         return block.middles[0] + more if block.middles else block.closer
 
@@ -169,7 +174,7 @@ class _Lowering:
         return Mark(number) if statement.word in DECLARATIONS else Perform(number, statement)
 
     def _leave_loop(self, number: int, statement: ast.Instruction) -> Op:
-        """EXIT goes past the end of the loop, NEXT to that end, which tests for another pass."""
+        """Lower EXIT, which goes behind the end of the loop, and NEXT, which goes to that end and its test."""
         around = [b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer]
         around.sort(key=lambda block: block.opener, reverse=True)
         closer = around[loops_of(statement) - 1].closer
@@ -185,7 +190,7 @@ class _Lowering:
         return CaseTest(number, target, case.subject, self._slots[block.opener], statement.tests)
 
     def _leave_case(self, number: int, block: Block) -> None:
-        """Let what stands above VALUE or ANY go to the end of the CASE."""
+        """Let the steps above VALUE or ANY jump to the end of the CASE."""
         self._ops.append(Jump(number, block.closer, counted=False))
         self._places[number + _TESTS] = len(self._ops)
 
@@ -201,7 +206,7 @@ class _Lowering:
 
 
 def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
-    """GRASP: the hand closes, and its fingers are nearer than the width."""
+    """Lower GRASP: the hand closes; then test whether its fingers are nearer than the width."""
     width, span = statement.arguments[0], statement.span
     assert width is not None
     gap = ast.Call("PARAMETER", (ast.BareWord("GRASP.WIDTH", span=span),), True, span=span)

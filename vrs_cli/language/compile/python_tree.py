@@ -1,4 +1,4 @@
-"""Small pieces of Python's own syntax tree, so that the compiler reads like the code it makes."""
+"""Small functions that make Python syntax trees, so that the compiler reads like the code that it makes."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any, TypeVar, cast
 _Leaf = TypeVar("_Leaf", py.Name, py.Constant)
 
 
-_LINE, _COLUMN = 1, 0  # there is no source to point at, but Python's compiler asks for a place
+_LINE, _COLUMN = 1, 0  # Python's compiler wants a place, though there is no source
 _LOAD = py.Load()
 _BRANCHES = (py.expr, py.stmt, py.arguments, py.arg, py.excepthandler)
 
 
-@lru_cache(maxsize=1024)  # a tree may hold one leaf in many places, and nothing changes it
+@lru_cache(maxsize=1024)  # trees share leaves, which never change
 def name(identifier: str) -> py.Name:
     return _leaf(py.Name(identifier, _LOAD))
 
@@ -63,14 +63,16 @@ def assign(identifier: str, value: py.expr) -> py.Assign:
 
 
 def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None = None) -> py.arguments:
-    """`defaults`: each has the variable of its own name. `rest` takes all further ones."""
+    """Make parameters. `defaults`: the default of each is the variable of the same name. `rest` takes all further
+    arguments.
+    """
     values: list[py.expr] = [name(identifier) for identifier in names] if defaults else []
     return py.arguments([], [py.arg(identifier) for identifier in names], rest, [], [], None, values)
 
 
 def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
-    """Compile a tree to a Python function. The namespace, which the function keeps, does not keep the function: a
-    server never frees cycles that are old.
+    """Compile a syntax tree to a Python function. The function keeps its namespace, but not the reverse: a server never
+    frees old cycles.
     """
     _place(function)
     module = py.Module([function], [])
@@ -79,7 +81,7 @@ def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Cal
 
 
 def _place(root: py.AST) -> None:
-    """Give every node a place; leaves have it from the beginning."""
+    """Give every node a line and column; leaves have them already."""
     waiting: list[Any] = [root]
     while waiting:
         node = waiting.pop()

@@ -1,8 +1,7 @@
-"""What constants show by themselves: steps that can never be done, or that do less than they say, found without running
-the program.
+"""Find steps that cannot succeed, or do less than they say, from their constants without running the program.
 
-Operands are evaluated and instructions carried out as in a running program, in an environment of their own. So the
-texts are those of the runtime, and no rule is written twice.
+Operands are evaluated and instructions carried out as in a running program, in an environment of their own. So all
+messages are those of the runtime, and every rule is written once.
 """
 
 from __future__ import annotations
@@ -49,14 +48,14 @@ CHECKED_BY_THE_ROBOT = (
     commands.SetConfiguration,
 )
 LIMITED = frozenset({"SPEED", "ACCEL"})  # a percentage above full speed is taken as full speed
-STAND_INS = (1.0, 8.0, 32.0)  # for a real that is not known: what each of them meets with in the same words, all do
+STAND_INS = (1.0, 8.0, 32.0)  # tried for an unknown real: an error that all three meet, all numbers meet
 TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # a plain number is a signal to them
 NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # where a variable stands for more than its value
 REALS = NAMED | {Shape.REAL, Shape.GROUP, Shape.SIGNALS, Shape.TASK}
 
 
 class Gap(Enum):
-    """What stands for an operand that only a run can tell."""
+    """A placeholder for an operand that only a run can evaluate."""
 
     REAL = "any real"
     OTHER = "anything else"
@@ -66,20 +65,22 @@ Given = Value | CallProgram | Gap | None
 
 
 class Constants(Struct, frozen=True):
-    """Tries out constants. Nobody else uses `context`, nor the robot behind `perform`, which raises VrsError."""
+    """Tries constants. Nothing else uses `context` or the robot behind `perform`, which raises VrsError."""
 
     context: Context
     perform: Callable[[commands.Request], None]
 
     def findings(self, program: Program) -> Iterator[Diagnostic]:
-        """Yield a warning for each constant that no run could take. It is no error: no run may come to that step."""
+        """Yield a warning for each constant that no run could take. It is no error, because a run may never reach the
+        step.
+        """
         channelled = TAKE_CHANNELS if waits_for_signals(program) else TAKE_CHANNELS - {"WAIT"}
         for statement in program.statements:
-            with suppress(RecursionError):  # so deep an expression is what the compiler refuses
+            with suppress(RecursionError):  # the compiler refuses so deep an expression
                 yield from self._in_expressions(_expressions(statement, channelled)) or self._whole(statement)
 
     def above_full_speed(self, program: Program) -> Iterator[Diagnostic]:
-        """Yield a warning for each constant speed above what the robot does: a run takes it as full speed, silently."""
+        """Yield a warning for each constant speed above full speed; a run silently takes full speed."""
         limited = (one for one in program.statements if isinstance(one, ast.Instruction) and one.word in LIMITED)
         found = (one for statement in limited for one in self._instruction(statement))
         yield from (one for one in found if one.code == errors.AboveFullSpeed.code)
@@ -87,7 +88,7 @@ class Constants(Struct, frozen=True):
     # --- expressions ---
 
     def _in_expressions(self, expressions: Iterable[Expression]) -> list[Diagnostic]:
-        """Return what is wrong with the smallest parts of expressions that have no value."""
+        """Return the mistakes in the smallest parts of expressions that have no value."""
         return [found for expression in expressions for found in self._expression(expression)]
 
     def _expression(self, expression: Expression) -> list[Diagnostic]:
@@ -100,7 +101,7 @@ class Constants(Struct, frozen=True):
         return self._in_expressions(ast.children(expression)) or [_wrong(named.span, error)]
 
     def _value(self, expression: Expression) -> Value | Gap:
-        """Return the value of a constant expression, otherwise a gap."""
+        """Return the value of a constant expression; otherwise a gap."""
         if isinstance(expression, ast.StringConstant):
             return expression.value
         if (number := ast.plain_number(expression)) is not None:
@@ -114,7 +115,7 @@ class Constants(Struct, frozen=True):
     # --- statements ---
 
     def _whole(self, statement: Statement) -> Iterator[Diagnostic]:
-        """Yield what is wrong with a statement whose expressions all have values."""
+        """Yield the mistakes in a statement whose expressions all have values."""
         if isinstance(statement, ast.For):
             yield from self._check(statement.step, for_step)
         elif isinstance(statement, ast.Instruction):
@@ -137,7 +138,7 @@ class Constants(Struct, frozen=True):
         rows = [*(argument_at(row, place) for place in range(len(statement.arguments))), row.value]
         given = [self._operand(expression, argument) for expression, argument in zip(places, rows, strict=True)]
         error, *others = [None] if Gap.OTHER in given else self._outcomes(statement, given)
-        if error is not None and all(str(other) == str(error) for other in others):  # whatever stands in the gaps
+        if error is not None and all(str(other) == str(error) for other in others):  # for all numbers in the gaps
             yield _wrong(self._culprit(statement, given, error), error)
 
     def _operand(self, expression: Expression | None, argument: Argument | None) -> Given:
@@ -173,7 +174,7 @@ class Constants(Struct, frozen=True):
                 _check_limited(request)
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: errors.VrsError) -> Span:
-        """Return the place of the operand that causes the error: any other number there gives another answer."""
+        """Return the place of the operand that causes the error: any other number there changes the outcome."""
         places = list(enumerate((*statement.arguments, statement.value)))
         for place, expression in reversed(places):
             if expression is not None and isinstance(given[place], float):
@@ -184,7 +185,7 @@ class Constants(Struct, frozen=True):
 
 
 def _check_limited(request: commands.Request) -> None:
-    """Raises AboveFullSpeed for more than the robot does."""
+    """Raise AboveFullSpeed if a request asks for more than full speed."""
     if isinstance(request, commands.SetAcceleration):
         what, percent = "ACCEL", request.acceleration
     elif isinstance(request, commands.SetSpeed) and request.unit is commands.SpeedUnit.PERCENT:
@@ -196,7 +197,7 @@ def _check_limited(request: commands.Request) -> None:
 
 
 def _error(act: Callable[[], object], wrong: tuple[type[errors.VrsError], ...] = NEVER_RIGHT) -> errors.VrsError | None:
-    """Return what no run could do either; what only a run can tell (a unit, a program) is no error."""
+    """Return an error that every run would meet; an error that depends on the run (a unit, a program) is none."""
     try:
         act()
     except wrong as error:
@@ -216,7 +217,7 @@ def _expressions(statement: Statement, channelled: frozenset[str]) -> Iterator[E
 
 
 def _constant(expression: Expression) -> bool:
-    """Whether it has the same value in every run, if it has one."""
+    """Return whether an expression has the same value in every run."""
     if isinstance(expression, ast.Call):
         function = FUNCTIONS.get(expression.name)
         if function is None or function.name in IN_CONTEXT or not _by_value(function):
@@ -227,7 +228,9 @@ def _constant(expression: Expression) -> bool:
 
 
 def _evaluable(expression: Expression) -> bool:
-    """Whether it can be evaluated without a run, and may be refused then. Any numbers make a transformation."""
+    """Return whether an expression can be evaluated without a run, and may be refused. Any numbers make a
+    transformation.
+    """
     if isinstance(expression, ast.Unary | ast.Binary):
         return ast.plain_number(expression) is None and _constant(expression)
     function = FUNCTIONS.get(expression.name) if isinstance(expression, ast.Call) else None
@@ -243,5 +246,5 @@ def _wrong(place: Span, error: errors.VrsError) -> Diagnostic:
 
 
 def _by_value(function: Function) -> bool:
-    """Whether it can be evaluated, and takes no variable to change."""
+    """Return whether a function can be evaluated without a variable that it changes."""
     return function.state is State.SUPPORTED and not any(row.shape in VARIABLES for row in function.arguments)

@@ -1,15 +1,15 @@
-"""What a running program asks of its driver, how it ends, and the reactions of its task.
+"""Effects that a running program asks of its driver, the ways in which it ends, and the reactions of its task.
 
-A request of `values.commands` goes to the robot, the effects below to all else. The task itself carries out those whose
-docstring says so.
+A request of `values.commands` goes to the robot; the effects below are for everything else. A task carries out the
+effects whose docstring says so.
 
-A reaction (REACT, REACTI, REACTE; val2 9.12-13) is called when its signal *changes* to the wanted state, between two
-steps, if its priority is above that of the program. Until then it waits. While it runs the program has the priority of
-the reaction; RETURN restores it.
+A reaction (REACT, REACTI, REACTE; val2 9.12-13) is called when its signal changes to the wanted state, between two
+steps, if its priority is above that of the program. Until then it waits. Meanwhile the program has the priority of the
+reaction; RETURN restores it.
 
-Logical units are the numbers by which programs name devices. What goes wrong outside a program (no such file, its end,
-a full disk) does not stop it: the code is the status of the unit, which IOSTAT tells (V+ Language User's Guide, Error
-Status). What is wrong in the program itself, a unit that does not exist or is not attached, stops it.
+Logical units are the numbers by which programs name devices. Failures outside a program (a missing file, its end, a
+full disk) do not stop it: the error code becomes the status of the unit, which IOSTAT returns (V+ Language User's
+Guide, Error Status). Mistakes of the program, such as a unit that is not attached, stop it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from vrs_cli.values.results import ProgramFault
 
 
 class Effect(Struct, frozen=True):
-    """What a task tells its driver, beside the requests to the robot."""
+    """An effect that a task asks of its driver, in addition to requests to the robot."""
 
 
 Event = Request | Effect
@@ -37,15 +37,15 @@ Answers = Generator[Event, str | None, None]  # a driver sends the answer to an 
 
 
 class Type(Effect, frozen=True):
-    """Text for the terminal; `newline`: a line ends after it."""
+    """Show a text at the terminal; `newline`: the line ends after it."""
 
     text: str
     newline: bool = True
 
 
 class Prompt(Effect, frozen=True):
-    """Show the text and read one line, the answer to `resume`. `count`: how many values are wanted; `wrong`: why the
-    line before could not be read, where there was one.
+    """Show the text and read one line, the answer to `resume`. `count`: the number of wanted values; `wrong`: why the
+    line before could not be read.
     """
 
     text: str
@@ -54,9 +54,9 @@ class Prompt(Effect, frozen=True):
 
 
 class Wait(Effect, frozen=True):
-    """Hold the program until `condition()` is true: asked at once, or after `ticks`, then every tick.
+    """Hold the program until `condition()` is true. It is tested at once, or after `ticks`, then every tick.
 
-    The condition raises VrsError where it cannot be evaluated: the driver hands that to `Task.throw`.
+    If the condition cannot be evaluated it raises VrsError; the driver passes that to `Task.throw`.
     """
 
     condition: Callable[[], bool]
@@ -64,9 +64,9 @@ class Wait(Effect, frozen=True):
 
 
 class WaitEvent(Effect, frozen=True):
-    """WAIT.EVENT: hold the program until another sets its event, or for so many `seconds` where that is not None.
+    """WAIT.EVENT: hold the program until another task sets its event, or for `seconds` if not None.
 
-    `event`: whether an event ends it at all.
+    `event`: whether an event ends the wait.
     """
 
     event: bool
@@ -74,35 +74,35 @@ class WaitEvent(Effect, frozen=True):
 
 
 class SetEvent(Effect, frozen=True):
-    """SET.EVENT; CLEAR.EVENT where it is not `on`. `task`: None for the one that says so."""
+    """SET.EVENT, or CLEAR.EVENT if not `on`. `task`: None for the task itself."""
 
     task: int | None
     on: bool = True
 
 
 class EventSignal(Effect, frozen=True):
-    """INT.EVENT: the input signal that sets the event of the task when it goes on; None for no signal any more."""
+    """INT.EVENT: the input signal that sets the task's event when it goes on; None: no signal."""
 
     signal: int | None
 
 
 class CycleBegins(Effect, frozen=True):
-    """A cycle of the main program begins: the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
+    """A cycle of the main program begins; the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
 
     cycle: int
     settings: tuple[Request, ...]
 
 
 class CallProgram(Effect, frozen=True):
-    """CALL; the task does it by itself."""
+    """CALL; the task carries it out."""
 
     name: str
     arguments: tuple[Given | None, ...]
 
 
 class Return(Effect, frozen=True):
-    """RETURN, or the end of a program; the task does it by itself. `steps`: how many after the call are left out;
-    `mended` (RETURNE): the step that failed before a REACTE routine is left out, too.
+    """RETURN, or the end of a program; the task carries it out. `steps`: the number of steps to skip after the call;
+    `mended` (RETURNE): also skip the step that failed before a REACTE routine.
     """
 
     steps: int = 0
@@ -110,29 +110,29 @@ class Return(Effect, frozen=True):
 
 
 class Stop(Effect, frozen=True):
-    """STOP: the end of this cycle; the task does it by itself."""
+    """STOP: end this cycle; the task carries it out."""
 
 
 class Pause(Effect, frozen=True):
-    """PAUSE: `resume` goes on with the next step."""
+    """PAUSE: stop; `resume` continues with the next step."""
 
 
 class Halt(Effect, frozen=True):
-    """HALT: the end."""
+    """HALT: end the program."""
 
 
 class LookAround(Effect, frozen=True):
-    """A reaction may be due now, as after a SIGNAL of the program itself; the task calls it."""
+    """A reaction may be due, as after a SIGNAL of the program; the task calls it."""
 
 
 class RunSignal(Effect, frozen=True):
-    """RUNSIG: keep the signal in this state while the program runs, and in the other one while it does not."""
+    """RUNSIG: keep the signal in this state while the program runs, and in the opposite state otherwise."""
 
     signal: int
 
 
 class StartTask(Effect, frozen=True):
-    """EXECUTE in a program, PCEXECUTE: `number` is None for the first task that is free."""
+    """EXECUTE in a program, PCEXECUTE: start a task; `number` is None for the first free task."""
 
     number: int | None
     call: CallProgram
@@ -141,7 +141,7 @@ class StartTask(Effect, frozen=True):
 
 
 class TaskControl(Enum):
-    """What a program may do with a task."""
+    """An action of a program on a task."""
 
     ABORT = "ABORT"
     KILL = "KILL"
@@ -156,11 +156,11 @@ class ControlTask(Effect, frozen=True):
 
 
 class AttachRobot(Effect, frozen=True):
-    """ATTACH: take the robot, as soon as no other task has it."""
+    """ATTACH: take the robot as soon as no other task has it."""
 
 
 class DetachRobot(Effect, frozen=True):
-    """DETACH: let the robot go, once it is at rest."""
+    """DETACH: release the robot when it is at rest."""
 
 
 CYCLE_SETTINGS: tuple[Request, ...] = (
@@ -186,14 +186,14 @@ class ProgramCompleted(Effect, frozen=True):
 
 
 class Failed(Effect, frozen=True):
-    """A step could not be done. `resume` goes on with the next step, `retry` first repeats it."""
+    """A step has failed. `resume` continues with the next step, after `retry` with the same step."""
 
     fault: ProgramFault
     error: VrsError
 
 
 class Budget(Effect, frozen=True):
-    """So many steps were done, and nothing is asked for."""
+    """The given number of steps is done; nothing is asked for."""
 
 
 class TaskState(Enum):
@@ -220,39 +220,39 @@ class Reaction(Struct, frozen=True):
 
 
 class Reactions:
-    """The reactions of one task, from the start of a cycle to its end. `on_error`: the program that REACTE names."""
+    """The reactions of one task during a cycle. `on_error`: the program that REACTE names."""
 
     def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:
-        """Forget all reactions: a cycle begins."""
+        """Remove all reactions, as at the begin of a cycle."""
         self.priority = 0
         self.on_error: str | None = None
         self._set: dict[int, Reaction] = {}
         self.waiting: list[Reaction] = []
 
     def set(self, reaction: Reaction) -> None:
-        """Set a reaction from now on, in place of another to the same signal."""
+        """Set a reaction; it replaces another one to the same signal."""
         self.ignore(reaction.signal)
         self._set[abs(reaction.signal)] = reaction
 
     def ignore(self, signal: int) -> None:
-        """End the reaction to a signal, also one that waits."""
+        """Remove the reaction to a signal, even if it is waiting."""
         gone = self._set.pop(abs(signal), None)
         if gone in self.waiting:
             self.waiting.remove(gone)
 
     def mark_called(self, reaction: Reaction) -> None:
-        """A reaction is called, and ends with that: REACT in its program sets it again (the example of the V+ Language
-        User's Guide, pp. 125-126: the reaction program enables itself again, and so is called a second time; sure for
-        V+, supposed for VAL-II).
+        """Remove a reaction that is being called: REACT in its program sets it again (the example of the V+ Language
+        User's Guide, pp. 125-126, enables itself again and so is called a second time; certain for V+, likely for
+        VAL-II).
         """
         self.ignore(reaction.signal)
 
     def note_change(self, signal: int, on: bool) -> bool:
-        """A signal has changed to a state. Return whether a reaction waits from now on; one that waits already is not
-        called twice.
+        """Note that a signal has changed. Return whether this makes a reaction wait; a reaction that waits already is
+        not called twice.
         """
         reaction = self._set.get(signal)
         if reaction is None or (reaction.signal > 0) is not on or reaction in self.waiting:
@@ -262,7 +262,7 @@ class Reactions:
 
     @property
     def due(self) -> Reaction | None:
-        """The reaction to call next: that of the highest priority; of equal ones the first whose signal changed."""
+        """Return the next reaction: of the highest priority, and among equals the first whose signal changed."""
         if not self.waiting:
             return None
         first = max(self.waiting, key=lambda reaction: reaction.priority)
@@ -270,12 +270,12 @@ class Reactions:
 
 
 def checked_priority(priority: float, lowest: int) -> int:
-    """A priority of REACT (from 1) or LOCK (from 0). Raises IllegalValue."""
+    """Return a priority of REACT (from 1) or LOCK (from 0). Raises IllegalValue."""
     return integer_between(priority, lowest, HIGHEST, "a priority of")
 
 
 def checked_signal(number: float) -> int:
-    """The signal of a reaction. Raises IllegalValue for 0."""
+    """Return the signal of a reaction. Raises IllegalValue for 0."""
     if not round(number):
         raise IllegalValue("signal 0", "a signal number; negative: when it goes off")
     return round(number)
@@ -284,7 +284,7 @@ def checked_signal(number: float) -> int:
 ROBOT = 0
 TERMINAL = 4
 DISKS = (5, 6, 7, 8, 17, 18, 19)
-OTHERS = tuple(range(9, 17))  # of devices that ATTACH names, as TCP and SERIAL:1; it may name one for a disk unit, too
+OTHERS = tuple(range(9, 17))  # for devices that ATTACH names (TCP, SERIAL:1); disk units can have such devices too
 USUAL_DEVICES = {"DISK": DISKS, "SYSTEM": DISKS, "TERMINAL": (TERMINAL,), "MONITOR": (TERMINAL,)}
 UNITS = "0 is the robot, 4 the terminal, 5 to 8 and 17 to 19 are the disk, 9 to 16 other devices"
 
@@ -292,12 +292,12 @@ SUCCESS = 1  # the status of a unit when all went well
 OPENED, CLOSED = 100, 101  # of a connection, as READ tells (public V+ programs test these)
 MODE_BITS = 7  # of ATTACH: 1 do not queue, 2 do not wait, 4 choose a unit
 CHOOSE = 4
-ANY = -1  # stands for a unit that is to be chosen
+ANY = -1  # the system chooses the unit
 NO_WAIT = 1  # of READ and GETC
 
 
 class Access(Enum):
-    """What a file is opened for."""
+    """The purpose for which a file is opened."""
 
     READ = "FOPENR"
     WRITE = "FOPENW"
@@ -305,56 +305,56 @@ class Access(Enum):
 
 
 class UnitEffect(Effect, frozen=True):
-    """What a program wants of a logical unit."""
+    """An operation on a logical unit."""
 
     unit: int
 
 
 class AttachUnit(UnitEffect, frozen=True):
-    """ATTACH; answered by the number of the unit, that of a free one for ANY. `device`: its name, None for those that
-    the numbers stand for.
+    """ATTACH; the answer is the number of the unit, with ANY that of a free one. `device`: its name, None for the
+    devices that unit numbers stand for.
     """
 
     device: str | None = None
 
 
 class DetachUnit(UnitEffect, frozen=True):
-    """DETACH."""
+    """DETACH: give a unit back."""
 
 
 class OpenFile(UnitEffect, frozen=True):
-    """FOPENR and the like."""
+    """FOPENR, FOPENW, FOPENA: open a file."""
 
     name: str
     access: Access
 
 
 class OpenDevice(UnitEffect, frozen=True):
-    """FOPEN; `how` is its text, as "/LOCAL_PORT 11000 /CLIENTS 1"."""
+    """FOPEN; `how`: the text of the instruction, such as "/LOCAL_PORT 11000 /CLIENTS 1"."""
 
     how: str
 
 
 class CommandDevice(UnitEffect, frozen=True):
-    """FCMND: a number that says what is to be done, and what it is to be done with."""
+    """FCMND: a command number and its data."""
 
     command: int
     data: str
 
 
 class CloseFile(UnitEffect, frozen=True):
-    """FCLOSE, of a file or of another device."""
+    """FCLOSE: close a file or another device."""
 
 
 class DeleteFile(UnitEffect, frozen=True):
-    """FDELETE."""
+    """FDELETE: delete a file."""
 
     name: str
 
 
 class ReadRecord(UnitEffect, frozen=True):
-    """READ: answered by the next line, or by None where there is none. `notices`: that a connection is opened or closed
-    is told by the status, too; `wait`: for a line that has not come yet.
+    """READ: the answer is the next line, or None if there is none. `notices`: report opened and closed connections in
+    the status; `wait`: wait for a line that has not come yet.
     """
 
     notices: bool = False
@@ -362,12 +362,12 @@ class ReadRecord(UnitEffect, frozen=True):
 
 
 class AwaitLine(UnitEffect, frozen=True):
-    """GETC of a unit on which nothing has come: the step is done again when something has, from the terminal a line."""
+    """GETC found nothing on a unit: repeat the step when a character has come, from the terminal a line."""
 
 
 class WriteRecord(UnitEffect, frozen=True):
-    """WRITE; `newline`: the record ends after the text. `handle`: of the connection, None for the one of the last READ;
-    `wait`: for a connection where there is none.
+    """WRITE; `newline`: the record ends after the text. `handle`: of the connection, None: that of the last READ;
+    `wait`: wait for a connection.
     """
 
     text: str
@@ -377,13 +377,13 @@ class WriteRecord(UnitEffect, frozen=True):
 
 
 class RecordRefused(UnitEffect, frozen=True):
-    """The record that was read is not what the variables of READ want: the status of the unit."""
+    """The record that was read does not fit the variables of READ; `code` becomes the status of the unit."""
 
     code: int
 
 
 def checked_unit(number: float) -> int:
-    """A unit that can be read and written. Raises IllegalValue."""
+    """Return a unit that can be read and written. Raises IllegalValue."""
     unit = whole(number)
     if unit != TERMINAL and unit not in DISKS and unit not in OTHERS:
         raise IllegalValue(f"logical unit {plain(number)}", UNITS)
@@ -391,7 +391,7 @@ def checked_unit(number: float) -> int:
 
 
 def checked_disk(number: float, word: str) -> int:
-    """A unit of the disk. Raises IllegalValue."""
+    """Return a unit of the disk. Raises IllegalValue."""
     unit = checked_unit(number)
     if unit not in DISKS:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk: 5 to 8, 17 to 19")
@@ -399,7 +399,7 @@ def checked_disk(number: float, word: str) -> int:
 
 
 def checked_open(number: float, word: str) -> int:
-    """A unit that can be opened and closed. Raises IllegalValue."""
+    """Return a unit that can be opened and closed. Raises IllegalValue."""
     unit = checked_unit(number)
     if unit == TERMINAL:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk or another device: 5 to 19")
@@ -407,7 +407,7 @@ def checked_open(number: float, word: str) -> int:
 
 
 def checked_device(device: str | None, unit: int | None) -> str | None:
-    """The name of the device of a unit; None for those that the numbers stand for. Raises IllegalValue."""
+    """Return the name of a unit's device; None for devices that unit numbers stand for. Raises IllegalValue."""
     name = "" if device is None else device.strip().upper()
     usual = USUAL_DEVICES.get(name)
     if not name and unit in OTHERS:

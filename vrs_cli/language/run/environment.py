@@ -1,5 +1,5 @@
-"""Programs ready to run: what compiled programs call, a program in memory, and one activation of it (where it is, what
-it keeps, and what it interrupted).
+"""Programs ready to run: the names that compiled programs use, programs with their LOCAL variables, and activations
+with their state.
 """
 
 from __future__ import annotations
@@ -34,18 +34,19 @@ from vrs_cli.values.numbers import Value, count
 
 
 def for_step(step: float) -> float:
+    """Return the STEP of a FOR. Raises IllegalValue for 0."""
     if step == 0.0:
         raise IllegalValue("a STEP of 0", "the loop would never end")
     return step
 
 
 def setting(name: str, variable: Reference) -> Value:
-    """`PARAMETER p = word`: the variable of that name if it has a value, otherwise the word itself."""
+    """Return the value of `PARAMETER p = word`: of the variable of that name if it has one, otherwise the word."""
     return variable.value() if variable.has_value() else name.upper()
 
 
 def by_value(context: Context, value: Value) -> Reference:
-    """Pass the value of an expression to a CALL, in a variable that nobody else can see."""
+    """Pass the value of an expression to a CALL, in a variable that is visible nowhere else."""
     kind, key = values.kind_of_value(value), _ARGUMENT
     reference = new_variable(
         context.environment.spelling, key, values.Kind.REAL if kind is values.Kind.LOCATION else kind
@@ -62,21 +63,21 @@ _NO_LOCATION.others = ref(_ANY_REAL)
 
 
 def real_by_value(context: Context, value: float) -> Given:
-    """Pass a real as `by_value` does, at less cost: it stays one, so that it needs no cells for a transformation."""
+    """Pass a real as `by_value` does, but faster: it stays a real, so it needs no cells for a transformation."""
     cells = Cells(context.environment.spelling, values.Kind.REAL)
     cells[_ARGUMENT] = value
     return cells, _NO_LOCATION, _ARGUMENT
 
 
 def overflow(error: ArithmeticError) -> ArithmeticOverflow:
-    """Translate an error of Python's arithmetic into one of the language."""
+    """Convert an error of Python's arithmetic to an error of the language."""
     if isinstance(error, ZeroDivisionError):
         return ArithmeticOverflow("division by zero")
     return ArithmeticOverflow("the result is too large for a real")
 
 
 def guard(condition: Callable[[], float | bool]) -> Callable[[], bool]:
-    """Return the condition of a WAIT for the driver, which expects no error but VrsError."""
+    """Wrap the condition of a WAIT so that it raises only VrsError."""
 
     def ask() -> bool:
         try:
@@ -92,7 +93,7 @@ def at_once() -> bool:
 
 
 class Unset:
-    """The limit of a loop that was entered past its FOR. To compare it or to add it raises the error."""
+    """The limit of a loop that was entered by a jump past its FOR. Comparing or adding it raises the error."""
 
     def _say(self, _other: object) -> NoReturn:
         raise UndefinedValue("the limit of FOR", "the loop was entered by a jump past its FOR")
@@ -102,8 +103,8 @@ class Unset:
 
 UNSET = Unset()
 
-# Who carries out which instruction: functions from evaluated operands to what the program asks for. What needs neither
-# robot nor terminal (variables, signals, timers) an instruction does by itself, at its own instant of the program.
+# Functions that carry out instructions: from evaluated operands to the requests and effects that the program yields.
+# Variables, signals and timers are changed by the functions themselves, without the driver.
 HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 
 _CALLED: tuple[Callable[..., Any], ...] = (
@@ -111,7 +112,7 @@ _CALLED: tuple[Callable[..., Any], ...] = (
     *(for_step, guard, at_once, stamp_of, values.storable, values.whole, values.within_range),
     *(setting, by_value, real_by_value, CallProgram, Definable, Reference, Wait, Wording),
 )
-_NAMES: Mapping[str, object] = {  # what compiled programs find as globals
+_NAMES: Mapping[str, object] = {  # the globals of compiled programs
     **{one.__name__: one for one in _CALLED},
     "complement": lambda x: values.wrap(~values.integer(x)),
     "bit_and": lambda a, b: values.wrap(values.integer(a) & values.integer(b)),
@@ -128,7 +129,7 @@ LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)
 def evaluator(
     make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, values.Kind], own: Sequence[str] = ()
 ) -> Callable[..., Any]:
-    """Compile an expression to a function of the context, and of a reference for each of `own`."""
+    """Compile an expression to a function of the context, and a reference for each of `own`."""
     function, arrays = compile_expression(LIBRARY, make, kinds, own)
 
     def evaluate(context: Context, *references: Reference) -> Any:
@@ -146,8 +147,8 @@ Steps = Generator[int | Event, str | None, int | None]
 
 
 class Executable:
-    """A stored program in the memory that it runs in, with its variables of LOCAL, which keep their values between
-    calls. It is compiled when somebody first asks.
+    """A stored program in its memory, with its LOCAL variables, which keep their values between calls. It is compiled
+    when it first runs.
     """
 
     def __init__(self, memory: Memory, stored: StoredProgram) -> None:
@@ -156,7 +157,7 @@ class Executable:
         self.analysis = stored.analysis
         self._lines = stored.lines
         self._ahead: Compiled | None = None
-        # by operation: the function, the cells of simple variables, the block, and the cells of arrays
+        # by operation: the function, the cells of simple variables, the block number, and the cells of arrays
         self._starts: dict[int, tuple[Callable[..., Steps], list[Cells], int, list[Cells]]] = {}
 
     @property
@@ -164,7 +165,7 @@ class Executable:
         return self.program.name
 
     def source(self, step: int) -> str:
-        """The text of a step (counted from 0)."""
+        """Return the text of a step (counted from 0)."""
         return StoredProgram(self.analysis, self._lines).source(step)
 
     @cached_property
@@ -176,8 +177,8 @@ class Executable:
         return compiled
 
     def compile_ahead(self, *, everywhere: bool) -> None:
-        """Compile it in any thread, so that `compiled` takes no time; `everywhere`: to be entered at any step too.
-        A program with errors is left as it is.
+        """Compile the program in any thread, so that `compilation` takes no time; `everywhere`: also so that it can be
+        entered at any step. A program with errors is left alone.
         """
         known: Compiled | None = self.__dict__.get("compilation") or self._ahead
         with suppress(ProgramNotExecutable):
@@ -186,10 +187,10 @@ class Executable:
                 known.variant(op=-1)  # no operation: the variant that has every entry
 
     def start(self, context: Context, arguments: Sequence[Given], slots: list[object], op: int) -> Steps:
-        """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
+        """Start an activation at an operation. `arguments`: one for each parameter, and the program's own variables.
 
-        `slots`: the limits of its FOR loops and the subjects of its CASEs, all UNSET to begin with; when the activation
-        has ended in any way they hold what it kept.
+        `slots`: the limits of FOR loops and the subjects of CASEs, all UNSET at first; when the activation ends, they
+        hold its values.
         """
         known = self._starts.get(op)
         if known is None:
@@ -200,7 +201,7 @@ class Executable:
         return function(context, *simple, slots, block, *chain.from_iterable(arguments), *arrays)
 
     def own(self) -> tuple[Reference, ...]:
-        """The variables that an activation has beside its arguments: those of AUTO, new, and those of LOCAL."""
+        """Return the variables of an activation besides its arguments: new ones for AUTO, the kept ones for LOCAL."""
         kept = iter(self._local)
         spelling = self._memory.spelling
         return tuple(
@@ -210,7 +211,7 @@ class Executable:
 
     @cached_property
     def _automatic(self) -> tuple[tuple[str, values.Kind, bool] | None, ...]:
-        """For each variable of its own the key, kind, and whether it is an array; None for one of LOCAL."""
+        """Return, for each own variable, its key, kind, and whether it is an array; None for LOCAL."""
         for own in self.analysis.own:
             self._memory.spelling.setdefault(own.key, self.compilation.spelling.get(own.key, own.key))
         return tuple(
@@ -225,14 +226,14 @@ class Executable:
         )
 
     def local_size(self) -> int:
-        """Elements of the arrays and characters of the strings of LOCAL."""
+        """Return the number of array elements and string characters in LOCAL variables."""
         made: tuple[Reference, ...] = self.__dict__.get("_local", ())
         return sum(reference.size() for reference in made)
 
     @cached_property
     def _parameters(self) -> tuple[tuple[values.Kind, bool, int | None], ...]:
-        """For each parameter: its kind; whether it is an array; where in a reference the cells of the other kind are,
-        if the program decides between a real and a transformation.
+        """Return, for each parameter: its kind; whether it is an array; and, if the program decides between a real and
+        a transformation, the index of the other kind's cells in a reference.
         """
         other = {values.Kind.REAL: 1, values.Kind.LOCATION: 0, None: None}
         return tuple(
@@ -245,7 +246,7 @@ class Executable:
         )
 
     def bind(self, arguments: Sequence[Given | None]) -> Sequence[Given]:
-        """One reference for each parameter. Raises ArgumentMismatch."""
+        """Return one reference for each parameter. Raises ArgumentMismatch."""
         rows = self._parameters
         if len(arguments) == len(rows):
             for given, (kind, is_array, other) in zip(arguments, rows, strict=True):
@@ -265,7 +266,7 @@ class Executable:
         return tuple(map(self._bind_one, parameters, padded))
 
     def _bind_one(self, parameter: Variable, argument: Given | None) -> Reference:
-        """Return the reference for a parameter; one that is not given is undefined until the program assigns it."""
+        """Return the reference for a parameter; without an argument it is undefined until the program assigns it."""
         given = None if argument is None else Reference(*argument)
         typed = parameter.sigil + parameter.name
         name, kind = f"{typed} of {self.name}", values.kind_of_name(parameter.sigil)
@@ -286,11 +287,11 @@ class Executable:
 
     @cached_property
     def beyond_val2(self) -> tuple[Diagnostic, ...]:
-        """What of the program V+ alone has."""
+        """Find the parts of the program that only V+ has."""
         return tuple(beyond(self.program, vplus=False))
 
     def refuse_beyond_val2(self) -> None:
-        """Raises ProgramNotExecutable for a program with anything that V+ alone has."""
+        """Raise ProgramNotExecutable if the program has a part that only V+ has."""
         if self.beyond_val2:
             first = self.beyond_val2[0]
             lines = [step.span.line for step in self.program.steps]
@@ -300,7 +301,9 @@ class Executable:
 
 
 class Interruption(Struct, frozen=True):
-    """A program that a reaction interrupts: its `priority`, the event it was `waiting` for; `failed`: its step did."""
+    """A program that a reaction interrupts: its `priority`, and the event that it was `waiting` for; `failed`: its step
+    failed.
+    """
 
     priority: int
     waiting: Event | None = None
@@ -308,10 +311,10 @@ class Interruption(Struct, frozen=True):
 
 
 class Activation:
-    """An activation of a program: where it is (`op`), and what it keeps while its generator is replaced.
+    """An activation of a program: its place (`op`), and the values that it keeps while its generator is replaced.
 
-    `between`: the step `op` has not begun; `reached`: it is the very next thing to be done. `interruption`: it was
-    called as a reaction.
+    `between`: the step `op` has not begun; `reached`: the step is next. `interruption`: set if the program was called
+    as a reaction.
     """
 
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
@@ -329,36 +332,36 @@ class Activation:
 
     @property
     def step(self) -> int:
-        """The present step, from 0."""
+        """Return the present step, from 0."""
         return self.program.compilation.lowered.ops[self.op].step
 
     @property
     def automatic(self) -> tuple[Reference, ...]:
-        """The variables of AUTO."""
+        """Return the AUTO variables."""
         return tuple(self.own[declared.key] for declared in self.program.analysis.own if declared.automatic)
 
     @property
     def own(self) -> Mapping[str, Reference]:
-        """The arguments and the variables of the program's own, by key."""
+        """Return the arguments and the program's own variables, by key."""
         analysis = self.program.analysis
         keys = [variable.key for variable in analysis.program.parameters] + [one.key for one in analysis.own]
         return {key: Reference(*given) for key, given in zip(keys, self._arguments, strict=True)}
 
     def enter(self, op: int) -> None:
-        """Go on from another operation."""
+        """Continue at another operation."""
         self.steps.close()
         self.op, self.between, self.reached = op, True, False
         self.steps = self.program.start(self._context, self._arguments, self._slots, op)
 
     def skip(self, more: int = 0) -> None:
-        """Go on with the next step, or so many steps after that."""
+        """Continue with the next step, or `more` steps after it."""
         end = len(self.program.program.steps)
         self.enter(self.program.compilation.lowered.entries[min(self.step + 1 + more, end)])
 
 
 class Environment(Memory):
-    """Each program is compiled once, when it first runs. What was compiled is freed when the program is deleted or
-    replaced, and no task has it any more.
+    """The memory of programs, which compiles each program once, when it first runs. The compiled form is freed when the
+    program is deleted or replaced, and no task uses it.
     """
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
@@ -366,14 +369,14 @@ class Environment(Memory):
         self._executables: WeakKeyDictionary[StoredProgram, Executable] = WeakKeyDictionary()
 
     def executable(self, stored: StoredProgram) -> Executable:
-        """A program of the memory, ready to run."""
+        """Return a stored program ready to run."""
         known = self._executables.get(stored)
         if known is None:
             known = self._executables[stored] = Executable(self, stored)
         return known
 
     def size_of_all(self) -> int:
-        """Elements of all arrays, and characters of all strings, those of LOCAL too."""
+        """Return the number of elements of all arrays and characters of all strings, including LOCAL variables."""
         known = self._executables.items()
         return self.size() + sum(
             one.local_size() for stored, one in known if self.programs.get(one.program.key) is stored

@@ -1,4 +1,4 @@
-"""The text of TYPE and $ENCODE: values in number formats (V+ Language User's Guide; val2 section 4.7)."""
+"""Write the texts of TYPE and $ENCODE: values in number formats (V+ Language User's Guide; val2 section 4.7)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vrs_cli.values.numbers import Value
 
 
 def _fit(text: str, width: int) -> str:
-    """Right-justified; asterisks where it does not fit. A width of 0 is as wide as needed."""
+    """Right-justify a text; return asterisks if it does not fit. A width of 0 means as wide as needed."""
     if not width:
         return text
     return text.rjust(width) if len(text) <= width else "*" * width
@@ -20,12 +20,12 @@ def _fit(text: str, width: int) -> str:
 
 def _fixed_point(value: float, width: int, decimals: int) -> str:
     text = f"{value:.{decimals}f}"
-    return _fit(text[1:] if text[0] == "-" and not text.strip("-0.") else text, width)  # -0.00 is said as 0.00
+    return _fit(text[1:] if text[0] == "-" and not text.strip("-0.") else text, width)  # -0.00 is written as 0.00
 
 
 def _general(value: float, width: int, decimals: int) -> str:
-    """F where the number fits the width and is not too small to show a digit, otherwise E with what fits of its digits;
-    asterisks where not even one does.
+    """Return format F if the number fits the width and is large enough to show a digit; otherwise E with as many digits
+    as fit, or asterisks.
     """
     text = _fixed_point(value, 0, decimals)
     small = value != 0.0 and log10(abs(value)) < -decimals
@@ -36,7 +36,7 @@ def _general(value: float, width: int, decimals: int) -> str:
 
 
 def _in_base(letter: str) -> Callable[[float, int, int], str]:
-    """Negative integers are shown as the 24 bits that they are."""
+    """Return a format of integers; negative ones are shown as their 24 bits."""
     return lambda value, width, _: _fit(format(integer(value) % (1 << INTEGER_BITS), letter), width)
 
 
@@ -49,7 +49,7 @@ NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {  # of a value, wit
     "H": _in_base("X"),
     "O": _in_base("o"),
 }
-DECIMALS = 3  # where a format names none
+DECIMALS = 3  # of a format without decimals
 
 CONTROLS: dict[str, Callable[[int], str]] = {
     "B": lambda _: "\a",
@@ -62,9 +62,9 @@ TypeItem = Value | Format
 
 
 def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tuple[str, bool]:
-    """The text of a TYPE list, and whether a newline ends it (`/S` keeps it away).
+    """Return the text of a TYPE list, and whether a newline ends it (`/S` suppresses it).
 
-    A location is shown by its six numbers, a precision point by its joints, each in the form in force, after a blank.
+    A location is shown by its six numbers, a precision point by its joints, each in the present format after a blank.
     """
     parts, newline = list[str](), True
     form, width, decimals = NUMBER_FORMS["D"], 0, DECIMALS
@@ -79,7 +79,7 @@ def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tup
                 decimals = DECIMALS if item.decimals is None else item.decimals
             elif item.code in CONTROLS:
                 parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
-            elif item.code == "S":  # and N says how to write, not what
+            elif item.code == "S":  # N changes how WRITE waits, not the text
                 newline = False
         elif item is not None:
             shown = (form(number, width, decimals) for number in numbers_of(item, units))

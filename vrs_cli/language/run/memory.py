@@ -1,5 +1,5 @@
-"""The context of functions and instructions (the robot, the system, variables, signals, timers, programs), and their
-operands.
+"""The context of functions and instructions (the robot, the system, variables, signals, timers, programs), and helpers
+for their operands.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
 ROBOT_NUMBER = 1  # of SELECT ROBOT: there is one
-TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
+TICK = on_grid(0.028)  # [s] the trajectory tick of VAL-II: the interval of tests of WAIT and of busy loops
 
 # INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on
 # (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours)
@@ -43,7 +43,7 @@ NO_FLAGS, AUTOMATIC = 0, 1  # STATE(4), whose bit 3 is the emergency stop, and S
 
 
 def speed(engine: Engine, number: int) -> float:
-    """Return the speed that SPEED tells [%]. Raises IllegalValue."""
+    """Return the speed that SPEED(number) gives [%]. Raises IllegalValue."""
     settings = engine.settings
     speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
     if not 1 <= number <= len(speeds):
@@ -52,7 +52,7 @@ def speed(engine: Engine, number: int) -> float:
 
 
 def state(engine: Engine, number: int) -> float:
-    """Return the state that STATE tells. Raises IllegalValue."""
+    """Return the state that STATE(number) gives. Raises IllegalValue."""
     tell = STATES.get(number)
     if tell is None:
         raise errors.IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
@@ -60,7 +60,7 @@ def state(engine: Engine, number: int) -> float:
 
 
 def in_range(engine: Engine, place: Transform | Joints) -> int:
-    """Return 0 if the place can be reached, otherwise the reasons as bits."""
+    """Return 0 if the place can be reached; otherwise the reasons as bits."""
     try:
         if isinstance(place, Transform):
             engine.joints_for(place)
@@ -72,8 +72,8 @@ def in_range(engine: Engine, place: Transform | Joints) -> int:
 
 
 def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
-    """Return the joints of a place in a configuration (that of `near` if none is asked), each within its range, and 0
-    or the reasons why the joints do not reach the place, as bits.
+    """Return the joints of a place in a configuration (None: that of `near`), each within its range, and 0 or the
+    reasons why the place cannot be reached, as bits.
     """
     way = engine.arm.configuration(near) if asked is None else asked
     try:
@@ -87,7 +87,7 @@ def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configur
 
 
 def _reason(error: errors.MotionError) -> int:
-    """Return the reason why a place is out of reach, as a bit."""
+    """Return the reason why a place cannot be reached, as a bit."""
     if isinstance(error, errors.JointOutOfRange):
         return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
     return TOO_CLOSE_BIT if isinstance(error, errors.LocationTooClose) else TOO_FAR_BIT
@@ -100,7 +100,7 @@ def _motion_state(engine: Engine) -> int:
 
 
 def _present_motion(engine: Engine) -> tuple[float, float] | None:
-    """Return the begin and the end of the present motion [s]; None if the robot stands."""
+    """Return begin and end of the present motion [s]; None if the robot stands still."""
     if not engine.position().moving:
         return None
     timeline = engine.timeline
@@ -114,13 +114,13 @@ def _present_motion(engine: Engine) -> tuple[float, float] | None:
 
 
 def _time_left(engine: Engine) -> float:
-    """The time until the present motion ends [s]."""
+    """Return the time until the present motion ends [s]."""
     span = _present_motion(engine)
     return 0.0 if span is None else span[1] - engine.now
 
 
 def _percent_done(engine: Engine) -> float:
-    """Return the part of the present motion that is done [%]; all of it if the robot stands."""
+    """Return how much of the present motion is done [%]; 100 if the robot stands still."""
     span = _present_motion(engine)
     return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
 
@@ -142,9 +142,9 @@ STATES: Mapping[int, Callable[[Engine], float]] = {
 
 
 class System:
-    """The system that runs programs, as a program may ask it; always for the task that asks.
+    """The system that runs programs, as the asking task sees it.
 
-    This one is that of a program that runs by itself: one task, and no devices.
+    This class is for a program that runs alone: one task, and no devices.
     """
 
     def task(self) -> int:
@@ -163,15 +163,15 @@ class System:
         return False
 
     def robot_of(self, task: int) -> int:  # noqa: ARG002
-        """The number of the robot that a task has attached; 0 where it has none."""
+        """Return the number of the robot that a task has attached; 0 for none."""
         return ROBOT_NUMBER
 
     def take_latch(self) -> bool:
-        """Return whether the signal that latches the place of the robot has come since this was asked last."""
+        """Return whether the latch signal has come since the last call."""
         return False
 
     def latch(self) -> tuple[Transform, Joints] | None:
-        """T_world_tool and the joints when that signal came last; None where it has not come yet."""
+        """Return T_world_tool and the joints at the last latch signal; None before the first."""
         return None
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
@@ -179,7 +179,7 @@ class System:
         return 0
 
     def identity(self, component: int) -> float:  # noqa: ARG002
-        """Raises IllegalValue for a component that there is not."""
+        """Return a number of ID. Raises IllegalValue for an unknown component."""
         return 0.0
 
     def unit_status(self, unit: int) -> int:  # noqa: ARG002
@@ -187,21 +187,21 @@ class System:
         return errors.UnitNotAttached.code
 
     def record_length(self, unit: int) -> int:  # noqa: ARG002
-        """Characters of the last record of a logical unit."""
+        """Return the number of characters of the last record of a logical unit."""
         return 0
 
     def connection(self, unit: int) -> int | None:  # noqa: ARG002
-        """The handle of what the last READ of a logical unit has told of; None where the unit has no connections."""
+        """Return the connection handle of the last READ of a logical unit; None if the unit has no connections."""
         return None
 
     def begin_reading(self) -> None:
-        """A step with GETC begins."""
+        """Note that a step with GETC begins."""
 
     def put_back(self) -> None:
-        """The step is done again when something has come: what it has taken of that is there again."""
+        """Put back the characters that a step has read: the step will be repeated."""
 
     def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
-        """The code of the next character of a logical unit, or of what went wrong. Raises LineMissing."""
+        """Return the code of the next character of a logical unit, or an error code. Raises LineMissing."""
         return errors.UnitNotAttached.code
 
 
@@ -212,19 +212,19 @@ LAST_TIMER = 15  # V+ has negative ones, too
 
 
 class Timers:
-    """Timers -15 to 15, in seconds of the robot clock; one never set counts from the start of the clock."""
+    """Timers -15 to 15, in seconds of the robot clock; an unset timer counts from the start of the clock."""
 
     def __init__(self) -> None:
         self._zero: dict[int, float] = {}
 
     def set(self, number: float, seconds: float, now: float) -> None:
-        """Set a timer to `seconds`. Raises IllegalValue for a timer that does not exist, or a time out of range."""
+        """Set a timer to `seconds`. Raises IllegalValue for an unknown timer or a time out of range."""
         if not abs(seconds) <= LATEST:
             raise errors.IllegalValue(f"a timer at {plain(seconds)} s", f"it is from {-LATEST:g} to {LATEST:g} s")
         self._zero[self._check_number(number)] = now - seconds
 
     def read(self, number: float, now: float) -> float:
-        """Raises IllegalValue for a timer that does not exist."""
+        """Return the time of a timer [s]. Raises IllegalValue for an unknown timer."""
         return now - self._zero.get(self._check_number(number), 0.0)
 
     def _check_number(self, number: float) -> int:
@@ -232,7 +232,7 @@ class Timers:
 
 
 class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
-    """A program as it was stored. `lines`: those of its whole file, which all of its programs share."""
+    """A program in memory. `lines`: of its file, shared by all programs of the file."""
 
     analysis: Analysis
     lines: tuple[str, ...] = ()
@@ -246,7 +246,7 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
         return self.program.name
 
     def source(self, step: int) -> str:
-        """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
+        """Return the text of a step (counted from 0) as it was read, otherwise in canonical form."""
         if not self.program.steps:
             return ""
         it = self.program.steps[step]
@@ -258,7 +258,7 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
 class Memory(Variables):
     """The memory that programs share and keep between runs. The same `seed` gives the same random numbers.
 
-    `system` is who runs the programs.
+    `system`: runs the programs.
     """
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
@@ -271,21 +271,21 @@ class Memory(Variables):
         self.system = System()
 
     def copy(self) -> Memory:
-        """Copy the variables and programs as they are now, for readers in any thread."""
+        """Copy the present variables and programs, for readers in any thread."""
         copied = Memory(units=self.units)
         copied.take(self)
         copied.programs |= self.programs
         return copied
 
     def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
-        """Keep a program, in the place of one of the same name. `lines`: those of its whole file."""
+        """Store a program; it replaces one of the same name. `lines`: of its whole file."""
         stored = StoredProgram(analysis, lines)
         free_in_parts(stored.program, stored.program.steps, lines)
         self.programs[analysis.program.key] = stored
         return stored
 
     def meant(self, typed: str) -> StoredProgram:
-        """The program of that name, or the one whose name is cut short. Raises UndefinedName."""
+        """Return the program of that name, or of which the name is an abbreviation. Raises UndefinedName."""
         key = key_of(typed)
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
         if not begun:
@@ -301,7 +301,7 @@ class Memory(Variables):
         return begun[0]
 
     def program(self, name: str) -> StoredProgram:
-        """Raises UndefinedName, with a similar name where there is one."""
+        """Return a program. Raises UndefinedName, with a similar name as a hint."""
         key = name if name in self.programs else key_of(name)
         if key not in self.programs:
             names = {other: stored.name for other, stored in self.programs.items()}
@@ -312,33 +312,33 @@ class Memory(Variables):
 
 
 class Context(Struct, frozen=True):
-    """The context of functions and instructions. `reactions`: those of the task."""
+    """The context of functions and instructions. `reactions`: of the task."""
 
     environment: Memory
     engine: Engine
     reactions: Reactions = field(default_factory=Reactions)
 
     def reading_begins(self) -> None:
-        """Call it before a step with GETC: a step that has to wait is done again, and reads the same again."""
+        """Note that a step with GETC begins: if it has to wait, it is repeated and reads the same characters."""
         self.environment.system.begin_reading()
 
     def observes_at(self, op: int) -> None:
-        """Call it before a step that reads signals, with the number of its operation."""
+        """Note the operation that reads signals next."""
         self.environment.signals.place = op
 
     def fold_case(self, text: str) -> str:
-        """A string as comparisons see it: without regard to case while the switch UPPER is on."""
+        """Return a string as comparisons see it: in upper case while the switch UPPER is on."""
         return text.upper() if self.engine.settings.switch("UPPER") else text
 
 
 class Definable(Struct, frozen=True):
-    """A location that an instruction defines: a variable, seen from the product of those before it in `a:b:c`."""
+    """A location that an instruction defines: a variable, seen from the product of the names before it in `a:b:c`."""
 
     reference: Reference
     T_world_before: Transform | None = None
 
     def define(self, value: Transform | Joints) -> None:
-        """Raises TypeMismatch for a precision point after others, or where the name is of another kind."""
+        """Assign the location. Raises TypeMismatch for a precision point in a compound, or a name of another kind."""
         if self.T_world_before is None:
             self.reference.assign(value)
         elif isinstance(value, Transform):
@@ -348,7 +348,7 @@ class Definable(Struct, frozen=True):
 
 
 class Wording(Struct, frozen=True):
-    """The rest of an instruction, beside its operands. `text`: its canonical form; `value`: what followed `=`."""
+    """The parts of an instruction besides its operands. `text`: its canonical form; `value`: the value after `=`."""
 
     text: str
     value: Any = None  # of the kind that the table of instructions asks for
@@ -357,27 +357,27 @@ class Wording(Struct, frozen=True):
     unit: str | None = None
 
 
-# Carries out an instruction with these operands: None for one that is left out, the last ones may be missing. Returns
-# what the driver is to do, or None.
+# Carries out an instruction with these operands (None for an omitted one, the last ones may be missing) and returns the
+# requests and effects for the driver, or None.
 Handler = Callable[..., Iterable[Event] | None]
 
 
 def transform(place: Transform | Joints) -> Transform:
-    """Raises TypeMismatch for a precision point."""
+    """Return a transformation. Raises TypeMismatch for a precision point."""
     if not isinstance(place, Transform):
         raise errors.TypeMismatch("a precision point", "a transformation is wanted here")
     return place
 
 
 def checked_seconds(what: str, seconds: float) -> float:
-    """Return a length of time. Raises IllegalValue if it is negative."""
+    """Return a duration. Raises IllegalValue if it is negative."""
     if seconds < 0.0:
         raise errors.IllegalValue(f"{what} of {plain(seconds)} seconds", "it must not be negative")
     return seconds
 
 
 def stamp_of(at: float | None, within: float | None) -> Stamp | None:
-    """`AT t` or `IN dt` of a motion. Raises IllegalValue for a time before 0."""
+    """Return the time stamp `AT t` or `IN dt` of a motion. Raises IllegalValue for a negative time."""
     seconds = within if at is None else at
     if seconds is None:
         return None

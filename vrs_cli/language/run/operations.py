@@ -1,7 +1,7 @@
-"""The functions of the language, and the table of what evaluates each.
+"""The functions of the language, and the tables by which programs find them.
 
-Millimetres and degrees outside, metres and radians inside. An omitted argument is None. Sources: V+ Language Reference;
-val2 section 5.
+Arguments and results are in millimetres and degrees, inner values in metres and radians. An omitted argument is None.
+Sources: V+ Language Reference; val2 section 5.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from vrs_cli.version import __version__
 
 
 def truth(condition: bool) -> float:
-    """-1 or 0."""
+    """Return -1 or 0."""
     return values.TRUE if condition else values.FALSE
 
 
@@ -60,7 +60,7 @@ def tangent(angle: float) -> float:
 
 
 def modulo(a: float, b: float) -> float:
-    """`a MOD b`: both rounded to integers; the sign is that of a. Raises ArithmeticOverflow for b = 0."""
+    """Return `a MOD b`: both rounded to integers; the sign is that of a. Raises ArithmeticOverflow for b = 0."""
     dividend, divisor = values.integer(a), values.integer(b)
     if divisor == 0:
         raise ArithmeticOverflow(f"{values.plain(a)} MOD {values.plain(b)}", "the divisor is 0")
@@ -68,7 +68,7 @@ def modulo(a: float, b: float) -> float:
 
 
 def power(a: float, b: float) -> float:
-    """`a ** b`. Raises ArithmeticOverflow, and IllegalValue for the root of a negative number."""
+    """Return `a ** b`. Raises ArithmeticOverflow, and IllegalValue for the root of a negative number."""
     if a < 0.0 and b != math.trunc(b):
         raise IllegalValue(f"{values.plain(a)} ** {values.plain(b)}", "a negative number has whole powers only")
     try:
@@ -176,7 +176,7 @@ def middle(text: str, first: float, count: float | None) -> str:
 
 
 def decode(source: Reference, separators: str, mode: float | None) -> str:
-    """Take the head of a string up to a separator (or the leading separators). The string keeps the rest."""
+    """Take the part of a string before a separator (or the leading separators) out of the string."""
     text = source.value()
     assert isinstance(text, str)
     wanted = values.whole(_or(mode, 0.0)) > 0
@@ -186,7 +186,7 @@ def decode(source: Reference, separators: str, mode: float | None) -> str:
 
 
 def packer(code: str, low: float, high: float) -> Callable[[float], str]:
-    """A number as the bytes of a big-endian binary form, a character a byte."""
+    """Return a function that packs a number in a big-endian binary form, one character for each byte."""
 
     def pack(x: float) -> str:
         if not low <= x <= high:
@@ -197,35 +197,35 @@ def packer(code: str, low: float, high: float) -> Callable[[float], str]:
 
 
 def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
-    """The numbers of a big-endian binary form from a character on. Raises IllegalValue for what holds none."""
+    """Return the numbers of a big-endian binary form from a character on. Raises IllegalValue for invalid bytes."""
     start, size = values.whole(_or(first, 1.0)) - 1, struct.calcsize(f">{code}")
     piece = text[start : start + size] if start >= 0 else ""
     if len(piece) < size:
         raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
     numbers = struct.unpack(f">{code}", piece.encode("latin-1", "replace"))
-    if not all(abs(number) <= LIMIT for number in numbers):  # nor one that is no number
+    if not all(abs(number) <= LIMIT for number in numbers):  # NaN fails too
         raise IllegalValue("bytes of no real", f"a real is at most {values.plain(LIMIT)}")
     return tuple(map(float, numbers))
 
 
 def location_bytes(T: transform.Transform) -> str:
-    """The axes and the position [mm] as numbers of single precision, a character a byte (V+ Language Reference)."""
+    """Pack the axes and the position [mm] as numbers of single precision (V+ Language Reference)."""
     axes = (number for column in range(3) for number in T[column::4])
     return struct.pack(">12f", *axes, *map(values.millimetres, transform.position(T))).decode("latin-1")
 
 
-PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string
+PIECE = 128  # characters of an array element for PACK and $UNPACK, which treat the array as one long string
 
 
 def unpack(array: Reference, first: float, count: float) -> str:
-    """Return `count` characters from `first` on (counted from 1 in the element named), across elements of 128 each."""
+    """Return `count` characters from `first` on (counted from 1 in the given element), across elements of 128 each."""
     pieces, at, size = _stretch(array, first, count)
     text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.has_value() else "" for piece in pieces)
     return text[at : at + size].rstrip("\0")
 
 
 def pack(array: Reference, first: float, count: float, text: str) -> None:
-    """Put `count` characters of a text where `unpack` finds them. Fill a shorter text with zero characters."""
+    """Write `count` characters of a text where `unpack` finds them; a shorter text is filled with zero characters."""
     pieces, at, size = _stretch(array, first, count)
     old = "".join((str(piece.value()) if piece.has_value() else "").ljust(PIECE, "\0") for piece in pieces)
     new = old[:at] + text[:size].ljust(size, "\0") + old[at + size :]
@@ -235,14 +235,14 @@ def pack(array: Reference, first: float, count: float, text: str) -> None:
 
 
 def _stretch(array: Reference, first: float, count: float) -> tuple[list[Reference], int, int]:
-    """Return the two elements that hold the characters, the index of the first character in them, and the number."""
+    """Return the two elements that hold the characters, the index of the first character, and their number."""
     size = values.integer_between(count, 0, PIECE, "a number of characters of")
     start = _from_one(first, "an array") - 1
     return [element(array, start // PIECE + k) for k in (0, 1)], start % PIECE, size
 
 
 def _from_one(number: float, what: str) -> int:
-    """The place of a character. Raises IllegalValue."""
+    """Return the place of a character. Raises IllegalValue."""
     place = values.whole(number)
     if place < 1:
         raise IllegalValue(f"character {place} of {what}", "characters count from 1")
@@ -250,7 +250,7 @@ def _from_one(number: float, what: str) -> int:
 
 
 def element(first: Reference, offset: int) -> Reference:
-    """The element of an array so many places behind one. Raises TypeMismatch for a simple variable."""
+    """Return the array element `offset` places behind one. Raises TypeMismatch for a simple variable."""
     if not isinstance(first.key, int):
         raise TypeMismatch(first.name, "an element of an array with one index is wanted: $a[1]")
     return first._replace(key=first.key + offset)
@@ -258,12 +258,12 @@ def element(first: Reference, offset: int) -> Reference:
 
 # --- the system --------------------------------------------------------------------------------------------------
 
-# What TASK(1, n) says a task does (V+ Language Reference names these states; the numbers are ours but for 0 and 1).
+# The states of TASK(1, n). V+ Language Reference names them; the numbers above 1 are ours.
 IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
 
 
 def about_task(context: Context, select: float | None, task: float | None) -> float:
-    """TASK."""
+    """TASK: return a number about a task."""
     which, system = values.whole(_or(select, 0.0)), context.environment.system
     asked = {0: lambda _: system.task(), 1: system.run_state, 2: system.robot_of}
     if which not in asked:
@@ -272,19 +272,19 @@ def about_task(context: Context, select: float | None, task: float | None) -> fl
 
 
 def _task(context: Context, number: float | None) -> int:
-    """Return the number of a task: this one's where it is left out."""
+    """Return the number of a task; without a number, of the present one."""
     return context.environment.system.task() if number is None else values.whole(number)
 
 
 def select_robot(device: str, mode: float | None) -> float:
-    """SELECT. Raises IllegalValue for a device that there is not."""
+    """SELECT: return the robot's number. Raises IllegalValue for another device."""
     if device != "ROBOT":
         raise IllegalValue(f"SELECT({device})", "there is one robot: SELECT(ROBOT)")
     values.integer_between(_or(mode, 0.0), -1, 0, "SELECT mode")
     return float(ROBOT_NUMBER)
 
 
-# CONFIG. V+ has such bits; which is which is ours.
+# The bits of CONFIG. V+ has such bits; their meanings are ours.
 _CONFIGURATION_BITS: Mapping[Flag, int] = {Arm.RIGHTY: 1, Elbow.BELOW: 2, Wrist.FLIP: 4}
 
 
@@ -293,7 +293,7 @@ def configuration_bits(configuration: Configuration) -> int:
 
 
 def configuration_of(bits: float) -> Configuration:
-    """Read the bits of `configuration_bits`. Raises IllegalValue."""
+    """Return the configuration of these bits. Raises IllegalValue."""
     number = values.integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
     return Configuration(
         Arm.RIGHTY if number & _CONFIGURATION_BITS[Arm.RIGHTY] else Arm.LEFTY,
@@ -303,7 +303,7 @@ def configuration_of(bits: float) -> Configuration:
 
 
 def latched_place(context: Context, select: float | None) -> tuple[transform.Transform, Joints]:
-    """LATCH, #PLATCH. Raises UndefinedValue before the signal has come."""
+    """LATCH, #PLATCH: return the place at the latch signal. Raises UndefinedValue before the signal."""
     values.integer_between(_or(select, 0.0), 0, 0, "LATCH")
     found = context.environment.system.latch()
     if found is None:
@@ -312,21 +312,21 @@ def latched_place(context: Context, select: float | None) -> tuple[transform.Tra
 
 
 def present_configuration(context: Context, select: float | None) -> float:
-    """CONFIG."""
+    """CONFIG: return the bits of the configuration, now or at the end of all motions."""
     engine, at_end = context.engine, values.integer_between(_or(select, 0.0), 0, 1, "CONFIG")
     place = engine.destination(engine.end) if at_end else engine.position()
     return float(configuration_bits(engine.arm.configuration(place.joints)))
 
 
 def free(which: float) -> float:
-    """The memory of a virtual controller does not run out."""
+    """FREE(0): return 100, because the memory of a virtual controller does not run out."""
     if values.whole(which) == 0:
         return 100.0
     raise IllegalValue(f"FREE({values.plain(which)})", "0 the percentage of memory that is free")
 
 
 def io_status(context: Context, unit: float, mode: float | None) -> float:
-    """IOSTAT: 0, 1 and 3 the status of the last operation, which is complete; 2 the length of the last record."""
+    """IOSTAT: with mode 0, 1 and 3 return the status of the last operation, with 2 the length of the last record."""
     system, which = context.environment.system, values.integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
     number = checked_unit(unit)
     return float(system.record_length(number) if which == RECORD_LENGTH else system.unit_status(number))
@@ -347,16 +347,16 @@ MESSAGES = {
 
 
 def message(code: int) -> str:
-    """The text of a message code, `Unknown error code n` for one that is not used."""
+    """Return the text of a message code; `Unknown error code n` for an unused one."""
     classes: list[type[VrsError]] = [VrsError]
-    for cls in classes:  # which grows: the first of a code is the one that the others are kinds of
+    for cls in classes:  # the list grows; the first class of a code is the base of the others
         classes += cls.__subclasses__()
     texts = {cls.code: cls.text for cls in reversed(classes)}
     return MESSAGES.get(code) or texts.get(code, f"Unknown error code {code}")
 
 
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-_FIRST_DAY = 1984  # the robot clock is counted from the first day of VAL-II's year: the same text every run
+_FIRST_DAY = 1984  # the robot clock counts from this day, so that each run gives the same text
 
 
 def clock_text(context: Context) -> str:
@@ -388,7 +388,7 @@ def test_and_set(variable: Reference, new: float) -> float:
 
 Evaluator = Callable[..., Value]
 
-# Each function by its name: its arguments are values, None for an omitted one, a Reference where a variable is wanted.
+# Functions by name. Arguments are values, None for an omitted one, and a Reference for a variable.
 OF_VALUES: Mapping[str, Evaluator] = {
     "ABS": abs,
     "SIGN": lambda x: -1.0 if x < 0.0 else 1.0,
@@ -458,7 +458,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "$UNPACK": unpack,
 }
 
-# The same, with the Context of the program before the arguments.
+# Functions that take the Context of the program before the arguments.
 IN_CONTEXT: Mapping[str, Evaluator] = {
     "RANDOM": lambda it: it.environment.random.random(),
     "INRANGE": lambda it, place: float(in_range(it.engine, place)),
@@ -485,7 +485,7 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "$TIME": clock_text,
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,
-    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # there is one
+    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # a task has one event
     "CONFIG": present_configuration,
     "LATCH": lambda it, select: latched_place(it, select)[0],
     "#PLATCH": lambda it, select: latched_place(it, select)[1],

@@ -1,5 +1,5 @@
-"""A program while it runs: one task, its stack of programs, its cycles, and what it says to its driver. And lines of
-the prompt: instructions as tasks of one step, and the values of expressions.
+"""Tasks: running programs with their stack of calls, their cycles, and the events for their driver. Also lines of the
+prompt: instructions as tasks of one step, and the values of expressions.
 
 A driver calls `resume` until an event says that the program has ended, and does what each event asks for:
 
@@ -8,8 +8,8 @@ A driver calls `resume` until an event says that the program has ended, and does
     CycleBegins                    perform its settings            Pause, Failed, Halt, Completed: it has stopped
     StartTask and the like         other tasks, and the robot
 
-A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Pause`, and
-after `Failed`, `resume` goes on with the next step (PROCEED); `retry` before it repeats the step (RETRY).
+A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Pause` and after
+`Failed`, `resume` continues with the next step (PROCEED); after `retry` it repeats the step (RETRY).
 
 A task calls its reactions by itself: a driver reports changes of signals to `reactions.note_change`, and the task calls
 what is due between two steps. A driver that sees one `due` while the task waits may call `react`: the task asks for the
@@ -78,17 +78,17 @@ if TYPE_CHECKING:
 
 MAX_CALL_DEPTH = 10_000  # programs that have called one another
 MAX_CYCLES = 32767
-BUDGET = 10_000  # steps between two looks at the rest of the world
+BUDGET = 10_000  # steps between two turns of other work
 _BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
 Arguments = Sequence[Reference | Value | None]  # of a program; None where one is left out
 
 
 class Task:
-    """A program under way: `cycles` times from the top (for ever if negative), the first time from `step` (from 1).
+    """A running program: `cycles` times from the top (for ever if negative), the first time from `step` (from 1).
 
-    Arguments are values, or references to variables. Raises UndefinedName for a program that is not there,
-    ProgramNotExecutable, ArgumentMismatch, IllegalValue.
+    Arguments are values, or references to variables. Raises UndefinedName for an unknown program, ProgramNotExecutable,
+    ArgumentMismatch, IllegalValue.
     """
 
     def __init__(
@@ -133,10 +133,10 @@ class Task:
     # for the driver
 
     def resume(self, answer: str | None = None, budget: int = BUDGET) -> Event:
-        """Go on until something is to be done, or `budget` steps have begun. `answer`: the line that Prompt asked for.
+        """Run until something is asked for, or `budget` steps have begun. `answer`: the line that Prompt asked for.
 
-        With a budget of 1 the program goes on by single steps: each `Budget` stands before the step `step`.
-        After the end the last event is given again.
+        With a budget of 1 the program runs by single steps: each `Budget` stands before the step `step`. After the end
+        the last event is returned again.
         """
         self._answer, self._budget = answer, budget
         if not self.is_over:
@@ -144,18 +144,19 @@ class Task:
         return next(self._life)
 
     def throw(self, error: VrsError) -> Event:
-        """The driver could not do what the last event asked for: the present step fails with that error."""
+        """Let the present step fail with an error: the driver could not do what the last event asked for."""
         self._thrown, self._budget = error, BUDGET
         return next(self._life)
 
     def react(self, waiting: Event, budget: int = BUDGET) -> Event:
-        """Call the reaction that is `due` now, although the driver has not done yet what the last event, `waiting`,
-        asks for: that is asked for again when the reaction has returned."""
+        """Call the reaction that is `due`, although the driver has not done yet what the last event, `waiting`, asks
+        for. The task asks for it again after the reaction.
+        """
         self._held = waiting
         return self.resume(budget=budget)
 
     def end_cycles(self) -> None:
-        """CYCLE.END: the present cycle is the last."""
+        """CYCLE.END: let the present cycle be the last."""
         self.cycles = self.cycles_done + 1
 
     def retry(self) -> None:
@@ -163,19 +164,19 @@ class Task:
         self._again = True
 
     def abort(self) -> None:
-        """The driver stops here. `resume` goes on where it was left."""
+        """Mark the task as aborted. `resume` continues where it was."""
         if self.state is TaskState.RUNNING:
             self.state = TaskState.ABORTED
 
     def close(self) -> None:
-        """End the task for good: it and its generator would keep each other, and a server never frees old cycles."""
+        """End the task for good: it and its generator refer to each other, and a server never frees old cycles."""
         self._life.close()
 
     # for STATUS and messages
 
     @property
     def is_over(self) -> bool:
-        """Return whether it cannot go on."""
+        """Return whether the task cannot continue."""
         return self.was_broken_off or self.state in (TaskState.COMPLETED, TaskState.HALTED)
 
     @property
@@ -185,31 +186,31 @@ class Task:
 
     @property
     def between(self) -> bool:
-        """Return whether it stands before the step `step`, nothing of which has been done."""
+        """Return whether it stands before the step `step`, which has not begun."""
         return bool(self._activations) and self._activations[-1].reached
 
     @property
     def program(self) -> str:
-        """The name of the program that is running: the main one, or one it has called."""
+        """Return the name of the running program: the main one, or one that it has called."""
         return self._activations[-1].program.name if self._activations else self._name
 
     @property
     def step(self) -> int:
-        """The present step of that program, from 1."""
+        """Return the present step of that program, from 1."""
         return (self._activations[-1].step if self._activations else self._first_step) + 1
 
     @property
     def stack(self) -> tuple[tuple[str, int], ...]:
-        """Programs and their steps (from 1), the main program first."""
+        """Return the programs on the stack and their steps (from 1), the main program first."""
         return tuple((activation.program.name, activation.step + 1) for activation in self._activations)
 
     @property
     def own(self) -> Mapping[str, Reference]:
-        """The variables of the program on top, by key: its arguments, and the variables of AUTO and LOCAL."""
+        """Return the own variables of the program on top, by key: its arguments, AUTO and LOCAL variables."""
         return self._activations[-1].own if self._activations else {}
 
     def own_size(self) -> int:
-        """Elements of arrays and characters of strings that its programs have for themselves until they return."""
+        """Return the number of array elements and string characters in AUTO variables of its programs."""
         return sum(one.size() for activation in self._activations for one in activation.automatic)
 
     def uses(self, program: str) -> bool:
@@ -218,30 +219,30 @@ class Task:
 
     @property
     def operation(self) -> tuple[str, int]:
-        """The program that is running, and the operation that it does or stands at."""
+        """Return the running program and its present operation."""
         activation = self._activations[-1]
         return activation.program.name, activation.op
 
     def place_of(self, op: int) -> str:
-        """The program that is running, the step (from 1) of an operation, and its text."""
+        """Return the running program, the step (from 1) of an operation, and its text."""
         program = self._activations[-1].program
         step = program.compilation.lowered.ops[op].step
         return f"{program.name} step {step + 1}: {program.source(step)}"
 
     @property
     def statement(self) -> Statement | None:
-        """The present step."""
+        """Return the statement of the present step."""
         return self._activations[-1].program.program.steps[self.step - 1].statement
 
     @property
     def source(self) -> str:
-        """The text of the present step."""
+        """Return the text of the present step."""
         return self._activations[-1].program.source(self._activations[-1].step) if self._activations else ""
 
     # cycles
 
     def _cycles(self) -> Generator[Event, None, None]:
-        """Yield what is to be done; at the end, the last event for ever."""
+        """Yield the events of all cycles; at the end the last event for ever."""
         while self.cycles < 0 or self.cycles_done < self.cycles:
             if not self._activations:
                 self._begin()
@@ -249,16 +250,16 @@ class Task:
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
             yield from self._whole_cycle()
             self.cycles_done += 1
-            self.steps_done += self.steps_done == begun  # a program of nothing takes turns with the others too
+            self.steps_done += self.steps_done == begun  # an empty program takes turns with other tasks too
             self._activations.clear()
         self.state, self._main = TaskState.COMPLETED, None
         yield from repeat(ProgramCompleted(self.cycles_done))
 
     def _whole_cycle(self) -> Generator[Event, None, None]:
-        """Go on to the end of the main program, where the robot comes to rest, and call the reactions due by then."""
+        """Run to the end of the main program, where the robot comes to rest, and call the reactions due by then."""
         while True:
             yield from self._cycle()
-            # left: what was called, where a STOP stood in that, or in a reaction
+            # calls and reactions that a STOP has left on the stack
             interruptions = (activation.interruption for activation in self._activations[1:])
             outermost = next((one for one in interruptions if one is not None), None)
             if outermost is not None:
@@ -280,13 +281,13 @@ class Task:
         self.reactions.clear()
 
     def _check_allowed(self, program: Executable) -> Executable:
-        """Raises ProgramNotExecutable for what V+ alone has while VPLUS is off."""
+        """Return the program. Raises ProgramNotExecutable if it has parts of V+ while VPLUS is off."""
         if not self._context.engine.settings.switch("VPLUS"):
             program.refuse_beyond_val2()
         return program
 
     def _say(self, event: Event) -> Generator[Event, None, None]:
-        """Tell the driver, and again that the step has failed when the driver could not do it."""
+        """Yield an event; if the driver could not do it, yield that the step has failed."""
         yield event
         failed = isinstance(event, Failed)
         if self._thrown is not None:
@@ -306,7 +307,7 @@ class Task:
     # steps
 
     def _cycle(self) -> Generator[Event, None, None]:
-        """Go on until the main program returns, or a STOP; never past a HALT."""
+        """Run until the main program returns, or a STOP; never past a HALT."""
         while True:
             try:
                 event = self._advance()
@@ -341,7 +342,7 @@ class Task:
                 yield from self._say(event)
 
     def _end_reaction(self, interruption: Interruption, mended: bool) -> Generator[Event, None, None]:
-        """A reaction has returned: what it interrupted goes on."""
+        """Continue the program that a returned reaction had interrupted."""
         below = self._activations[-1]
         self.reactions.priority = interruption.priority
         if interruption.failed:
@@ -349,7 +350,7 @@ class Task:
             if mended:
                 below.skip()
                 return
-            # a step that is tried twice at one instant waits a tick: a REACTE that mends nothing must not take for ever
+            # a step that is repeated at the same instant waits a tick, so that a REACTE without effect cannot loop
             if self._tried == (below, below.op, self._context.engine.now):
                 yield from self._say(Wait(at_once, 1))
             self._tried = (below, below.op, self._context.engine.now)
@@ -357,7 +358,7 @@ class Task:
             yield from self._say(interruption.waiting)
 
     def _reacts_to(self, error: VrsError) -> bool:
-        """Call the routine of REACTE, if there is one that may be called and this error is not the end in any case."""
+        """Call the REACTE routine, if there is one, its priority allows it, and the error is not a limit of the run."""
         program = self.reactions.on_error
         if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, LimitReached):
             return False
@@ -374,10 +375,10 @@ class Task:
         self.reactions.priority = priority
 
     def _advance(self) -> Event:
-        """Steps of the program on top until it yields something else than the number of its next operation.
+        """Run the program on top until it yields anything but the number of its next operation.
 
-        With a reaction due, up to the next step only; then the reaction is called. Raises UndefinedName if its program
-        is not in memory.
+        If a reaction is due, run to the next step only, and call the reaction. Raises UndefinedName if its program is
+        unknown.
         """
         activation = self._activations[-1]
         due = self.reactions.due if self.reactions.waiting else None
@@ -417,12 +418,12 @@ class Task:
         if len(self._activations) > MAX_CALL_DEPTH:
             raise StackOverflow(f"{MAX_CALL_DEPTH} calls deep", f"does {call.name} call itself for ever?")
         program = self._environment.executable(self._environment.program(call.name))
-        if program.beyond_val2:  # looked for once: to ask for the switch at each call costs more
+        if program.beyond_val2:  # computed once; asking for the switch at each call costs more
             self._check_allowed(program)
         self._activations.append(Activation(self._context, program, program.bind(call.arguments)))
 
     def fail(self, error: VrsError) -> Failed:
-        """The present step has failed, or something from outside broke the task off in it."""
+        """Record that the present step has failed, or was ended from outside."""
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
@@ -444,7 +445,7 @@ class Task:
 
 
 def _with_text_meant(error: VrsError, statement: Statement | None) -> VrsError:
-    """Return the error of a step; TYPE Hello may have meant "Hello"."""
+    """Return the error of a step; for TYPE Hello with the hint that "Hello" may have been meant."""
     types = isinstance(statement, ast.Instruction) and statement.word == "TYPE"
     if types and isinstance(error, UndefinedValue) and error.hint == value_given(error.detail):
         return error.reworded(hint=text_meant(error.detail))
@@ -464,9 +465,9 @@ class _StepTask(Task):
 
 
 def statement_task(environment: Environment, engine: Engine, statement: ast.Statement) -> Task:
-    """An instruction of the prompt as a task of one step; its program has no name.
+    """Return an instruction of the prompt as a task of one step; its program has no name.
 
-    Raises ProgramNotExecutable with the first fault that the analyzer finds.
+    Raises ProgramNotExecutable with the first mistake that the analyzer finds.
     """
     program = Program("", (), (Step(None, statement, None, span=statement.span),), None, span=statement.span)
     programs = {key: stored.program for key, stored in environment.programs.items()}
@@ -477,7 +478,7 @@ def statement_task(environment: Environment, engine: Engine, statement: ast.Stat
 
 
 class WatchedExpression:
-    """An expression at the prompt that is looked at again and again, compiled once for each kind its names have."""
+    """An expression at the prompt that is evaluated again and again, compiled once for each combination of kinds."""
 
     def __init__(self, environment: Environment, engine: Engine, expression: ast.Expression) -> None:
         self._context = Context(environment, engine)
@@ -487,8 +488,8 @@ class WatchedExpression:
         self._compiled: dict[tuple[object, ...], Callable[..., Value]] = {}
 
     def value(self, own: Mapping[str, Reference]) -> Value:
-        """Return its value now, of whichever kind it is. `own`: variables that a program has for itself, which come
-        before those of the same names that belong to all. Raises VrsError.
+        """Return the present value, of any kind. `own`: a program's own variables, which hide global ones. Raises
+        VrsError.
         """
         used = {key: own[key] for key in self._keys if key in own}
         kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
@@ -504,20 +505,20 @@ class WatchedExpression:
 
 
 def evaluate(environment: Environment, engine: Engine, expression: ast.Expression) -> Value:
-    """The value of an expression at the prompt, of whichever kind it is. Raises VrsError."""
+    """Return the value of an expression at the prompt, of any kind. Raises VrsError."""
     return WatchedExpression(environment, engine, expression).value({})
 
 
 def arguments_of(
     environment: Environment, engine: Engine, arguments: Iterable[ast.Expression | None]
 ) -> tuple[Reference | None, ...]:
-    """The arguments of EXECUTE at the prompt: variables by reference, as CALL passes them. Raises VrsError."""
+    """Return the arguments of EXECUTE at the prompt, variables by reference as in CALL. Raises VrsError."""
     context, kinds = Context(environment, engine), environment.kinds
     return tuple(evaluator(methodcaller("argument_of_call", argument), kinds)(context) for argument in arguments)
 
 
 def definable(environment: Environment, engine: Engine, expression: ast.Expression) -> Definable:
-    """Return the location that HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`.
+    """Return the location that HERE or POINT at the prompt defines: `a`, `#p`, `row[3]`, or the last name of `a:b`.
     Raises VrsError.
     """
     evaluate = evaluator(lambda compiler: compiler.definable(expression), environment.kinds)

@@ -1,7 +1,7 @@
-"""Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse.
+"""Digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number is the inverse.
 
-Also what drives input signals: changes at times that are known before, and the cell, in which inputs follow outputs
-after a time (sensors, feeders, a camera whose findings stand in a table). Data: nothing runs here.
+Also the data that drives input signals: changes at known times, and the rules of a cell, by which inputs follow outputs
+after a delay (sensors, feeders, a camera with results in a table). Nothing runs here.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
 MAX_BITS = 32
-HALF_TICK = 0.5 * TICK  # [s] the clock may be so far from the time grid, on which events stand
+HALF_TICK = 0.5 * TICK  # [s] the greatest distance of the clock from the time grid of events
 
 
 class ComputedSignals(Struct, frozen=True):
-    """Inputs that follow from all else on a timeline: from sensors of the cell, and from its rules.
+    """Input signals that follow from a timeline by the cell's sensors and rules.
 
-    `numbers`: of all of them, `sensed`: of those that sensors alone set. `state` tells whether one is on at a time [s];
-    `next_change` the first time after one, up to another, at which one of them changes; `changes` which change at a
-    time, and what they are then.
+    `numbers`: of all of them; `sensed`: of those that only sensors set. `state` returns whether one is on at a time
+    [s]; `next_change` the first change after one time and up to another; `changes` the changes at a time, with the new
+    states.
     """
 
     numbers: frozenset[int]
@@ -45,15 +45,15 @@ class ComputedSignals(Struct, frozen=True):
 
 
 class Signals:
-    """Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse.
+    """Digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number is the
+    inverse.
 
-    Outputs and inputs of a robot stand on the timeline of its `engine`: reading one tells its state at the clock, and
-    setting one is an event there. Internal signals are variables, and so are all signals where there is no robot.
+    Outputs and inputs of a robot are on the timeline of its `engine`: reading gives the state at the clock, and setting
+    adds an event. Internal signals are variables, and so are all signals without a robot.
 
-    `listeners` are told the number and the new state of each signal that changes while time goes on; what UNDO or
-    another timeline restores is not told. `names`: of signals, by number. `observer`: told of each state that is read
-    by `observe`. `place`: the operation of the running program that reads
-    signals now, where that is known.
+    `listeners` get the number and the new state of each signal that changes as time passes; they are not told about
+    changes by UNDO or another timeline. `names`: of signals, by number. `observer` gets each state that `observe`
+    reads. `place`: the operation of the running program that reads signals now, if known.
     """
 
     def __init__(self) -> None:
@@ -72,7 +72,7 @@ class Signals:
 
     @property
     def cell_inputs(self) -> ComputedSignals | None:
-        """The inputs that the cell sets."""
+        """Return the inputs that the cell sets."""
         return self._computed
 
     @cell_inputs.setter
@@ -82,7 +82,7 @@ class Signals:
     # --- reading ---
 
     def read(self, number: float) -> bool:
-        """Raises IllegalSignal."""
+        """Return whether a signal is on. Raises IllegalSignal."""
         signal = self._check_number(number)
         self.follow_clock()
         return (abs(signal) in self._on) is (signal > 0)
@@ -96,7 +96,7 @@ class Signals:
         return state
 
     def changes_now(self, signal: int) -> bool:
-        """Return whether a signal of the robot has become what it is at this very instant."""
+        """Return whether a signal of the robot changed at this very instant."""
         return self.engine is not None and self._changed.get(signal) == self.engine.now
 
     def exists(self, number: float) -> bool:
@@ -110,22 +110,22 @@ class Signals:
         return sum(self.observe(number) << bit for bit, number in enumerate(self._group(first, count)))
 
     def with_names(self, text: str) -> str:
-        """A text, with the names of the signals whose numbers are in it: `SIG(1003) (1003 is part.there)`."""
+        """Return a text with the names of the signals whose numbers are in it: `SIG(1003) (1003 is part.there)`."""
         numbers = dict.fromkeys(int(digits) for digits in re.findall(r"\b[0-9]{1,4}\b", text)) if self.names else ()
         named = ", ".join(f"{number} is {self.names[number]}" for number in numbers if number in self.names)
         return f"{text} ({named})" if named else text
 
     @property
     def on(self) -> tuple[int, ...]:
-        """The numbers of those that are on, in order."""
+        """Return the numbers of the signals that are on, sorted."""
         self.follow_clock()
         return tuple(sorted(self._on))
 
     # --- setting ---
 
     def write(self, *numbers: float, text: str = "", inputs: bool = False, stamp: Stamp | None = None) -> None:
-        """Switch signals on, or off for negative numbers. `inputs`: also those that only the world outside drives.
-        `text`: the instruction; `stamp`: the present time, of changes that come from outside and are nobody's command.
+        """Switch signals on, or off for negative numbers. `inputs`: also allow inputs. `text`: the instruction;
+        `stamp`: the present time, for changes from outside, which belong to no command.
 
         Raises IllegalSignal, FileError.
         """
@@ -158,7 +158,7 @@ class Signals:
         return SetChannels(_values(signals), stamp, text)
 
     def writable(self, number: float) -> int:
-        """A signal that a program may set. Raises IllegalSignal."""
+        """Return the number of a signal that a program may set. Raises IllegalSignal."""
         signal = self._check_number(number)
         if abs(signal) in INPUTS:
             raise IllegalSignal(str(signal), "an input cannot be set by a program")
@@ -181,8 +181,8 @@ class Signals:
     # --- the timeline ---
 
     def follow_clock(self) -> float:
-        """Take the states of the present time from the timeline. Return when the next event or computed change comes
-        [s]; infinity where none does.
+        """Read the states at the present time from the timeline. Return the time of the next event or computed change
+        [s]; infinity if there is none.
         """
         engine = self.engine
         if engine is None:
@@ -204,7 +204,7 @@ class Signals:
         return self._until
 
     def _next_after(self, timeline: Timeline, t: float, until: float) -> float:
-        """Return when the next event or computed change comes [s]; infinity where none does."""
+        """Return the time of the next event or computed change [s]; infinity if there is none."""
         event = timeline.event_after(t)
         first = inf if event is None else event.time
         return (
@@ -214,7 +214,7 @@ class Signals:
         )
 
     def _change_at(self, timeline: Timeline, t: float) -> None:
-        """Let signals change as the timeline says of a time: first those of events, then those that are computed."""
+        """Change the signals as the timeline says for a time: first by events, then by computed changes."""
         computed = self.cell_inputs
         for event in timeline.events_between(t, t):
             follows = computed is not None and event.channel in computed.numbers
@@ -224,12 +224,12 @@ class Signals:
             self._put(number, on)
 
     def keep_states(self) -> None:
-        """Keep the present states on the present timeline, which has just been given an observation."""
+        """Keep the present states for the present timeline, which differs only by an observation."""
         if self.engine is not None:
             self._timeline = self.engine.timeline
 
     def at(self, t: float) -> tuple[int, ...]:
-        """The outputs and inputs that are on at a time [s], in order."""
+        """Return the outputs and inputs that are on at a time [s], sorted."""
         assert self.engine is not None
         numbers = {*self.engine.timeline.channels} - {HAND}
         if self.cell_inputs is not None:
@@ -237,7 +237,7 @@ class Signals:
         return tuple(one for one in sorted(numbers) if self.on_at(one, t))
 
     def computed_states(self) -> tuple[int, ...]:
-        """The inputs that the cell sets, negative where they are off."""
+        """Return the inputs that the cell sets, negative if they are off."""
         self.follow_clock()
         numbers = () if self.cell_inputs is None else sorted(self.cell_inputs.numbers)
         return tuple(number if number in self._on else -number for number in numbers)
@@ -251,13 +251,13 @@ class Signals:
         return timeline.value_at(signal, t) > 0.0
 
     def check_not_sensed(self, numbers: Iterable[float]) -> None:
-        """Raises IllegalSignal for an input that a sensor of the cell sets."""
+        """Raise IllegalSignal for an input that a sensor of the cell sets."""
         for number in numbers:
             if self.cell_inputs is not None and abs(round(number)) in self.cell_inputs.sensed:
                 raise IllegalSignal(plain(number), "a sensor of the cell sets it")
 
     def _put(self, signal: int, on: bool) -> None:
-        """Let a signal have a state from now on; the listeners are told where that is another one."""
+        """Set the state of a signal; tell the listeners if it changes."""
         if (signal in self._on) is on:
             return
         self._on ^= {signal}
@@ -286,7 +286,7 @@ class Signals:
 
 
 def _values(signals: Iterable[int]) -> tuple[tuple[int, float], ...]:
-    """Channels with the values that signals give them."""
+    """Return channels with the values that signals give them."""
     return tuple((abs(signal), float(signal > 0)) for signal in signals)
 
 
@@ -294,7 +294,7 @@ def _values(signals: Iterable[int]) -> tuple[tuple[int, float], ...]:
 
 
 class InputChange(Struct, frozen=True):
-    """At `time` [s] of the robot's clock a signal goes on or off (0: none does), and variables get `values`."""
+    """A change at `time` [s] of the robot's clock: a signal goes on or off (0: none), and variables get `values`."""
 
     time: float
     signal: int
@@ -310,32 +310,32 @@ class Inputs(Struct, frozen=True):
 
     @classmethod
     def of(cls, changes: Iterable[InputChange]) -> Inputs:
-        """In the order of their times; of equal times in the order given."""
+        """Sort changes by time; of equal times in the given order."""
         return cls(tuple(sorted(changes, key=lambda change: change.time)))
 
     @property
     def next_time(self) -> float:
-        """The time of the next change [s]; infinity if there is none."""
+        """Return the time of the next change [s]; infinity if there is none."""
         return self.changes[self.done].time if self.done < len(self.changes) else inf
 
     @property
     def left(self) -> tuple[InputChange, ...]:
-        """The changes that are still to come."""
+        """Return the changes that are still to come."""
         return self.changes[self.done :]
 
     def later(self, seconds: float) -> Inputs:
-        """Return the same changes, so many seconds later."""
+        """Return the same changes, `seconds` later."""
         return Inputs(tuple(structs.replace(change, time=change.time + seconds) for change in self.left))
 
     def take_until(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:
-        """The changes up to `now`, and those that are left."""
+        """Return the changes up to `now`, and the remaining ones."""
         done = self.done
         while done < len(self.changes) and self.changes[done].time <= now:
             done += 1
         return self.changes[self.done : done], Inputs(self.changes, done)
 
     def with_more(self, changes: Iterable[InputChange]) -> Inputs:
-        """With others that come; of equal times those that were known before come first."""
+        """Add changes; of equal times the earlier known ones come first."""
         return Inputs.of((*self.left, *changes))
 
 
@@ -343,9 +343,9 @@ NO_INPUTS = Inputs()
 
 
 class Follow(Struct, frozen=True):
-    """When one signal takes a state, `after` seconds later another takes one, and `lasting` seconds after that the
-    opposite. Negative numbers stand for off. `rows`: each time the `variables` get the values of the next row;
-    after the last, nothing follows, or (`again`) the first comes again.
+    """A rule: when one signal takes a state, another takes one `after` seconds later, and the opposite `lasting`
+    seconds after that. Negative numbers mean off. `rows`: each time the `variables` get the values of the next row;
+    after the last row nothing happens, or (`again`) the first comes again.
     """
 
     when: int
@@ -358,14 +358,14 @@ class Follow(Struct, frozen=True):
 
 
 class Cell(Struct, frozen=True):
-    """`names`: of signals, by number. `scene`: what is around the robot."""
+    """The surroundings of a robot. `names`: of signals, by number. `scene`: bodies and sensors."""
 
     names: Mapping[int, str] = {}
     follows: tuple[Follow, ...] = ()
     scene: CellScene = NO_SCENE
 
     def fill(self, variables: Variables) -> None:
-        """Give the variables of its tables, those without a value, the values of the first rows."""
+        """Give the variables of its tables that have no value the values of the first rows."""
         for follow in self.follows:
             for name, value in zip(follow.variables, *follow.rows[:1], strict=True):
                 one = variables.reference(name)
@@ -373,18 +373,18 @@ class Cell(Struct, frozen=True):
                     one.assign(value)
 
 
-NO_CELL = Cell()  # in which nothing follows
+NO_CELL = Cell()
 
 
 class LivingCell:
-    """A cell while programs run: how many rows of each table were used."""
+    """A cell while programs run, with the number of rows used in each table."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
         self._used = [0] * len(cell.follows)
 
     def answers(self, signal: int, on: bool, now: float) -> Iterator[InputChange]:
-        """What follows of a signal that has changed."""
+        """Yield the changes that follow from a signal that has changed."""
         number = signal if on else -signal
         for place, follow in enumerate(self.cell.follows):
             if follow.when == number:

@@ -1,8 +1,8 @@
-"""All variables of a robot, by name: every one is global, unless a program declares it its own.
+"""The variables of a robot by name; all are global, unless a program declares its own.
 
-They live in cells of one kind, plain dictionaries that compiled programs read and write directly. Two rules hold at all
-times: a bare name is a real or a transformation, never both, and a cell that is not there is undefined, so that reading
-it says so by itself.
+Variables are stored in cells of one kind: dictionaries that compiled programs read and write directly. Two rules always
+hold: a bare name is a real or a transformation, never both; and a missing cell means an undefined variable, so that
+reading it raises the error.
 """
 
 from __future__ import annotations
@@ -36,22 +36,23 @@ OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
 
 
 def closest(key: str, names: Mapping[str, str]) -> str:
-    """`did you mean X?` for a key that is not there, or nothing. `names`: key to spelling."""
+    """Return `did you mean X?` for an unknown key, or nothing. `names`: key to spelling."""
     near = nearest(key, names, 0.7)
     return f"did you mean {names[near]}?" if near else ""
 
 
 def subscript(index: Index) -> str:
-    """`3` or `1,2`."""
+    """Return the text of an index: `3` or `1,2`."""
     return ",".join(map(str, index)) if isinstance(index, tuple) else str(index)
 
 
 class Cells(dict[str | Index, Value]):
-    """Values of one kind: all simple variables of that kind by key, or the elements of one `array` by index.
+    """Values of one kind: all simple variables of the kind by key, or the elements of one `array` by index.
 
-    Reading what is not there raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `spelling`: how names were first
-    typed, by key. `others`: the cells of the other kind that a bare name can have. `omitted` names the parameter whose
-    argument a CALL left out, in the cells made to stand for it. `changed`: where changes are noted, if they are.
+    Reading a missing value raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `spelling`: the first spelling of
+    names, by key. `others`: the cells of the other kind that a bare name can have. `omitted` names the parameter whose
+    argument a CALL left out, in the cells that stand for it. `changed`: the set of changed variables, if changes are
+    recorded.
     """
 
     __slots__ = ("__weakref__", "array", "changed", "kind", "omitted", "others", "spelling")
@@ -63,11 +64,11 @@ class Cells(dict[str | Index, Value]):
         self.kind = kind
         self.array = array
         self.omitted = omitted
-        self.others: ref[Cells] | None = None  # a cycle of the two would stay in the memory of a server
+        self.others: ref[Cells] | None = None  # weak: a server never frees cycles
         self.changed: set[Item] | None = None
 
     def note_changes(self, changed: set[Item] | None) -> None:
-        """Add every variable that changes from now on to a set; with None, note nothing."""
+        """Record every variable that changes from now on in a set; with None, record nothing."""
         self.changed = changed
         self.__class__ = Cells if changed is None else NotedCells
 
@@ -93,18 +94,18 @@ class Cells(dict[str | Index, Value]):
         raise UndefinedValue(self.name(key), near or giving(self.name(key), self.kind) or value_given(self.name(key)))
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
-        """Give many variables their values."""
+        """Assign many values."""
         self.update(values)
 
     def size(self) -> int:
-        """Elements of an array, and characters of strings."""
+        """Return the number of array elements and of string characters."""
         elements = 0 if self.array is None else len(self)
         if self.kind is not Kind.STRING:
             return elements
         return elements + sum(len(value) for value in self.values() if isinstance(value, str))
 
     def name(self, key: str | Index) -> str:
-        """The variable as a listing shows it: `part`, `#safe`, `row[3]`."""
+        """Return a variable as a listing shows it: `part`, `#safe`, `row[3]`."""
         if self.array is None:
             return self.spelling.get(str(key), str(key))
         spelling = self.spelling.get(self.array, self.array)
@@ -116,27 +117,27 @@ class Cells(dict[str | Index, Value]):
         raise TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
 
     def index(self, index: float) -> int:
-        """The index of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
+        """Return the rounded index of an element to assign. Raises IllegalArrayIndex below 0."""
         return int(index + 0.5) if index >= 0.0 else self.round_indexes((index,))[0]
 
     def indexes(self, *indexes: float) -> tuple[int, ...]:
-        """The indexes of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
+        """Return the rounded indexes of an element to assign. Raises IllegalArrayIndex below 0."""
         return self.round_indexes(indexes)
 
     def round_indexes(self, indexes: Iterable[float]) -> tuple[int, ...]:
-        """Raises IllegalArrayIndex below 0."""
+        """Round indexes. Raises IllegalArrayIndex below 0."""
         rounded = tuple(map(whole, indexes))
         if min(rounded) < 0:
             raise IllegalArrayIndex(self.name(rounded), "indexes begin at 0")
         return rounded
 
     def item(self, key: str | Index) -> Item:
-        """The variable whose value is under a key."""
+        """Return the variable whose value is under a key."""
         return (str(key), None) if self.array is None else (self.array, cast(Index, key))
 
 
 class NotedCells(Cells):
-    """Cells that note which variables change. They are slower to write, so that programs run on plain ones."""
+    """Cells that record which variables change. Writing to them is slower, so programs run on plain ones."""
 
     __slots__ = ()
 
@@ -171,7 +172,7 @@ class NotedCells(Cells):
 def bare_cells(
     spelling: Mapping[str, str], array: str | None = None, omitted: str | None = None
 ) -> tuple[Cells, Cells]:
-    """The reals and the transformations that bare names can be."""
+    """Make the cells of the reals and the transformations that bare names can be."""
     reals = Cells(spelling, Kind.REAL, array, omitted)
     locations = Cells(spelling, Kind.LOCATION, array, omitted)
     reals.others, locations.others = ref(locations), ref(reals)
@@ -181,9 +182,9 @@ def bare_cells(
 class EmptyStrings(Cells):
     """A string, or an array of strings, of AUTO: empty until it is assigned.
 
-    The V+ Language User's Guide (p. 110) has no value without an assignment. But the driver for ROS that Adept
-    published in 2012 appends elements of an AUTO array that it never assigns to its first answer, and goes on to its
-    motion. We follow the program, which has run on controllers; probable, and for AUTO strings alone.
+    The V+ Language User's Guide (p. 110) gives no value without an assignment. But the driver for ROS that Adept
+    published in 2012 appends elements of an AUTO array that it never assigns to its first answer, and works on
+    controllers. We follow the program, for AUTO strings only; probable.
     """
 
     __slots__ = ()
@@ -195,7 +196,7 @@ class EmptyStrings(Cells):
 
 
 class SubArray(Cells):
-    """Part of an array: the elements whose indexes begin with `before`, under the indexes that follow."""
+    """Part of an array: the elements whose indexes begin with `before`, under the remaining indexes."""
 
     __slots__ = ("_before", "_whole")
 
@@ -225,19 +226,19 @@ class SubArray(Cells):
         return sum(1 for _ in self)
 
     def name(self, key: str | Index) -> str:
-        """The element as the whole array names it."""
+        """Return the element's name in the whole array."""
         if isinstance(key, str):
             return self._whole.name(self._before).replace("]", ",]")
         return self._whole.name(self._index(key))
 
 
-NO_CELLS = Cells({}, Kind.LOCATION)  # where a `#` or `$` name can have no other kind
+NO_CELLS = Cells({}, Kind.LOCATION)  # of the other kind, which a `#` or `$` name cannot have
 
 
 class Reference(NamedTuple):
-    """Where a variable lives, so that it can be passed on and assigned: an argument of CALL, HERE, PROMPT ...
+    """The place of a variable, so that it can be passed on and assigned: an argument of CALL, HERE, PROMPT ...
 
-    `cells` are those of its kind. A bare name may still be of two kinds: `cells` are the reals, `locations` the
+    `cells` are those of its kind. A bare name may have two kinds: `cells` are the reals, `locations` the
     transformations; for `#` and `$` names `locations` is empty. `key` is None for a whole array.
     """
 
@@ -250,18 +251,20 @@ class Reference(NamedTuple):
         return self.cells.name("" if self.key is None else self.key)
 
     def has_value(self) -> bool:
-        """Whether the variable, or any element of the array, has a value."""
+        """Return whether the variable, or any element of the array, has a value."""
         if self.key is None:
             return bool(self.cells or self.locations)
         return self.key in self.cells or self.key in self.locations
 
     def value(self) -> Value:
-        """The value, whichever kind it is. Raises UndefinedValue."""
+        """Return the value, of any kind. Raises UndefinedValue."""
         key = self._cell()
         return self.locations[key] if key in self.locations else self.cells[key]
 
     def assign(self, value: Value) -> None:
-        """Raises TypeMismatch where the name exists as another kind, IllegalArrayIndex for an index below 0."""
+        """Assign a value. Raises TypeMismatch if the name exists as another kind, IllegalArrayIndex for a negative
+        index.
+        """
         key = self._cell()
         kind = kind_of_value(value)
         to_location = kind is Kind.LOCATION and self.cells.kind is Kind.REAL
@@ -276,13 +279,13 @@ class Reference(NamedTuple):
         mine[key] = storable(value) if isinstance(value, str) else value
 
     def row(self, *indexes: float) -> Reference:
-        """The elements of an array whose indexes begin with these: `a[i,]`. Raises IllegalArrayIndex."""
+        """Return the array elements whose indexes begin with these: `a[i,]`. Raises IllegalArrayIndex."""
         before = self.cells.round_indexes(indexes)
         locations = self.locations if self.locations is NO_CELLS else SubArray(self.locations, before)
         return Reference(SubArray(self.cells, before), locations, None)
 
     def size(self) -> int:
-        """Elements of an array, and characters of strings."""
+        """Return the number of array elements and of string characters."""
         return self.cells.size() + self.locations.size()
 
     def _cell(self) -> str | Index:
@@ -303,7 +306,7 @@ def new_variable(
     automatic: bool = False,
     omitted: str | None = None,
 ) -> Reference:
-    """A variable without a value, in cells of its own. One whose `kind` is REAL can become a transformation; an
+    """Make a variable without a value, in cells of its own. A variable of `kind` REAL can become a transformation; an
     `automatic` string is empty.
     """
     name, place = (key, None) if array else (None, key)
@@ -315,15 +318,15 @@ def new_variable(
 
 
 class NamedValue(NamedTuple):
-    """A row of a listing: the name as it was first typed, with its indexes, and the value."""
+    """A row of a listing: the name in its first spelling with indexes, and the value."""
 
     name: str
     value: Value
 
 
 class Variables:
-    """Variables by key, and how their names were first typed. `units`: how the joints of the robot are said. `kinds`:
-    every name that has a value, by key, and its kind: as they are whenever one looks.
+    """Variables by key, and the first spelling of their names. `units`: of the joints. `kinds`: a live view of the kind
+    of each name that has a value, by key.
     """
 
     def __init__(self, units: JointUnits = TURNING) -> None:
@@ -342,7 +345,7 @@ class Variables:
         self._changed: set[Item] | None = None
 
     def cells(self, kind: Kind, array: str | None = None) -> Cells:
-        """The simple variables of a kind, or the elements of one array (empty where it has none yet)."""
+        """Return the simple variables of a kind, or the elements of one array (empty if it has none yet)."""
         if array is None:
             return self._simple[kind]
         arrays = self._arrays[kind]
@@ -356,7 +359,7 @@ class Variables:
         return arrays[array]
 
     def note_changes(self, changed: set[Item] | None) -> None:
-        """Add every variable that changes from now on to a set; with None, note nothing, which is faster."""
+        """Record every variable that changes from now on in a set; with None, record nothing, which is faster."""
         self._changed = changed
         for cells in self._all():
             cells.note_changes(changed)
@@ -367,7 +370,7 @@ class Variables:
             yield from self._arrays[kind].values()
 
     def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
-        """The variable of that name (as typed); an element of an array; or, with `array`, the whole of it."""
+        """Return the variable of that name (as typed), an element of an array, or with `array` the whole array."""
         key = key_of(name)
         self.spelling.setdefault(key, name)
         kind = kind_of_name(key)
@@ -377,7 +380,7 @@ class Variables:
         return Reference(cells, locations, index if owner else key)
 
     def define(self, entry: Entry) -> None:
-        """A line of a .LOCATIONS, .REALS or .STRINGS section, in place of what the name was. Raises IllegalValue."""
+        """Assign the value of a line in a .LOCATIONS, .REALS or .STRINGS section. Raises IllegalValue."""
         value: Value | None = entry.text
         if value is None and entry.variable.sigil == "#":
             value = self.units.read(entry.numbers)
@@ -386,11 +389,11 @@ class Variables:
         self.put_back((entry.variable.sigil + entry.variable.name, item_of(entry)[1]), value)
 
     def kind_of(self, name: str) -> Kind | None:
-        """The kind of a variable or an array that has a value; None for a name without one."""
+        """Return the kind of a variable or an array; None for a name without a value."""
         return self.kinds.get(key_of(name))
 
     def value(self, item: Item) -> Value | None:
-        """The value of a variable or an element; None where it has none."""
+        """Return the value of a variable or an element; None if it has none."""
         key, index = item
         for kind in kinds_of_name(key):
             cells = self._simple[kind] if index is None else self._arrays[kind].get(key, NO_CELLS)
@@ -400,13 +403,13 @@ class Variables:
         return None
 
     def variables(self, kind: Kind) -> Iterator[NamedValue]:
-        """Every value of a kind in the order of names and indexes, arrays element by element."""
+        """Yield every value of a kind, sorted by names and indexes, arrays element by element."""
         simple, arrays = self._named_by(kind)
         for key in sorted({*map(str, simple), *arrays}):
             yield from self._rows_named(kind, key)
 
     def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
-        """The first rows of `variables` of which the key begins so, at less cost: only these are put in order."""
+        """Yield the first rows of `variables` whose key has this beginning; only these are sorted."""
         simple, arrays = self._named_by(kind)
         keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
         rows = chain.from_iterable(self._rows_named(kind, key) for key in nsmallest(most, keys))
@@ -421,18 +424,18 @@ class Variables:
             yield NamedValue(elements.name(index), elements[index])
 
     def values(self) -> dict[Item, Value]:
-        """Every value by its variable."""
+        """Return every value by its variable."""
         return {cells.item(key): value for cells in self._all() for key, value in cells.items()}
 
     def put_back(self, item: Item, value: Value) -> None:
-        """Give a variable a value, whatever its kind is now. The item may have the name as it is typed."""
+        """Assign a value to a variable, whatever its present kind. The item may have the name as typed."""
         key, index = item
         if self.kind_of(key) not in (None, kind_of_value(value)):
             self.delete(key)
         self.reference(key, index).assign(value)
 
     def take(self, other: Variables) -> None:
-        """Give the variables of others their values, in place of what their names were."""
+        """Copy the values of other variables, which replace what their names were."""
         self.spelling |= other.spelling | self.spelling
         for kind, rival in OTHER_KIND.items():
             for names in other._named_by(kind):
@@ -446,7 +449,7 @@ class Variables:
                     self.cells(kind, array).take(elements)
 
     def alone(self, key: str) -> Variables:
-        """One name with all that it stands for now."""
+        """Return one name with all that it stands for now."""
         found = Variables(self.units)
         found.spelling[key] = self.spelling.get(key, key)
         for kind in kinds_of_name(key):
@@ -457,26 +460,26 @@ class Variables:
         return found
 
     def _named_by(self, kind: Kind) -> tuple[Set[str | Index], Set[str]]:
-        """The keys of the simple variables of a kind, and of its arrays."""
+        """Return the keys of the simple variables of a kind, and of its arrays."""
         return self._simple[kind].keys(), {array for array, cells in self._arrays[kind].items() if cells}
 
     def name_of(self, item: Item) -> str:
-        """A variable as a listing shows it."""
+        """Return a variable as a listing shows it."""
         key, index = item
         spelled = self.spelling.get(key, key)
         return spelled if index is None else f"{spelled}[{subscript(index)}]"
 
     def count(self, kind: Kind | None = None) -> int:
-        """How many have a value (of a kind), elements of arrays each."""
+        """Return the number of values (of a kind); each array element counts."""
         cells = self._all() if kind is None else chain((self._simple[kind],), self._arrays[kind].values())
         return sum(map(len, cells))
 
     def size(self) -> int:
-        """Elements of all arrays, and characters of all strings."""
+        """Return the number of elements of all arrays and of characters of all strings."""
         return sum(cells.size() for cells in self._all())
 
     def delete(self, name: str, index: Index | None = None) -> bool:
-        """Forget a variable and the array of that name, or one element. False where there was none."""
+        """Delete a variable and the array of that name, or one element. Return whether it existed."""
         key = key_of(name)
         if self.kind_of(name) is None:
             return False
@@ -488,13 +491,13 @@ class Variables:
         return True
 
     def clear_variables(self) -> None:
-        """Forget all variables."""
+        """Delete all variables."""
         for cells in self._all():
             cells.clear()
 
 
 class _Kinds(Mapping[str, Kind]):
-    """The names that have a value, and their kinds. Nothing is copied: a line of the prompt asks for a few of many."""
+    """The names that have a value, and their kinds, without a copy: a line of the prompt needs few of many."""
 
     def __init__(self, simple: Mapping[Kind, Cells], arrays: Mapping[Kind, Mapping[str, Cells]]) -> None:
         self._rows = tuple((kind, simple[kind], arrays[kind]) for kind in Kind)
@@ -517,6 +520,6 @@ class _Kinds(Mapping[str, Kind]):
 
 
 def item_of(entry: Entry) -> Item:
-    """The variable that a line of a section defines."""
+    """Return the variable that a line of a section defines."""
     indexes = tuple(whole(number.value) for number in entry.variable.indexes or () if isinstance(number, Number))
     return entry.variable.key, None if not indexes else indexes if len(indexes) > 1 else indexes[0]

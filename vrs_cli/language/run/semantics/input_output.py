@@ -1,5 +1,5 @@
-"""Instructions that give variables their values (SET, HERE, SHIFT, FRAME, DECOMPOSE, PACK), and that write and read:
-the terminal (TYPE, PROMPT), and units (ATTACH, FOPEN, READ, WRITE).
+"""Carry out instructions that assign variables (SET, HERE, SHIFT, FRAME, DECOMPOSE, PACK), use the terminal (TYPE,
+PROMPT), and use units (ATTACH, FOPEN, READ, WRITE).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _set_frame(_context: Context, _it: Wording, target: Definable, *places: Tran
 
 
 def _shift(_context: Context, _it: Wording, target: Definable, *distances: float | None) -> None:
-    """The last name of a compound is moved in the frame of those before it, as the numbers of it are."""
+    """Move the last name of a compound in the frame of the names before it, in which its numbers are given."""
     reference = target.reference
     T = reference.value()
     if not isinstance(T, Transform):
@@ -61,7 +61,7 @@ def _joints_here(context: Context, _it: Wording, *targets: Reference | None) -> 
 
 
 def _decompose(context: Context, it: Wording, first: Reference) -> None:
-    """Assign elements from the one named on: X, Y, Z, O, A, T of a transformation, or the joints."""
+    """Assign array elements from the given one on: X, Y, Z, O, A, T of a transformation, or the joints."""
     if isinstance(first.key, str | tuple):
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
     for offset, number in enumerate(numbers_of(it.value, context.environment.units)):
@@ -94,7 +94,7 @@ def _solve_place(context: Context, it: Wording, target: Definable, error: Refere
 
 
 def _joints_from(context: Context, array: Reference) -> Joints:
-    """Raises UndefinedValue where an element has no value."""
+    """Return the joints that an array holds. Raises UndefinedValue if an element has no value."""
     first, count = _beginning(array), context.engine.model.joint_count
     values = [element(first, offset).value() for offset in range(count)]
     return context.environment.units.read(value for value in values if isinstance(value, float))
@@ -116,8 +116,8 @@ _BETWEEN = re.compile(r"\s*,\s*|\s+")
 
 
 def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
-    """The values that a line gives to variables of these kinds, or what is wrong with it. One alone is the whole line;
-    between several are commas or blanks. Nothing at all is 0.
+    """Return the values that a line gives to variables of these kinds, or the mistake in it. A single variable gets the
+    whole line; several values are separated by commas or blanks. An empty field is 0.
     """
     fields = [line] if len(kinds) == 1 else _BETWEEN.split(line.strip())
     if len(fields) > len(kinds):
@@ -132,7 +132,7 @@ def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
 
 
 def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects.Answers:
-    """Asks until the line can be read. The answer None stands for an empty line."""
+    """Ask until the line can be read. The answer None means an empty line."""
     text = "".join(item for item in items if isinstance(item, str))
     targets = [item for item in items if isinstance(item, Reference)]
     values: list[Value] | VrsError | None = None
@@ -151,7 +151,9 @@ Unit = Reference | float | None  # in a variable, as a number, or left out: the 
 def _attach(
     _context: Context, _it: Wording, asked: Unit = None, mode: float | None = None, device: str | None = None
 ) -> effects.Answers:
-    """The robot where no unit is named. Mode 4: the system chooses one, and tells its number in the variable."""
+    """Attach a unit, without a number the robot. In mode 4 the system chooses one, and stores its number in the
+    variable.
+    """
     if integer_between(mode or 0.0, 0, effects.MODE_BITS, "ATTACH mode") & effects.CHOOSE:
         yield from _attach_any(asked, device)
         return
@@ -194,8 +196,8 @@ def _write(
 def _read(
     context: Context, _it: Wording, number: float, handle: Unit, mode: float | None, *variables: Reference | None
 ) -> effects.Answers:
-    """One record, whose values go to the variables: all of them, or none and the unit says why. `handle`, where it is a
-    variable, is that of the connection on which it has come.
+    """Read one record and assign its values: to all variables, or to none and set the unit's status. A variable
+    `handle` gets the handle of the connection.
     """
     targets = [variable for variable in variables if variable is not None]
     unit, waits = effects.checked_unit(number), not whole(mode or 0.0) & effects.NO_WAIT
@@ -221,25 +223,27 @@ def _command(
     data: str | None = None,
     answer: Reference | None = None,
 ) -> effects.Answers:
-    """FCMND: the second text is a variable for what the device answers (eV+ keyword reference, from memory; likely)."""
+    """FCMND: send a command; the second text is a variable for the device's answer (eV+ keyword reference, from memory;
+    likely).
+    """
     yield effects.CommandDevice(effects.checked_open(unit, "FCMND"), whole(command), data or "")
     if answer is not None:
-        answer.assign("")  # of 600, the one command that there is
+        answer.assign("")  # of 600, the only command
 
 
 def _fopen(
     context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None
 ) -> Iterable[effects.Event]:
-    """The mode of a V+ program (16 for TCP) says what the device shows already."""
+    """Open a device. The mode of a V+ program (16 for TCP) adds nothing to what the device says."""
     whole(mode or 0.0)
     how, _ = encode(items, context.environment.units)
     return (effects.OpenDevice(effects.checked_open(unit, "FOPEN"), how),)
 
 
 def _record(line: str, kinds: list[Kind]) -> list[Value]:
-    """A value for each variable; what is left of the line is passed over, but a string that comes last takes it all.
+    """Return a value for each variable; the rest of the line is ignored, but a string at the end takes all of it.
 
-    Raises InvalidNumber where a number is missing or is none, IllegalValue for a string that cannot be stored.
+    Raises InvalidNumber for a missing or wrong number, IllegalValue for a string that cannot be stored.
     """
     if kinds == [Kind.STRING]:
         return [storable(line)]

@@ -1,6 +1,6 @@
-"""Signals, timers and reactions; the end of a program or of a cycle; tasks side by side: EXECUTE, ABORT, events. MOVE,
-APPRO, DRIVE and the other motions; and what motions go by: SPEED, modes, configurations, the hand, TOOL, BASE, switches
-and parameters.
+"""Carry out instructions: signals, timers and reactions; the end of a program or a cycle; tasks (EXECUTE, ABORT,
+events); motions (MOVE, APPRO, DRIVE ...); and settings of motions (SPEED, modes, configurations, the hand, TOOL, BASE,
+switches and parameters).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import INPUTS, TRUE, integer, integer_between, plain, whole
 from vrs_cli.values import commands
 
-MAX_SKIPPED_STEPS = 9999  # that RETURN n leaves out
+MAX_SKIPPED_STEPS = 9999  # of RETURN n
 
 # --- signals and reactions ---------------------------------------------------------------------------------------
 
@@ -96,7 +96,7 @@ def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[effec
 
 
 def checked_task(number: float) -> int:
-    """Raises IllegalValue."""
+    """Return the number of a task. Raises IllegalValue."""
     return integer_between(number, 0, effects.LAST_TASK, "task")
 
 
@@ -136,7 +136,7 @@ def _event(
 
 
 def _event_signal(context: Context, _it: Wording, number: float, level: float | None = None) -> Iterable[effects.Event]:
-    """`level` is of the bus of a controller, which is not there."""
+    """Set the signal of INT.EVENT. `level` is for the bus of a controller, which does not exist here."""
     integer_between(1.0 if level is None else level, 1, 2, "level")
     if whole(number) == 0:
         return (effects.EventSignal(None),)
@@ -181,14 +181,14 @@ TASKS: Mapping[str, Handler] = {
 def _move(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, hand: float | None = None
 ) -> Iterable[effects.Event]:
-    """An air hand opens for anything above 0, and for TRUE; otherwise it closes."""
+    """Move to a place. An air hand opens for any number above 0 and for TRUE; otherwise it closes."""
     target = commands.PoseTarget(place) if isinstance(place, Transform) else commands.JointTarget(place)
     opening = None if hand is None else float(hand > 0.0 or hand == TRUE)
     return (commands.Move(target, straight, hand=opening, stamp=it.stamp, text=it.text),)
 
 
 def _back_off(distance: float) -> Transform:
-    """Return a distance [mm] along the tool's -Z."""
+    """Return a displacement of `distance` [mm] along the tool's -Z."""
     return translation(0.0, 0.0, -distance / 1000.0)
 
 
@@ -246,7 +246,7 @@ def _alter(
     return (commands.Alter(shift(turn, *shift_by), it.text),)
 
 
-# --- what motions go by ------------------------------------------------------------------------------------------
+# --- settings of motions -----------------------------------------------------------------------------------------
 
 LAST_PROFILE = 8  # V+ Language Reference Guide, ACCEL
 
@@ -281,7 +281,7 @@ def _acceleration(
     acceleration: float | None = None,
     deceleration: float | None = None,
 ) -> Iterable[effects.Event]:
-    """Set the profile and both accelerations; those that are left out stay as they are."""
+    """Set the profile and both accelerations; omitted ones stay."""
     if profile is not None:
         yield commands.SetParameter("PROFILE", _profile(profile).name)
     if acceleration is not None or deceleration is not None:
@@ -292,8 +292,8 @@ def _acceleration(
 
 
 def _profile(number: float) -> Profile:
-    """Profile 0 is a square wave of acceleration; one that a robot does not define is profile 0 (V+ Language Reference
-    Guide, ACCEL).
+    """Return a profile by its number. Profile 0 is a square wave of acceleration, and so is a profile that the robot
+    does not define (V+ Language Reference Guide, ACCEL).
     """
     index = integer_between(number, 0, LAST_PROFILE, "a profile of")
     profiles = tuple(Profile)
@@ -301,7 +301,7 @@ def _profile(number: float) -> Profile:
 
 
 def _payload(context: Context, _it: Wording, percent: float | None = None, joint: float | None = None) -> None:
-    """Check the operands. A virtual arm has no servo that would use them."""
+    """Check the operands. A virtual arm has no servo that uses them."""
     if percent is not None and percent > FULL_SPEED:
         raise IllegalValue(
             f"PAYLOAD {plain(percent)}", "a load is 0 to 100 % of the largest, or negative: the usual one"
