@@ -6,14 +6,14 @@
     r.move(0, -45, 180, 0, 45, 0).moves(vrs.trans(300, 450, -200, 90, 90, 0), at=1.0)
     r.sample(rate=100).joints  # (N, 6)
 
-docs/python.md tells all of it. Nothing is loaded before it is asked for: the command line starts as fast as without.
+See docs/python.md. Each name is loaded when it is first used, so that the command line starts fast.
 """
 
 from importlib import import_module
 
 from vrs_cli.version import __version__
 
-_HOMES = {  # where each public name is
+_HOMES = {  # the module of each public name
     "Robot": "vrs_cli.api.robot",
     "load": "vrs_cli.api.robot",
     "connect": "vrs_cli.api.connection",
@@ -29,12 +29,12 @@ _HOMES = {  # where each public name is
     "Run": "vrs_cli.api.answers",
     "Limits": "vrs_cli.interfaces.tasks.limits",
     "ProgramFailed": "vrs_cli.api.answers",
-    "Change": "vrs_cli.api.changes",
-    "Measured": "vrs_cli.api.measured",
-    "Model": "vrs_cli.api.model",
-    "robots": "vrs_cli.api.model",
+    "Change": "vrs_cli.api.answers",
+    "Measured": "vrs_cli.api.posture",
+    "Model": "vrs_cli.api.posture",
+    "robots": "vrs_cli.api.posture",
     "Preview": "vrs_cli.api.posture",
-    "Dragged": "vrs_cli.api.streams",
+    "Dragged": "vrs_cli.api.control",
     "Predictor": "vrs_cli.lab.methods",
     "RemoteController": "vrs_cli.lab.methods",
     "VrsError": "vrs_cli.errors",
@@ -53,14 +53,14 @@ _HOMES = {  # where each public name is
     "RequestRefused": "vrs_cli.errors",
     "TooLate": "vrs_cli.errors",
     "UndefinedName": "vrs_cli.errors",
-    "load_ipython_extension": "vrs_cli.api.notebook",
+    "load_ipython_extension": "vrs_cli.api.connection",
 }
 
 __all__ = ["__version__", *(name for name in _HOMES if name != "load_ipython_extension")]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> object:
-    """A public name, when it is asked for (PEP 562)."""
+    """Load a public name when it is first used (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = globals()[name] = getattr(import_module(_HOMES[name]), name)

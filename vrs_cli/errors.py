@@ -1,4 +1,4 @@
-"""Everything that can go wrong, as one tree, with the texts and codes of VAL-II (V+ numbering).
+"""The errors of vrs as one tree, with the texts and codes of VAL-II (V+ numbering).
 
     VrsError
     ├── ProgramError          a step of a program, or a line at the prompt, cannot be done
@@ -13,10 +13,10 @@
     ├── RequestRefused        a robot does not begin with what it is asked for
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
 
-The raiser gives what happened (`detail`), what would be right (`hint`), and the numbers behind both; the class holds
-VAL-II's text and code. A hint has what may be typed in braces: "{ABORT} stops it" is shown as "ABORT stops it", and to
-who calls methods as "abort() stops it" (`METHODS`; a word without a method as `do("CLOCK GO")`). No error is changed
-after it was made: `reworded` makes another one.
+The code that raises an error gives what happened (`detail`), what would be right (`hint`), and the numbers of both. The
+class has VAL-II's text and code. In a hint the words to type stand in braces: "{ABORT} stops it" is shown as "ABORT
+stops it" in the shell, and as "abort() stops it" in Python (`METHODS`; a word without a method as `do("CLOCK GO")`).
+Errors do not change: `reworded` makes a new one.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from contextlib import contextmanager
 from typing import Any, ClassVar, Final, Self
 
 Place = tuple[float, float, float]
-METHODS = {  # of `vrs_cli.api.robot`, for words of the shell or whole commands; `rest`: what stands behind the word
+METHODS = {  # of `vrs_cli.api.robot`, by words or whole commands of the shell; `rest`: the text after the word
     "ABORT": "abort()",
     "AT": "at={rest}",
     "BRANCH": "branches",
@@ -47,18 +47,18 @@ _TYPED = re.compile(r"\{([A-Z][^{}]*)\}")
 
 
 class VrsError(Exception):
-    """A mistake that a user can understand and mend. `str()` is the one message that is shown.
+    """A mistake that a user can understand and correct. `str()` gives the whole message.
 
-    `value` is what was asked for, `lower` and `upper` are its bounds: of the robot in m and rad, else as the user
-    writes them. `joint` counts from 1 (0: no single one). `place`: the tool tip in the robot's frame [m]. `in_python`:
-    the hint for who calls methods; empty: it is the same.
+    `value` is the wanted value, `lower` and `upper` are its bounds: in m and rad for the robot, otherwise as the user
+    writes them. `joint` counts from 1 (0: no single joint). `place`: the tool tip in the robot's frame [m].
+    `in_python`: the hint for callers of methods; empty if it is the same.
     """
 
     code: ClassVar[int] = -1
     text: ClassVar[str] = "Error"
 
     def __init_subclass__(cls, *, code: int | None = None, text: str | None = None) -> None:
-        """A class without a code or a text of its own has that of its base."""
+        """Set the code and the text of a subclass; without them it has those of its base."""
         if code is not None:
             cls.code = code
         if text is not None:
@@ -87,7 +87,7 @@ class VrsError(Exception):
         self.in_python: Final = in_python or (_TYPED.sub(_method, hint) if self.hint != hint else "")
 
     def reworded(self, detail: str | None = None, hint: str | None = None, place: Place | None = None) -> Self:
-        """The same error with another detail, hint or place."""
+        """Return this error with another detail, hint or place."""
         return type(self)(
             self.detail if detail is None else detail,
             self.hint if hint is None else hint,
@@ -100,7 +100,7 @@ class VrsError(Exception):
         )
 
     def for_python(self) -> VrsError:
-        """The same error for who calls methods, and types no words of the shell."""
+        """Return this error with the hint for callers of methods, which names no words of the shell."""
         return self.reworded(hint=self.in_python) if self.in_python else self
 
     def __str__(self) -> str:
@@ -108,14 +108,14 @@ class VrsError(Exception):
 
     @property
     def title(self) -> str:
-        """What stands between the stars of the message."""
+        """Return the text between the stars of the message."""
         return self.text
 
     @property
     def numbers(self) -> dict[str, float | Place]:
-        """Those of value, lower, upper, joint and place that are known."""
-        told = {"value": self.value, "lower": self.lower, "upper": self.upper, "joint": self.joint or None}
-        return {name: number for name, number in {**told, "place": self.place}.items() if number is not None}
+        """Return value, lower, upper, joint and place, without those that are unknown."""
+        given = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
+        return {name: number for name, number in given.items() if number is not None and (name, number) != ("joint", 0)}
 
 
 def _method(typed: re.Match[str]) -> str:
@@ -125,26 +125,26 @@ def _method(typed: re.Match[str]) -> str:
 
 
 def sentence(title: str, detail: str, hint: str) -> str:
-    """`*Unknown instruction* MOVEE (did you mean MOVE?)`."""
+    """Return the sentence of a message: `*Unknown instruction* MOVEE (did you mean MOVE?)`."""
     return f"*{title}*{f' {detail}' if detail else ''}{f' ({hint})' if hint else ''}"
 
 
 def nearest(word: str, known: Iterable[str], least: float = 0.6) -> str:
-    """The known word that is most like the one given, "" where none is. `least`: how like it must be, up to 1."""
+    """Return the known word that is most similar to `word`, or "". `least`: the similarity that is enough, 0 to 1."""
     from difflib import get_close_matches
 
     return next(iter(get_close_matches(word, tuple(known), 1, least)), "")
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """`did you mean MOVES?`, or another hint where no known word is near."""
+    """Return the hint `did you mean MOVES?`, or `otherwise` if no known word is similar."""
     near = nearest(word, known)
     return f"did you mean {near}?" if near else otherwise
 
 
 @contextmanager
-def told_in_python() -> Iterator[None]:
-    """Raise errors with hints for who calls methods."""
+def hints_for_python() -> Iterator[None]:
+    """Raise the errors of a block with the hints for callers of methods."""
     try:
         yield
     except VrsError as error:
@@ -152,7 +152,7 @@ def told_in_python() -> Iterator[None]:
 
 
 class ProgramError(VrsError):
-    """A step of a program, or a line at the prompt, cannot be done."""
+    """A step of a program, or a line at the prompt, cannot be carried out."""
 
 
 class UndefinedValue(ProgramError, code=-401, text="Undefined value"):
@@ -164,11 +164,11 @@ class IllegalValue(ProgramError, code=-402, text="Illegal value"):
 
 
 class IllegalAssignment(ProgramError, code=-403, text="Illegal assignment"):
-    """A value is assigned to something that takes none."""
+    """A value is assigned to something that cannot have one."""
 
 
 class IllegalArrayIndex(ProgramError, code=-404, text="Illegal array index"):
-    """An index is negative, too large, or one too many."""
+    """An index is negative or too large, or there are too many indexes."""
 
 
 class IllegalSignal(ProgramError, code=-405, text="Illegal digital signal"):
@@ -188,11 +188,11 @@ class ArithmeticOverflow(ProgramError, code=-409, text="Arithmetic overflow"):
 
 
 class NegativeSquareRoot(ProgramError, code=-410, text="Negative square root"):
-    """The square root of a negative number."""
+    """The square root of a negative number is wanted."""
 
 
 class StringOverflow(ProgramError, code=-416, text="String variable overflow"):
-    """A string of more characters than a variable holds."""
+    """A string has more characters than a variable holds."""
 
 
 class UndefinedLabel(ProgramError, code=-412, text="Branch to undefined label"):
@@ -220,7 +220,7 @@ class UnknownInstruction(ProgramError, code=-452, text="Unknown instruction"):
 
 
 class NotAvailable(ProgramError, code=-453, text="Not available"):
-    """A word of VAL-II or its relatives that is known here, and not carried out."""
+    """A word of VAL-II or a related language that vrs knows but does not carry out."""
 
 
 class InvalidName(ProgramError, code=-455, text="Invalid program or variable name"):
@@ -248,7 +248,7 @@ class DuplicateLabel(ProgramError, code=-464, text="Duplicate statement label"):
 
 
 class MisplacedDeclaration(ProgramError, code=-471, text="Misplaced declaration statement"):
-    """AUTO, LOCAL or GLOBAL after a step that does something."""
+    """AUTO, LOCAL or GLOBAL stands after another statement."""
 
 
 class ControlStructure(ProgramError, code=-473, text="Control structure error"):
@@ -256,11 +256,11 @@ class ControlStructure(ProgramError, code=-473, text="Control structure error"):
 
 
 class AmbiguousGrouping(ProgramError, code=56, text="Ambiguous grouping"):
-    """A warning: VAL-II's own table of operators groups an expression otherwise."""
+    """A warning: VAL-II's own order of operators would group an expression differently."""
 
 
 class OldMeaning(ProgramError, code=58, text="Taken as in VAL"):
-    """A warning: a form that the first VAL has, and VAL-II reads otherwise."""
+    """A warning: a form of the first VAL that VAL-II reads differently."""
 
 
 class WordAsName(ProgramError, code=59, text="Word as a name"):
@@ -268,7 +268,7 @@ class WordAsName(ProgramError, code=59, text="Word as a name"):
 
 
 class HiddenStatement(ProgramError, code=62, text="Statement in a comment"):
-    """A warning: what stands after a semicolon looks like a second statement of the line, and is a comment."""
+    """A warning: a comment that looks like a second statement of the line."""
 
 
 class AngleUnit(ProgramError, code=63, text="Angle in degrees"):
@@ -284,31 +284,31 @@ class TimeUnit(ProgramError, code=67, text="Time in seconds"):
 
 
 class SpeedInPercent(ProgramError, code=69, text="Speed in percent"):
-    """A warning: a speed that looks like a fraction of the full one."""
+    """A warning: a speed that looks like a fraction of full speed."""
 
 
 class UnreadStatus(ProgramError, code=68, text="Status of a file not read"):
-    """A warning: a program opens a file to be read, and goes on where it is not there."""
+    """A warning: a program opens a file to read and does not check that it is there."""
 
 
 class FixedCondition(ProgramError, code=66, text="Condition that never changes"):
-    """A warning: the number of a signal where its state is meant, or TRUE compared with 1."""
+    """A warning: a condition has the number of a signal instead of its state, or compares TRUE with 1."""
 
 
 class AboveFullSpeed(ProgramError, code=64, text="More than full speed"):
-    """A warning: a speed or an acceleration above 100 %, of which no more than 100 % is used."""
+    """A warning: a speed or an acceleration above 100 %, which is cut to 100 %."""
 
 
 class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
-    """A warning: nothing leads to a step."""
+    """A warning: a step that is never carried out."""
 
 
 class PauseOfArm(ProgramError, code=60, text="Pause of the arm"):
-    """A warning: a DELAY that a reader could take for a pause of the program."""
+    """A warning: a DELAY, which holds the arm, where the program itself seems meant to pause."""
 
 
 class WithoutEffect(ProgramError, code=61, text="No effect here"):
-    """A warning: a switch or a parameter that means nothing to a virtual robot, or a step that does nothing."""
+    """A warning: a switch or parameter without effect on a virtual robot, or a step that does nothing."""
 
 
 class NoProgramSpecified(ProgramError, code=-301, text="No program specified"):
@@ -340,27 +340,27 @@ class LimitReached(ProgramError, code=-414, text="Program limit reached"):
 
 
 class EndlessWait(LimitReached, code=-419, text="Endless wait"):
-    """A program waits for what nothing can change, in a time that would pass at once. (The code is ours.)"""
+    """A program waits for a change that cannot come, in virtual time. (The code is ours.)"""
 
 
 class ClockPaused(ProgramError, code=-415, text="Clock is paused"):
-    """Something waits for a clock on the wall that was told to stand."""
+    """A program or command waits for a real-time clock that is paused."""
 
 
 class EndOfInput(ProgramError, code=-504, text="Unexpected end of file"):
-    """A program asks for a line, and there is no more input."""
+    """A program asks for a line, but there is no more input."""
 
 
 class MotionError(VrsError):
-    """The robot cannot do the motion. A straight line fails at its `place`."""
+    """The robot cannot do the motion. `place`: where a straight line fails [m]."""
 
 
 class RobotNotAttached(MotionError, code=-602, text="Robot not attached to this program"):
-    """Another task has the robot, or none has it and the program did not ask for it."""
+    """Another task has the robot, or the program did not ATTACH it."""
 
 
 class AlterNotOn(MotionError, code=-634, text="ALTER mode is not on"):
-    """The code is of V+, from memory."""
+    """ALTER is used in a task that has not begun it. (The code is V+'s, from memory.)"""
 
 
 class PowerOff(MotionError, code=-604, text="Robot power off"):
@@ -368,21 +368,21 @@ class PowerOff(MotionError, code=-604, text="Robot power off"):
 
 
 class TooLate(MotionError, code=-690, text="Execution time is past"):
-    """In real time: what was asked for would change what has happened already. (The code is ours.)"""
+    """In real time a command would change the past. (The code is ours.)"""
 
 
 class TooNear(MotionError, code=-691, text="Too near a singularity"):
-    """A small step of the tool would be a large one for a joint. (The code is ours.)"""
+    """A small step of the tool would need a large step of a joint. (The code is ours.)"""
 
 
 class CollisionAhead(MotionError, code=-696, text="Collision"):
-    """With ENABLE COLLISION: something would touch on the way. `value`: how deep [m], `lower`: how much farther apart
-    both would have to be [m], `place`: where, in the world [m]. (The code is ours.)
+    """With ENABLE COLLISION: the arm or its part would touch something. `value`: the depth [m], `lower`: the missing
+    distance [m], `place`: the point in the world [m]. (The code is ours.)
     """
 
 
 class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):
-    """A motion that followed a stream of targets would have to be planned again. (The code is ours.)"""
+    """A motion that followed a stream of targets cannot be planned again. (The code is ours.)"""
 
 
 class IllegalJoint(MotionError, code=-609, text="Illegal joint number"):
@@ -390,11 +390,11 @@ class IllegalJoint(MotionError, code=-609, text="Illegal joint number"):
 
 
 class LocationOutOfRange(MotionError, code=-610, text="Location out of range"):
-    """`value`: how far away the location is [m]; the arm reaches from `lower` to `upper`."""
+    """The arm does not reach a location. `value`: its distance [m]; the arm reaches from `lower` to `upper`."""
 
     @property
     def beyond(self) -> float | None:
-        """How much too far the location is, or too close if negative [m]; None where that is not known."""
+        """Return how much too far the location is, or too close if negative [m]; None if that is unknown."""
         bound = self.lower if self.upper is None else self.upper
         return None if self.value is None or bound is None else self.value - bound
 
@@ -408,7 +408,7 @@ class StraightLineSingular(MotionError, code=-613, text="Straight-line motion to
 
 
 class PathWithoutJoints(VrsError, code=-693, text="No joints for a place on a straight line"):
-    """A straight line on the timeline leads where the arm has no joints: no planned one does. (The code is ours.)"""
+    """A straight line of a timeline from a file leaves the reach of the arm. (The code is ours.)"""
 
 
 class LocationTooFar(LocationOutOfRange, code=-619, text="Location too far"):
@@ -440,11 +440,11 @@ class FileExists(FileError, code=-500, text="File already exists"):
 
 
 class FileDamaged(FileError, code=-503, text="File is not what it should be"):
-    """The content of a file is not of its format."""
+    """The content of a file does not fit its format."""
 
 
 class FileOpened(FileError, code=-506, text="File already opened"):
-    """A file that somebody writes is nobody else's, and a unit has one file."""
+    """A file is being written by somebody else, or a unit has an open file already."""
 
 
 class FileNotOpened(FileError, code=-513, text="File not opened"):
@@ -456,43 +456,43 @@ class UnitNotAttached(FileError, code=-516, text="Logical unit not attached"):
 
 
 class UnitAttached(FileError, code=-515, text="Device already attached"):
-    """A device that cannot be shared is another task's."""
+    """Another task has a device that cannot be shared."""
 
 
 class DeviceNotReady(FileError, code=-508, text="Device not ready"):
-    """There is no such device here, or it cannot be had."""
+    """A device does not exist here or cannot be opened."""
 
 
 class NetworkClosed(FileError, code=-562, text="Network connection closed"):
-    """Nobody is at the other end, or not any more. (Public V+ programs test this code.)"""
+    """The other end of a connection does not answer or has closed it. (Public V+ programs test this code.)"""
 
 
 class NetworkTimeout(FileError, code=-559, text="Network timeout"):
-    """Nothing has come from the other end for too long. (The code is ours.)"""
+    """The other end of a connection has sent nothing for too long. (The code is ours.)"""
 
 
 class PortTaken(FileError, code=-560, text="Network port in use"):
-    """Another program listens at that port. (The code is ours.)"""
+    """Another program listens on the port. (The code is ours.)"""
 
 
 class NoDataReceived(FileError, code=-526, text="No data received"):
-    """READ or GETC does not wait, and nothing is there."""
+    """READ or GETC without waiting finds no data."""
 
 
 class LineMissing(NoDataReceived):
-    """GETC waits for something to come on the unit `value`: the task asks for it, and does the step again."""
+    """GETC needs the next line of the unit `value`: the task asks for it and repeats the step."""
 
 
 class FileOutside(FileError, code=-517, text="File outside the folder of the run"):
-    """A program names a file that is not in the folder it runs in."""
+    """A program names a file outside the folder of its run."""
 
 
 class RequestRefused(VrsError, code=-390, text="Request refused"):
-    """A robot does not begin with what it is asked for. (The code is ours.)"""
+    """A robot does not begin a request. (The code is ours.)"""
 
 
 class UsageError(VrsError, code=-300, text="Illegal monitor command"):
-    """A command or an option does not exist, or is used in a way it cannot be."""
+    """A command or an option does not exist, or is used wrongly."""
 
     def for_python(self) -> VrsError:
         if type(self) is not UsageError:
@@ -502,12 +502,12 @@ class UsageError(VrsError, code=-300, text="Illegal monitor command"):
 
 
 class NotPossible(UsageError, code=-395, text="Not possible"):
-    """A method is used in a way it cannot be, or not now. (The code is ours.)"""
+    """A method is used wrongly, or cannot be used now. (The code is ours.)"""
 
 
 class LeaseHeld(UsageError, code=-694, text="Lease is not yours"):
-    """Somebody else drives the robot, or nobody does. (The code is ours.)"""
+    """Another user drives the robot, or no user does. (The code is ours.)"""
 
 
 class RoleWanted(UsageError, code=-695, text="Not in your role"):
-    """A word needs a role that its sender has not. (The code is ours.)"""
+    """A command needs a role that its sender does not have. (The code is ours.)"""

@@ -1,4 +1,4 @@
-"""What the installation has: packages that not everybody needs, and the folders that come with vrs."""
+"""Find what is installed: optional packages, the folders that come with vrs, the built page."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ BUILT_PAGE = Path(__file__).resolve().parent / "page" / "built"
 
 
 def how_to_install(package: str) -> str:
-    """Return the command for the Python that runs, which works wherever vrs itself was installed from."""
-    python = _quoted(sys.executable)
+    """Return the command that installs a package for the Python that runs."""
+    python = _quote(sys.executable)
     pip = f"{python} -m pip install" if find_spec("pip") else f"uv pip install --python {python}"
     return f"{pip} {package}"
 
@@ -25,29 +25,29 @@ def shipped_folder(name: str) -> Path:
 
 
 def built_page() -> Path | None:
-    """Return the folder of the built page of the browser (`index.html`, `assets/`, ...); None where it is not built."""
+    """Return the folder of the built page for the browser (`index.html`, `assets/`, ...); None if it is not built."""
     return BUILT_PAGE if (BUILT_PAGE / "index.html").is_file() else None
 
 
 def how_to_build_page() -> str:
-    """Return the command that builds the page: of this checkout, or a new installation from where it came from."""
+    """Return the command that builds the page: in this checkout, or by a new installation from the same source."""
     builder = BUILT_PAGE.parent / "hatch_build.py"
     if builder.is_file():
-        return f"{_quoted(sys.executable)} {_quoted(str(builder))}"
-    return how_to_install(f"--force-reinstall --no-deps --no-cache-dir {_quoted(_origin())}")
+        return f"{_quote(sys.executable)} {_quote(str(builder))}"
+    return how_to_install(f"--force-reinstall --no-deps --no-cache-dir {_quote(_origin())}")
 
 
 def _origin() -> str:
-    """The folder or address that vrs was installed from, or its name at the package index."""
+    """Return the folder or address that vrs was installed from, or its name at the package index."""
     import json
     from importlib.metadata import PackageNotFoundError, distribution
 
     try:
-        told = distribution("vrs-cli").read_text("direct_url.json")
+        record = distribution("vrs-cli").read_text("direct_url.json")
     except PackageNotFoundError:
-        told = None
-    return str(json.loads(told)["url"]) if told else "vrs-cli"
+        record = None
+    return str(json.loads(record)["url"]) if record else "vrs-cli"
 
 
-def _quoted(word: str) -> str:
+def _quote(word: str) -> str:
     return f'"{word}"' if " " in word else word

@@ -1,3 +1,3 @@
-"""The version of vrs, in a place of its own: everything may import it, and it imports nothing."""
+"""The version of vrs, in a module without imports."""
 
 __version__ = "0.1.0"

@@ -1,4 +1,4 @@
-"""Answers of a robot as values, which show themselves as text, and in a notebook as tables, pictures and scenes."""
+"""Values that a robot in Python answers with. They print as text; a notebook shows tables, pictures and scenes."""
 
 from __future__ import annotations
 
@@ -9,8 +9,13 @@ from html import escape
 from itertools import chain
 from pathlib import Path
 from tempfile import mkdtemp
+from threading import Thread
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
+
+from vrs_cli.engine.engine import TimelineChange
+from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.errors import VrsError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.kinematics.arm import RobotArm
@@ -19,7 +24,7 @@ from vrs_cli.render.colours import Ink
 from vrs_cli.render.documents import blocks_html, html, latex_document, markdown, picture
 from vrs_cli.render.layout import blocks
 from vrs_cli.render.text import plain_text
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.numbers import decimal
 from vrs_cli.values.replies import Plot, Reply, is_error
 from vrs_cli.values.results import RunOutcome, RunResult
@@ -31,19 +36,19 @@ if TYPE_CHECKING:
 class Replies(tuple[Reply, ...]):
     """The replies to a line, in order: values of `vrs_cli.values.replies`, in metres, radians and seconds.
 
-    `text` is what the shell prints of them; `ok`: none says that something could not be done.
+    `text` is their text in the shell; `ok` is False if one of them is an error.
     """
 
     __slots__ = ()
 
     @property
     def text(self) -> str:
-        """The replies as the shell shows them."""
+        """Return the replies as the shell shows them."""
         return "".join(map(plain_text, self))
 
     @property
     def ok(self) -> bool:
-        """False where a reply says that something could not be done."""
+        """Return False if one of the replies is an error."""
         return not any(map(is_error, self))
 
     def __repr__(self) -> str:
@@ -53,18 +58,18 @@ class Replies(tuple[Reply, ...]):
         return html(self)
 
     def _ipython_display_(self) -> None:
-        """Show nothing in a notebook where there are no replies; else leave it to the notebook's usual way."""
+        """Show nothing in a notebook if there are no replies; otherwise let the notebook show them as usual."""
         if self:
             raise NotImplementedError
 
 
 class Explanation(Replies):
-    """What EXPLAIN answers: tables as Markdown, formulas and matrices as LaTeX in a notebook. Its values are those of
-    `vrs_cli.values.results`.
+    """The answer to EXPLAIN: values of `vrs_cli.values.results`. A notebook shows tables as Markdown, formulas and
+    matrices as LaTeX.
     """
 
     __slots__ = ()
-    _repr_html_ = None  # type: ignore[assignment]  # a notebook takes the Markdown, which has formulas
+    _repr_html_ = None  # type: ignore[assignment]  # so that a notebook takes the Markdown, which has formulas
 
     def _repr_markdown_(self) -> str:
         return markdown(chain.from_iterable(blocks(reply, PIPE) for reply in self))
@@ -74,25 +79,25 @@ class Explanation(Replies):
 
 
 class Picture(Replies):
-    """A plot: `times` [s] and `curves`, each with its label and values; a notebook draws it."""
+    """A plot: `times` [s], and `curves` with a label and values each. A notebook draws it."""
 
     __slots__ = ()
 
     @property
     def plot(self) -> Plot:
-        """The plot as a value: title, unit, times and curves."""
+        """Return the plot as a value: title, unit, times and curves."""
         (plot,) = self
         assert isinstance(plot, Plot)
         return plot
 
     @property
     def times(self) -> Sequence[float]:
-        """The times of all curves [s]."""
+        """Return the times of all curves [s]."""
         return self.plot.times
 
     @property
     def curves(self) -> dict[str, Sequence[float]]:
-        """The values of each curve, by its label, in the units of the shell (mm, degrees)."""
+        """Return the values of each curve by its label, in the units of the shell (mm, degrees)."""
         return {curve.label: curve.values for curve in self.plot.curves}
 
     def _repr_svg_(self) -> str:
@@ -100,16 +105,16 @@ class Picture(Replies):
 
 
 class Run(RunResult, frozen=True):
-    """A run of a program: `typed` is a tuple of lines; `started` and `ended` [s]; `fault`, if it went wrong."""
+    """The result of a program: `typed` is a tuple of lines, `started` and `ended` are times [s], `fault` the error."""
 
     @property
     def ok(self) -> bool:
-        """True where the program came to its end without an error."""
+        """Return True if the program came to its end without an error."""
         return self.outcome is RunOutcome.COMPLETED
 
     @property
     def seconds(self) -> float:
-        """How long it took, by the robot's clock [s]."""
+        """Return how long the program took, by the robot's clock [s]."""
         return self.ended - self.started
 
     def __repr__(self) -> str:
@@ -118,7 +123,7 @@ class Run(RunResult, frozen=True):
 
 
 class ProgramFailed(VrsError):
-    """A program that was run has stopped with an error; `result` says how far it came."""
+    """A program has stopped with an error. `result` is its Run up to there."""
 
     def __init__(self, result: Run) -> None:
         fault = result.fault
@@ -131,10 +136,10 @@ class ProgramFailed(VrsError):
 
 
 class Scene:
-    """An arm that follows a timeline, in a cell or alone. `html`: the page, which plays offline; `height` [px] of what
-    a notebook shows.
+    """An arm that follows a timeline, in a cell or alone, as a page for the browser. `html`: the page, which plays
+    offline; `height`: its height in a notebook [px].
 
-    Raises UsageError where the page is not built.
+    Raises UsageError if the page is not built.
     """
 
     def __init__(self, arm: RobotArm, timeline: Timeline, height: int, world: World | None = None) -> None:
@@ -145,7 +150,7 @@ class Scene:
 
     @cached_property
     def html(self) -> str:
-        """The whole page, which plays without a server and without the Internet."""
+        """Return the whole page. It plays without a server and without the Internet."""
         from vrs_cli.net.page_data import recorded_page
         from vrs_cli.render.pictures import page
 
@@ -157,9 +162,7 @@ class Scene:
         write_atomically(path, self.html)
 
     def open(self) -> Path:
-        """Show it in the browser of this machine: for a script, which has no cell to show it below. The page is in the
-        file that is returned, which stays.
-        """
+        """Write the page to a new file, show it in the browser of this machine, and return the path of the file."""
         path = Path(mkdtemp(prefix="vrs-")) / f"{self._arm.model.name}.html"
         self.save(path)
         webbrowser.open(path.as_uri())
@@ -170,23 +173,63 @@ class Scene:
         return f"<Scene of {self._arm.model.name}: {span}; .open() shows it in a browser>"
 
     def _repr_html_(self) -> str:
-        """A frame that has the whole page in it: a notebook that is opened elsewhere needs no server either."""
+        """Return a frame that contains the whole page, so that a notebook needs no server on any machine."""
         style = "border:0;width:100%"
         return f'<iframe srcdoc="{escape(self.html)}" height="{self._height}" style="{style}"></iframe>'
 
 
-ROWS = 5  # at the beginning and at the end of a long table
-
-
 def table(title: str, columns: Sequence[Column], count: int, row: Callable[[int], tuple[str, ...]]) -> str:
-    """A title and a table of so many rows, of which a long one shows the first and the last."""
-    if count <= 2 * ROWS + 1:
+    """Return the HTML of a title and a table of `count` rows. A long table shows its first and last five rows."""
+    if count <= 11:
         rows = tuple(map(row, range(count)))
     else:
-        first, last = map(row, range(ROWS)), map(row, range(count - ROWS, count))
+        first, last = map(row, range(5)), map(row, range(count - 5, count))
         rows = (*first, ("...",) * len(columns), *last)
     return blocks_html((line(title, Ink.NOTE), Grid(tuple(columns), rows)))
 
 
 def figures(numbers: Iterable[float]) -> tuple[str, ...]:
     return tuple(map(decimal, numbers))
+
+
+class Change(Struct, frozen=True):
+    """A change of the timeline: the new `timeline`, its `version`, and the `delta` that made it. `delta` is None if
+    another timeline has taken the place of the old one.
+    """
+
+    version: int
+    timeline: Timeline
+    delta: TimelineDelta | None = None
+
+    def __repr__(self) -> str:
+        what = "another timeline" if self.delta is None else self.delta.motion.text or "a motion"
+        return f"<Change to version {self.version}: {what}, to {self.timeline.end:.3f} s>"
+
+
+def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change], object]) -> Callable[[], None]:
+    """Call `callback` for every change, in a new thread. Return a function that ends this after the changes so far.
+
+    If the callback raises an error, the thread reports it and ends.
+    """
+
+    def listen() -> None:
+        timeline: Timeline | None = None
+        while (event := subscription.take()) is not None:  # after the end of the subscription: what is still in it
+            if isinstance(event, MissedEvents):
+                continue  # the whole timeline comes next
+            if isinstance(event, TimelineDelta):
+                assert timeline is not None
+                timeline = timeline.apply(event)
+                callback(Change(timeline.version, timeline, event))
+            else:
+                timeline = event.timeline
+                callback(Change(timeline.version, timeline))
+
+    thread = Thread(target=listen, name="vrs subscriber", daemon=True)
+    thread.start()
+
+    def end() -> None:
+        subscription.end()
+        thread.join()
+
+    return end

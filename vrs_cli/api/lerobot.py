@@ -1,9 +1,8 @@
-"""LeRobot's policies on a robot of vrs, here or served: observations as they read them, and the chunks of actions that
-they send. Nothing of LeRobot is imported.
+"""Run policies of LeRobot on a robot of vrs, in this process or served, without importing LeRobot.
 
-Names and units are LeRobot's (https://huggingface.co/docs/lerobot): a motor's value goes from -100 to 100 over its
-range, or counts degrees from the middle of it (`use_degrees` of an SO-100), the gripper's from 0, closed, to 100.
-Action k of a chunk is for k / rate seconds after the observation that the policy saw.
+Names and units are LeRobot's (https://huggingface.co/docs/lerobot). The value of a motor goes from -100 to 100 over its
+range, or is in degrees from the middle of the range (`use_degrees` of an SO-100). The gripper's value goes from 0
+(closed) to 100. Action k of a chunk is due k / rate seconds after the observation that the policy has seen.
 """
 
 from __future__ import annotations
@@ -21,17 +20,17 @@ from vrs_cli.values.results import FollowReport
 
 MOTORS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")  # of an SO-100, base to hand
 GRIPPER = "gripper"
-FULL_RANGE = 100.0  # the value of a motor at the upper end of its range, and of a gripper that is open
+FULL_RANGE = 100.0  # the value of a motor at the upper end of its range, and of an open gripper
 RATE = 30.0  # actions a second, as LeRobot's own clients send them
-AHEAD = 0.05  # [s] from the begin of a chunk: the hand moves no earlier, so that its command is in time
+HAND_LEAD_S = 0.05  # from the begin of a chunk to the first command of the hand, so that it is not too late
 
 
 class LeRobotArm:
-    """A robot with the names and units of a LeRobot arm; `robot` keeps its own.
+    """A robot with the names and units of a LeRobot arm; the Robot `robot` itself is not changed.
 
-    `motors`: one for each joint, base to hand; `degrees`: values are degrees, as with `use_degrees` of LeRobot;
-    `reversed_motors`: those that turn against the joint of the robot's file; `rate`: actions a second. Raises
-    UsageError where motors and joints are not equally many, or one is named that is none of them.
+    `motors`: a name for each joint, from base to hand; `degrees`: values are in degrees, as with `use_degrees` of
+    LeRobot; `reversed_motors`: motors that turn against the joint in the robot's file; `rate`: actions a second. Raises
+    UsageError if the number of motors is not that of the joints, or if a reversed motor is not among the motors.
     """
 
     def __init__(
@@ -58,21 +57,22 @@ class LeRobotArm:
         self._scale: Floats = scale * np.where([name in reversed_motors for name in self.motors], -1.0, 1.0)
 
     def observation(self, t: float | None = None) -> dict[str, float]:
-        """Return what a policy sees of the arm at a time [s], or now: the value of each motor, and of the gripper."""
-        seen = self.robot.where(t)
-        values = ((seen.joints - self._middle) / self._scale).tolist()
-        hand = FULL_RANGE if bool(seen.hand) else 0.0
+        """Return what a policy sees of the arm at a time [s], or now: the values of the motors and of the gripper."""
+        posture = self.robot.where(t)
+        values = ((posture.joints - self._middle) / self._scale).tolist()
+        hand = FULL_RANGE if bool(posture.hand) else 0.0
         return {f"{name}.pos": value for name, value in zip((*self.motors, GRIPPER), (*values, hand), strict=True)}
 
     def follow(
         self, actions: ArrayLike | Sequence[Mapping[str, float]], observed: float, *, arrival: float | None = None
     ) -> FollowReport:
-        """Follow a chunk: `actions` (N, motors), (N, motors + gripper), or N mappings of names to values; `observed`:
-        the time of the robot's clock [s] of the observation. Actions whose time has passed are left out: those before
-        `arrival` [s], where it is given, as a robot in virtual time does not wait for a policy.
+        """Follow a chunk: `actions` are (N, motors), (N, motors + gripper), or N mappings of names to values.
 
-        The gripper opens or closes when its values pass the half. Errors are told in radians (metres). Raises
-        UsageError where a motor is missing, ValueError, TypeError, and what `Robot.follow` raises.
+        `observed`: the robot's time of the observation [s]. Actions whose time has passed are left out. In virtual time
+        the robot does not wait for a policy: give the time at which the chunk comes as `arrival` [s]. The gripper opens
+        or closes when its value passes the half. The errors in the report are in radians (metres).
+
+        Raises UsageError if a motor is missing, ValueError, TypeError, and the errors of `Robot.follow`.
         """
         rows = self._rows(actions)
         times = observed + np.arange(len(rows)) / self.rate
@@ -85,11 +85,11 @@ class LeRobotArm:
         report = self.robot.follow(times, self._middle + self._scale * rows[:, :count])
         if rows.shape[1] > count:
             coming = slice(report.late, None)
-            self._move_hand(np.maximum(times[coming], report.begin + AHEAD), rows[coming, count])
+            self._move_hand(np.maximum(times[coming], report.begin + HAND_LEAD_S), rows[coming, count])
         return report
 
     def _rows(self, actions: ArrayLike | Sequence[Mapping[str, float]]) -> Floats:
-        """Return the values of N actions (N, motors), with the gripper's where they have it."""
+        """Return the values of N actions: (N, motors), or (N, motors + 1) if they have a gripper."""
         given = list(actions) if isinstance(actions, Sequence) else None
         if given and isinstance(given[0], Mapping):
             names = (*self.motors, GRIPPER) if f"{GRIPPER}.pos" in given[0] else self.motors
@@ -106,7 +106,7 @@ class LeRobotArm:
         return rows
 
     def _move_hand(self, times: Floats, values: Floats) -> None:
-        """Open and close the hand when the values of the gripper do, from the hand's present state on."""
+        """Open and close the hand at the times at which the gripper's values (N,) pass the half."""
         before = bool(self.robot.where(float(times[0])).hand)
         for t, value in zip(times.tolist(), values.tolist(), strict=True):
             state = value >= 0.5 * FULL_RANGE

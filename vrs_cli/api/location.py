@@ -1,4 +1,4 @@
-"""Numbers and locations, one or many, as they come from outside and as they are shown: in VAL-II's units or in SI."""
+"""Check the numbers that come from Python; locations, one or many; units: those of VAL-II, or SI."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Flags = NDArray[np.bool_]
 
 
 class Units(Enum):
-    """`VAL`: millimetres and degrees, as VAL-II has them; `SI`: metres and radians. Times are seconds in both."""
+    """Units of a Robot. `VAL`: millimetres and degrees; `SI`: metres and radians. Times are seconds in both."""
 
     VAL = "VAL"
     SI = "SI"
 
     @classmethod
     def of(cls, given: str | Units) -> Units:
-        """Raises ValueError for a name that is none."""
+        """Return the units of a name. Raises ValueError for another name."""
         try:
             return cls(given)
         except ValueError:
@@ -45,25 +45,25 @@ class Units(Enum):
         return "deg" if self is Units.VAL else "rad"
 
     def scales(self, kinds: JointUnits, count: int) -> Floats:
-        """(n,): what makes numbers that are shown of joints [rad, m]; 1 in SI."""
+        """Return the factors (n,) from joints [rad, m] to these units; 1 in SI."""
         if self is Units.SI:
             return np.ones(count)
         return np.array([kinds.one_shown(joint, 1.0) for joint in range(1, count + 1)])
 
 
 def numbers(given: ArrayLike, what: str, *shape: int) -> Floats:
-    """Finite numbers of a shape (..., *shape), as an array of their own.
+    """Return finite numbers of a shape (..., *shape), as a new array. `what`: their name in messages.
 
-    Raises TypeError for what is no numbers, ValueError for another shape, and for nan and infinity.
+    Raises TypeError if they are no numbers, ValueError for another shape, and for nan and infinity.
     """
     try:
         array = np.asarray(given)
     except ValueError:
         raise ValueError(f"{what}: the rows are not of one length") from None
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{what}: numbers are wanted, not {_said(given)}")
+        raise TypeError(f"{what}: numbers are wanted, not {_short_repr(given)}")
     if array.shape[array.ndim - len(shape) :] != shape or array.ndim < len(shape):
-        wanted = f"{_shape(shape)} or {_shape(('N', *shape))}"
+        wanted = f"{_shape_text(shape)} or {_shape_text(('N', *shape))}"
         raise ValueError(f"{what}: the shape {array.shape} does not fit, {wanted} is wanted")
     if not np.isfinite(array).all():
         raise ValueError(f"{what}: finite numbers are wanted, not {array[~np.isfinite(array)][0]}")
@@ -71,10 +71,10 @@ def numbers(given: ArrayLike, what: str, *shape: int) -> Floats:
 
 
 def number(given: float, what: str) -> float:
-    """One finite number. Raises TypeError, ValueError."""
+    """Return one finite number. Raises TypeError, ValueError."""
     array = numbers(given, what)
     if array.ndim:
-        raise TypeError(f"{what}: one number is wanted, not {_said(given)}")
+        raise TypeError(f"{what}: one number is wanted, not {_short_repr(given)}")
     return float(array)
 
 
@@ -84,23 +84,20 @@ def freeze(array: Floats) -> Floats:
     return array
 
 
-def _shape(shape: tuple[int | str, ...]) -> str:
+def _shape_text(shape: tuple[int | str, ...]) -> str:
     return f"({', '.join(map(str, shape))}{',' * (len(shape) == 1)})" if shape else "one number"
 
 
-def _said(given: object) -> str:
+def _short_repr(given: object) -> str:
     text = repr(given)
     return text if len(text) <= 40 else f"{text[:37]}..."
 
 
-# --- locations: transformations as VAL-II has them -------------------------------------------------------------------
-
-
 class Location:
-    """The place of a tool: one location, or an array of them.
+    """The place of a tool, or an array of such places: transformations of VAL-II.
 
-    `xyz` (..., 3) and `oat` (..., 3): X, Y, Z and the angles O, A, T, in mm and degrees, or in metres and radians for
-    `units="SI"`. `matrix` (..., 4, 4): the homogeneous transformation, always in metres. `a @ b` is VAL-II's `a:b`.
+    `xyz` (..., 3): X, Y, Z; `oat` (..., 3): the angles O, A, T. They are in mm and degrees, or in metres and radians
+    for `units="SI"`. `matrix` (..., 4, 4): the homogeneous transformation, always in metres. `a @ b` is VAL-II's `a:b`.
     """
 
     def __init__(self, rows: Floats, units: Units = Units.VAL) -> None:
@@ -113,8 +110,8 @@ class Location:
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike, units: str | Units = Units.VAL) -> Location:
-        """Make locations of homogeneous transformations (4, 4) or (N, 4, 4) [m]. Raises ValueError for one that is no
-        rigid motion.
+        """Make locations from homogeneous transformations (4, 4) or (N, 4, 4) [m]. Raises ValueError if one of them is
+        no rigid motion.
         """
         M = numbers(matrix, "matrix", 4, 4)
         R = M[..., :3, :3]
@@ -125,41 +122,41 @@ class Location:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """() for one location, (N,) for N."""
+        """Return () for one location, (N,) for N."""
         return self.rows.shape[:-2]
 
     @cached_property
     def xyz(self) -> Floats:
-        """(..., 3): X, Y, Z."""
+        """Return X, Y, Z (..., 3) [mm], or [m] in SI."""
         return freeze(self.rows[..., 3] * (1000.0 if self.units is Units.VAL else 1.0))
 
     @cached_property
     def oat(self) -> Floats:
-        """(..., 3): the angles O, A, T."""
+        """Return the angles O, A, T (..., 3) [degrees], or [rad] in SI."""
         oat = to_oat_batch(self.rows)
         return freeze(np.degrees(oat) if self.units is Units.VAL else oat)
 
     @cached_property
     def matrix(self) -> Floats:
-        """(..., 4, 4) [m]."""
+        """Return the homogeneous transformations (..., 4, 4) [m]."""
         last = np.broadcast_to((0.0, 0.0, 0.0, 1.0), (*self.shape, 1, 4))
         return freeze(np.concatenate((self.rows, last), axis=-2))
 
     @property
     def transform(self) -> Transform:
-        """The one location, for the kinematics. Raises ValueError where it is an array of them."""
+        """Return the one location as a Transform [m]. Raises ValueError for an array of locations."""
         if self.shape:
             raise ValueError(f"location: one is wanted, not an array of shape {self.shape}")
         return Transform(*self.rows.ravel().tolist())
 
     def __matmul__(self, other: Location) -> Location:
-        """Return `a @ b`, VAL-II's `a:b`: the location b as it is in the frame a. Arrays (N,) are joined row by row."""
+        """Return `a @ b`, VAL-II's `a:b`: the location b, given in the frame a. Arrays (N,) are joined row by row."""
         if not isinstance(other, Location):
             return NotImplemented
         return Location(compose_batch(self.rows, other.rows), self.units)
 
     def inverse(self) -> Location:
-        """Return the location that undoes this one: `a @ a.inverse()` turns and moves nothing."""
+        """Return the inverse location: `a @ a.inverse()` neither turns nor moves."""
         R = self.rows[..., :3].swapaxes(-1, -2)
         return Location(np.concatenate((R, -R @ self.rows[..., 3:]), axis=-1), self.units)
 
@@ -169,7 +166,7 @@ class Location:
         return self.shape[0]
 
     def __getitem__(self, index: int | slice) -> Location:
-        """Return one location of N, by its number, or some of them. Raises TypeError for one location, IndexError."""
+        """Return one of N locations by its number, or some by a slice. Raises IndexError, TypeError."""
         if not self.shape:
             raise TypeError("one location has no others in it")
         return Location(self.rows[index].copy(), self.units)
@@ -181,7 +178,7 @@ class Location:
         return hash(self.rows.tobytes())
 
     def _repr_html_(self) -> str:
-        """One location as its text; of many a table."""
+        """Return the text of one location, or a table of many."""
         if not self.shape:
             return f"<pre>{self!r}</pre>"
         rows = np.concatenate((self.xyz, self.oat), axis=-1).reshape(-1, 6).tolist()
@@ -211,14 +208,14 @@ def trans(
     *,
     units: str | Units = Units.VAL,
 ) -> Location:
-    """The location with these coordinates [mm] and angles [degrees], or [m] and [rad] with `units="SI"`.
+    """Return the location with these coordinates [mm] and angles [degrees], or [m] and [rad] with `units="SI"`.
 
-    Numbers give one location, arrays (N,) give N, as numpy broadcasts them. Angles that are left out turn nothing, as
-    in VAL-II. Raises TypeError, ValueError.
+    Numbers give one location, arrays (N,) give N locations, as numpy broadcasts them. Without angles the tool is not
+    turned, as in VAL-II. Raises TypeError, ValueError.
     """
-    said = Units.of(units)
+    asked = Units.of(units)
     given = {name: part for name, part in zip("xyzoat", (x, y, z, o, a, t), strict=True) if part is not None}
-    mm, degrees = (1.0, 1.0) if said is Units.VAL else (1000.0, 180.0 / pi)
+    mm, degrees = (1.0, 1.0) if asked is Units.VAL else (1000.0, 180.0 / pi)
     parts = [numbers(part, name) * (mm if name in "xyz" else degrees) for name, part in given.items()]
     try:
         columns = np.stack(np.broadcast_arrays(*parts), axis=-1)
@@ -226,4 +223,4 @@ def trans(
         raise ValueError(f"trans: arrays of shapes {', '.join(str(part.shape) for part in parts)} do not fit") from None
     rows = columns.reshape(-1, len(parts)).tolist()
     made = [of_numbers(*map(dict(zip(given, row, strict=True)).get, "xyzoat")) for row in rows]
-    return Location(np.array(made, dtype=np.float64).reshape(*columns.shape[:-1], 3, 4), said)
+    return Location(np.array(made, dtype=np.float64).reshape(*columns.shape[:-1], 3, 4), asked)

@@ -1,4 +1,6 @@
-"""Where a robot and the parts of its cell are at one time or at many, previews, and all ways to reach a location."""
+"""Values that describe a robot in Python: postures at one time or many, previews, parts of the cell, ways to reach a
+location, reports of a body, and the model.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,11 @@ from vrs_cli.interfaces.roles.supervisor import Observer, RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import compose_batch, stack
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import robot_names
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.render.blocks import Column, number_columns
+from vrs_cli.trajectory.measured import MeasuredTimeline
+from vrs_cli.trajectory.reports import MODES
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Frames
 from vrs_cli.values.numbers import count
@@ -28,10 +33,11 @@ from vrs_cli.values.results import Position
 
 
 class Posture(Struct, frozen=True, eq=False, dict=True):
-    """The robot at one time, or at N times: then every array has N rows before its own shape.
+    """The robot at one time, or at N times: then every array has N rows, as `joints` (N, n).
 
-    `t` [s]; `joints` (n,), `velocity` and `acceleration` (n,): degrees (mm where a joint slides), a second, a second
-    squared, or SI; `location`: of the tool tip in the world (BASE) frame; `hand`: 1 open, 0 closed.
+    `t` [s]; `joints` (n,) in degrees (mm if a joint slides), `velocity` and `acceleration` (n,) per second and second
+    squared; all of them SI with `units="SI"`; `location`: the tool tip in the world (BASE) frame; `hand`: 1 open, 0
+    closed.
     """
 
     t: Floats
@@ -53,8 +59,8 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
         return cls(freeze(time), joints, velocity, acceleration, Location(rows, units), freeze(np.array(at.hand)))
 
     @classmethod
-    def seen(cls, observer: Observer, t: ArrayLike, model: RobotModel, units: Units) -> Posture:
-        """At a time [s], or at times (N,). Raises ValueError, TypeError."""
+    def at_times(cls, observer: Observer, t: ArrayLike, model: RobotModel, units: Units) -> Posture:
+        """Return the posture at a time [s] or at times (N,). Raises ValueError, TypeError."""
         times = numbers(t, "t")
         if times.ndim > 1:
             raise ValueError(f"t: one time or an array (N,) is wanted, not {times.shape}")
@@ -62,22 +68,24 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def xyz(self) -> Floats:
-        """(..., 3): X, Y, Z of the tool tip."""
+        """Return X, Y, Z of the tool tip (..., 3)."""
         return self.location.xyz
 
     @property
     def oat(self) -> Floats:
-        """(..., 3): the angles O, A, T of the tool."""
+        """Return the angles O, A, T of the tool (..., 3)."""
         return self.location.oat
 
     @property
     def units(self) -> Units:
-        """The units of all numbers."""
+        """Return the units of all numbers."""
         return self.location.units
 
     @cached_property
     def speed(self) -> Floats:
-        """(N,): how fast the tool tip goes between neighbouring times. Raises ValueError for fewer than two."""
+        """Return the speed of the tool tip (N,), from the places at neighbouring times. Raises ValueError for fewer
+        than two times.
+        """
         if self.t.size < 2:
             raise ValueError("speed: at least two times are wanted")
         return freeze(np.linalg.norm(np.gradient(self.xyz, self.t, axis=0), axis=-1))
@@ -114,13 +122,15 @@ def _list(numbers: Floats) -> str:
 
 
 class Preview(Struct, frozen=True, eq=False):
-    """A preview of the robot, as it was known when the preview was made; later commands do not change it. Times [s].
+    """A preview: what the robot will do with the commands that are still on their way to it. Later commands do not
+    change a preview. All times are in seconds.
 
-    `timeline`: with all that is on its way; from `unconfirmed` on it is not what the robot has said (infinity: all of
-    it is). `commands`: what is expected of each that is on its way, in the order of sending: `text`, `issued`, `begin`
-    (from when on it changes the timeline, or None), `refused` (why the robot will not do it, or None), `planned`.
-    `arrives`: the robot's clock when a command of now comes to it; `round_trip`: D_f + D_b, as measured. `flagged`:
-    pairs, the times of which something wrong was seen here, as a command was not known yet.
+    `timeline`: the timeline with all of these commands. The robot has confirmed it up to the time `unconfirmed`
+    (infinity: all of it). `commands`: the expected effect of each command on its way, in the order of sending: `text`,
+    `issued`, `begin` (the time from which it changes the timeline, or None), `refused` (why the robot will refuse it,
+    or None), `planned`. `arrives`: the time of the robot's clock at which a command sent now will arrive; `round_trip`:
+    the measured delay there and back. `flagged`: pairs of times between which this client has shown something wrong,
+    because a command was not known here yet.
     """
 
     arm: RobotArm
@@ -139,7 +149,7 @@ class Preview(Struct, frozen=True, eq=False):
     def where(self, t: ArrayLike | None = None) -> Posture:
         """Return the posture at a time [s] or at times (N,); without `t`, when a command sent now will arrive."""
         observer = Observer(RecordedRobot(self.arm, self.timeline))
-        return Posture.seen(observer, self.arrives if t is None else t, self.arm.model, self.units)
+        return Posture.at_times(observer, self.arrives if t is None else t, self.arm.model, self.units)
 
     def __repr__(self) -> str:
         end, under_way = self.timeline.end, count(len(self.commands), "command")
@@ -151,8 +161,8 @@ class Preview(Struct, frozen=True, eq=False):
 
 
 class PartPlace(NamedTuple):
-    """A part at a time [s]. `location` is None for a part that is not there; `on`: what it stands on, empty in the air
-    and in the hand.
+    """A part of the cell at a time [s]. `location`: None if the part is not there; `held`: the hand holds it; `on`: the
+    name of what it stands on, empty in the air and in the hand.
     """
 
     name: str
@@ -174,12 +184,12 @@ class CellPart:
         self.name, self._look = name, look
 
     def at(self, t: float) -> PartPlace:
-        """Return where it is at a time [s], past or planned."""
+        """Return where the part is at a time [s], past or planned."""
         return self._look(number(t, "t"))
 
     @property
     def now(self) -> PartPlace:
-        """Return where it is now."""
+        """Return where the part is now."""
         return self._look(None)
 
     def __repr__(self) -> str:
@@ -188,14 +198,14 @@ class CellPart:
         return f"<CellPart {self.name}: {place}>"
 
 
-# --- kinematics, with the TOOL and BASE that are in force ------------------------------------------------------------
+# --- kinematics, with the present TOOL and BASE ----------------------------------------------------------------------
 
 
 class Ways(Struct, frozen=True, eq=False, dict=True):
     """All ways to reach a location, or N locations: k configurations.
 
-    `configurations`: their names, with a number from the second way of the same configuration on. `joints` (..., k, n):
-    nan where a way does not reach. `usable` (..., k): it reaches, with every joint in its range.
+    `configurations`: their names; a second way of the same configuration has a number. `joints` (..., k, n): nan if the
+    arm does not reach the location this way. `usable` (..., k): True if it does, with every joint in its range.
     """
 
     configurations: tuple[str, ...]
@@ -205,17 +215,17 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def best(self) -> Floats:
-        """(..., n): the first usable way; nan where there is none."""
+        """Return the joints (..., n) of the first usable way; nan if there is none."""
         first = np.expand_dims(self.usable.argmax(axis=-1), (-1, -2))
         found = np.take_along_axis(self.joints, first, axis=-2)[..., 0, :]
         return freeze(np.where(self.usable.any(axis=-1, keepdims=True), found, np.nan))
 
     def __getitem__(self, configuration: str) -> Floats:
-        """(..., n): the joints of one way. Raises KeyError."""
-        said = " ".join(configuration.upper().split())
-        if said not in self.configurations:
+        """Return the joints (..., n) of one way by its name. Raises KeyError."""
+        name = " ".join(configuration.upper().split())
+        if name not in self.configurations:
             raise KeyError(f"{configuration}: there are {', '.join(self.configurations)}")
-        return self.joints[..., self.configurations.index(said), :]
+        return self.joints[..., self.configurations.index(name), :]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.configurations)
@@ -243,12 +253,12 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
         name = self.configurations[index] or "joints"
         if np.isnan(joints).any():
             return f"{name:<20} out of reach"
-        said = " ".join(f"{x:9.3f}" for x in joints.round(9) + 0.0)
-        return f"{name:<20} {said}{'' if self.usable[index] else '  out of range'}"
+        columns = " ".join(f"{x:9.3f}" for x in joints.round(9) + 0.0)
+        return f"{name:<20} {columns}{'' if self.usable[index] else '  out of range'}"
 
 
 def forward(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Location:
-    """The tool tip in the world, of joints (..., n) [rad, m]."""
+    """Return the tool tip in the world for joints (..., n) [rad, m]."""
     T_world_robot, T_flange_tool = stack([inverse(frames.base), frames.tool])
     T_robot_flange = arm.batch.forward(q.reshape(-1, q.shape[-1]))
     T = compose_batch(compose_batch(T_world_robot, T_robot_flange), T_flange_tool)
@@ -256,7 +266,7 @@ def forward(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Location:
 
 
 def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Ways:
-    """Return all branches of the inverse."""
+    """Return all ways to reach locations (all branches of the inverse kinematics)."""
     T_robot_world, T_tool_flange = stack([frames.base, inverse(frames.tool)])
     T = compose_batch(compose_batch(T_robot_world, location.rows.reshape(-1, 3, 4)), T_tool_flange)
     configurations, joints, usable = arm.batch.every_inverse(T)
@@ -269,10 +279,129 @@ def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Way
 
 
 def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:
-    """(..., 6, n) of joints (..., n) [rad, m]."""
+    """Return the Jacobian (..., 6, n) at joints (..., n) [rad, m], in the robot's frame and in these units."""
     n = arm.model.joint_count
     J = arm.batch.jacobian(q.reshape(-1, n), frames.tool)
     turn, shift = (180.0 / np.pi, 1000.0) if units is Units.VAL else (1.0, 1.0)
     rows = np.repeat((shift, turn), 3)[:, None]
     scaled: Floats = J * rows / units.scales(arm.model.units, n)
     return scaled.reshape(*q.shape[:-1], 6, n)
+
+
+class Measured(Struct, frozen=True, eq=False):
+    """All reports of a body up to now; later reports do not change this value. Joints are in degrees (mm if a joint
+    slides), or SI; times are in seconds. `timeline`: the same reports in radians and metres.
+    """
+
+    timeline: MeasuredTimeline
+    model: RobotModel
+    units: Units
+
+    def __len__(self) -> int:
+        return len(self.timeline)
+
+    @property
+    def unknown_since(self) -> float | None:
+        """Return the time of the last report, after which the robot is unknown; None if there is no report."""
+        return self.timeline.end
+
+    def at(self, t: ArrayLike) -> Floats | None:
+        """Return the joints (n,) at a time, or None if they are unknown; at times (N,): (N, n), NaN if unknown.
+
+        Raises ValueError, TypeError.
+        """
+        times = numbers(t, "t")
+        if times.ndim > 1:
+            raise ValueError(f"t: one time or an array (N,) is wanted, not {times.shape}")
+        if times.ndim:
+            return freeze(self.timeline.joints_over(times) * self._scales)
+        joints = self.timeline.joints_at(float(times))
+        return None if joints is None else freeze(np.array(joints) * self._scales)
+
+    @property
+    def times(self) -> Floats:
+        """Return the times of all reports (N,)."""
+        return freeze(self.timeline.arrays().times)
+
+    @property
+    def joints(self) -> Floats:
+        """Return the joints of all reports (N, n)."""
+        return freeze(self.timeline.arrays().joints * self._scales)
+
+    @property
+    def velocity(self) -> Floats:
+        """Return the velocities of all reports (N, n), NaN if a report had none."""
+        return freeze(self.timeline.arrays().velocity * self._scales)
+
+    @property
+    def effort(self) -> Floats:
+        """Return the efforts of all reports (N, n) [N m, N], NaN if a report had none."""
+        return freeze(self.timeline.arrays().effort.astype(float))
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """Return the mode of each report: "follows", "holds" or "stopped"."""
+        return tuple([MODES[place].value for place in self.timeline.arrays().modes.tolist()])
+
+    @property
+    def _scales(self) -> Floats:
+        return self.units.scales(self.model.units, self.model.joint_count)
+
+    def __repr__(self) -> str:
+        return repr(self.timeline).replace("MeasuredTimeline", "Measured")
+
+
+class Model(Struct, frozen=True, eq=False):
+    """The data of a robot: joints with their limits, and poses. Joints are in degrees (mm if a joint slides), or in
+    radians and metres.
+
+    `dof`: the number n of joints; `names` (n): jt1, jt2, ...; `lower`, `upper` (n,): the range of each joint;
+    `max_velocity`, `max_acceleration`, `max_jerk` (n,): limits of each joint at full speed; `poses`: joints (n,) by
+    name, such as "ready".
+    """
+
+    name: str
+    title: str
+    dof: int
+    names: tuple[str, ...]
+    lower: Floats
+    upper: Floats
+    max_velocity: Floats
+    max_acceleration: Floats
+    max_jerk: Floats
+    poses: dict[str, Floats]
+
+    @classmethod
+    def of(cls, model: RobotModel, units: Units) -> Model:
+        """Return the data of a model in these units."""
+        scales = units.scales(model.units, model.joint_count)
+        names = tuple([f"jt{joint}" for joint in range(1, model.joint_count + 1)])
+        rates = (model.max_velocity, model.max_acceleration, model.max_jerk)
+        rows = (model.lower, model.upper, *rates, *model.poses.values())
+        lower, upper, velocity, acceleration, jerk, *poses = [freeze(np.array(row) * scales) for row in rows]
+        limits = (lower, upper, velocity, acceleration, jerk)
+        return cls(model.name, model.title, len(names), names, *limits, dict(zip(model.poses, poses, strict=True)))
+
+    @property
+    def limits(self) -> Floats:
+        """Return the lower and the upper end of the range of each joint (n, 2)."""
+        return freeze(np.stack((self.lower, self.upper), axis=-1))
+
+    def __repr__(self) -> str:
+        return f"<Model {self.name}: {self.dof} joints, poses {', '.join(self.poses)}>"
+
+    def _repr_html_(self) -> str:
+        """Return a table with a row for each joint: its range, its limits at full speed, its value in each pose."""
+        rates = ("lower", "upper", "max_velocity", "max_acceleration", "max_jerk")
+        columns = [getattr(self, name) for name in rates] + list(self.poses.values())
+
+        def row(index: int) -> tuple[str, ...]:
+            return self.names[index], *figures(float(column[index]) for column in columns)
+
+        shown = (Column("joint"), *number_columns(*(name.replace("_", " ") for name in rates), *self.poses))
+        return table(f"{self.title}: {self.dof} joints", shown, self.dof, row)
+
+
+def robots() -> tuple[str, ...]:
+    """Return the names of the built-in robots, each of which `Robot` takes."""
+    return robot_names()

@@ -15,17 +15,25 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import ArrayLike
 
-from vrs_cli.api.answers import Explanation, Picture, ProgramFailed, Replies, Run, Scene
-from vrs_cli.api.changes import Change, hear
-from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, local_port
+from vrs_cli.api.answers import Change, Explanation, Picture, ProgramFailed, Replies, Run, Scene, hear
+from vrs_cli.api.control import RATES, Dragged, ProgramFolders, Signals, Streams, conditions_of, local_port
 from vrs_cli.api.location import Floats, Location, Units, number, numbers
-from vrs_cli.api.measured import Measured
-from vrs_cli.api.model import Model
-from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
-from vrs_cli.api.streams import RATES, Dragged, Streams
+from vrs_cli.api.posture import (
+    CellPart,
+    Measured,
+    Model,
+    PartPlace,
+    Posture,
+    Preview,
+    Ways,
+    forward,
+    jacobian,
+    place_text,
+    ways,
+)
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import IllegalValue, JointOutOfRange, NotPossible, told_in_python
+from vrs_cli.errors import IllegalValue, JointOutOfRange, NotPossible, hints_for_python
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.exports import EXPORTERS
@@ -50,51 +58,35 @@ from vrs_cli.kinematics.transform import inverse as invert
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.acts import (
-    Assign,
-    Compare,
-    Evaluate,
-    Explain,
-    FollowChunk,
-    Goal,
-    ListBranches,
-    ListCommands,
-    ListMotions,
-    LookAtParts,
-    Redo,
-    ResyncBody,
-    Undo,
-    Valued,
-)
+from vrs_cli.values import acts
 from vrs_cli.values.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.measured import BodyMode, Report, ResyncReport
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
 from vrs_cli.wire.messages import LeaseAct
 
-SLOWEST, FASTEST = 0.01, 327.0  # percent of the speed of all motions
+MIN_SPEED, MAX_SPEED = 0.01, 327.0  # percent, of all motions
 LEASE_ACTS = ("acquire", "ask", "give", "release")
 BRANCH_NAME = re.compile(r"[a-z][a-z0-9._]*", re.IGNORECASE)
-SCENE_HEIGHT = 420  # [px] below a cell
-MAX_METRES = 3.0  # [mm] of a target from the origin: no arm is there, and whoever writes it means metres
-NEAR = 10.0  # [degrees] that joints change by: so small ones may be meant
-MOST_SAMPLES = 5_000_000  # of 256 bytes each
+MAX_METRES = 3.0  # a target in mm that is no farther from the origin was probably meant in metres
+MAX_SMALL_TURN = 10.0  # [degrees] a change of the joints by less is no sign of radians
+MAX_SAMPLES = 5_000_000  # of 256 bytes each
 
 
 class Robot:
-    """One robot, by name ("puma560") or from a .toml or .urdf file. It stands at READY unless `start` says otherwise.
+    """One robot, by name ("puma560") or from a .toml or .urdf file. It begins at READY, or at the joints `start`.
 
-    Joints are in degrees (mm where a joint slides), locations in mm and degrees; with `units="SI"` all is in radians
-    and metres. Times are seconds, speeds percent of nominal. `realtime`: motions take their time; True, or how many
-    seconds of the robot pass in one. `base`, `tip`: the links of a URDF file that the arm is between.
+    Joints are in degrees (mm if a joint slides), locations in mm and degrees; with `units="SI"` all are in radians and
+    metres. Times are in seconds, speeds in percent of nominal. `realtime`: False for virtual time, True for real time,
+    or how many seconds of the robot pass in a second. `base`, `tip`: the first and last link of the arm in a URDF file.
 
-    `limits`: how much a run of programs, or a line, may take. `folder`: where programs and lines have their files, and
-    in no other folder; a program usually has those of the folder of its own file, a line those of the current folder.
-    `cell`: a file of what stands around the robot; `signals`: when inputs change, a file or a list of (time [s],
-    signal, state). `run`, `execute` and `do` take the same four for one call.
+    `limits`: the most that a program or a line may use. `folder`: the only folder in which programs and lines find and
+    write files; without it a program has the folder of its own file, and a line the current folder. `cell`: a file with
+    the surroundings of the robot. `signals`: the changes of inputs, as a file or a list of (time [s], signal, state).
+    `run`, `execute` and `do` take these four for one call.
 
-    What is no number, or has another shape than a method says, raises TypeError or ValueError; what the robot refuses
-    raises VrsError, with VAL-II's message. (N, ...) means: also for arrays, with any number of rows.
+    Methods raise TypeError or ValueError for values that are no numbers or have another shape. They raise VrsError with
+    the message of VAL-II, if the robot refuses a command. A shape (N, ...) means that arrays of N rows are taken too.
     """
 
     def __init__(
@@ -122,7 +114,7 @@ class Robot:
 
     @classmethod
     def of(cls, port: Port, units: str | Units = Units.VAL) -> Robot:
-        """The robot behind a port."""
+        """Return the robot behind a port: in this process, or served."""
         robot = cls.__new__(cls)
         robot._robot = Supervisor(port)
         robot.units, robot._model = Units.of(units), robot._robot.arm.model
@@ -130,7 +122,7 @@ class Robot:
         return robot
 
     def in_units(self, units: str | Units) -> Robot:
-        """Return the same robot, spoken to in other units: "VAL" or "SI"."""
+        """Return the same robot with methods in other units: "VAL" or "SI"."""
         other = copy(self)
         other.units = Units.of(units)
         return other
@@ -138,20 +130,20 @@ class Robot:
     # --- motions ---
 
     def move(self, *to: ArrayLike | Location, at: float | None = None, speed: float | None = None) -> Robot:
-        """Go to joints, or to a Location, joint-interpolated: `move(0, -45, 180, 0, 45, 0)`, `move(trans(...))`. A
-        matrix (4, 4) [m] is a Location. Warns where degrees and radians, or mm and metres, seem to be mixed up.
+        """Go to joints or to a Location, joint-interpolated: `move(0, -45, 180, 0, 45, 0)`, `move(trans(...))`. A
+        matrix (4, 4) [m] may stand for a Location. Warns if radians or metres seem to be given for degrees or mm.
 
-        It begins after the last motion, or `at` a time [s], in the middle of another if need be. `speed`: percent of
-        nominal, up to 100, for this motion alone. Raises MotionError, IllegalValue, ValueError, TypeError.
+        The motion begins after the last one, or `at` a time [s], also in the middle of another motion. `speed`: percent
+        of nominal, up to 100, for this motion alone. Raises MotionError, IllegalValue, ValueError, TypeError.
         """
         return self._go("MOVE", to, at, speed)
 
     def moves(self, *to: ArrayLike | Location, at: float | None = None, speed: float | None = None) -> Robot:
-        """Go there on a straight line of the tool tip. As `move` otherwise."""
+        """Go to joints or to a Location on a straight line of the tool tip. Otherwise as `move`."""
         return self._go("MOVES", to, at, speed)
 
     def ready(self, *, at: float | None = None, speed: float | None = None) -> Robot:
-        """Go to the ready position. As `move` otherwise."""
+        """Go to the ready position. Otherwise as `move`."""
         return self._command(NamedTarget("ready"), "READY", at, speed)
 
     def _go(self, word: str, to: tuple[ArrayLike | Location, ...], at: float | None, speed: float | None) -> Robot:
@@ -189,52 +181,54 @@ class Robot:
         return JointTarget(joints), f"#PPOINT({shown})"
 
     def _location(self, given: object) -> object:
-        """A matrix (4, 4) [m], or (N, 4, 4), as the Location that it is; all else as it is."""
+        """Make a Location of a matrix (4, 4) or (N, 4, 4) [m]; return anything else unchanged."""
         if isinstance(given, np.ndarray) and given.ndim > 1 and given.shape[-2:] == (4, 4):
             return Location.from_matrix(given, self.units)
         return given
 
     def _one_location(self, given: object, what: str) -> Location:
-        """Raises TypeError for what is no Location, and no matrix."""
+        """Return a Location, or a matrix as one. `what`: its name in the message. Raises TypeError otherwise."""
         found = self._location(given)
         if not isinstance(found, Location):
             raise TypeError(f"{what}: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {given!r}")
         return found
 
     def _looks_like_radians(self, row: Floats) -> bool:
-        """Whether joints were computed (more than three decimals), are at most a turn in radians, and far from here."""
+        """Return whether joints seem to be radians: they were computed (more than three decimals), none is larger than
+        a turn in radians, and they are far from the present ones.
+        """
         if self.units is Units.SI or not row.any() or np.abs(row).max() > 2.0 * np.pi:
             return False
         here = np.array(self._robot.at().joints) * self._scales
-        return bool((np.abs(np.round(row, 3) - row) > 1e-9).any() and np.abs(row - here).max() > NEAR)
+        return bool((np.abs(np.round(row, 3) - row) > 1e-9).any() and np.abs(row - here).max() > MAX_SMALL_TURN)
 
     def follow(self, times: ArrayLike, joints: ArrayLike, *, speed: float | None = None) -> FollowReport:
-        """Follow a chunk of joints (N, n) at increasing `times` (N,) [s of the robot's clock], such as a policy sends.
+        """Follow a chunk of joints (N, n) at increasing `times` (N,) [s of the robot's clock], as a policy sends them.
 
-        It takes the place of everything from `times[0]` on, out of whatever motion is under way then, and ends at rest
-        at the last sample. Velocity, acceleration and jerk stay inside the limits: what cannot be met is approached. In
-        real time samples that come too late are passed over. `speed`: percent of full speed, up to 100. The errors in
-        what is returned are in the units of this robot. Raises MotionError, IllegalValue, ValueError, TypeError.
+        The chunk replaces everything from `times[0]` on. It begins out of the motion of that time, and ends at rest at
+        the last sample. Velocity, acceleration and jerk stay inside their limits; a sample that they do not allow is
+        approached. In real time samples that come too late are left out. `speed`: percent of full speed, up to 100. The
+        errors in the report are in the units of this robot. Raises MotionError, IllegalValue, ValueError, TypeError.
         """
         instants, rows = numbers(times, "times"), numbers(joints, "joints", self._model.joint_count) / self._scales
         if instants.ndim != 1 or rows.ndim != 2:
             raise ValueError(f"times (N,) and joints (N, n) are wanted, not {instants.shape} and {rows.shape}")
-        chunk = FollowChunk(tuple(instants.tolist()), tuple(map(tuple, rows.tolist())), _fraction(speed))
+        chunk = acts.FollowChunk(tuple(instants.tolist()), tuple(map(tuple, rows.tolist())), _fraction(speed))
         found = self._robot.act(chunk)
         mean, worst = (tuple((np.array(errors) * self._scales).tolist()) for errors in (found.mean, found.worst))
         return structs.replace(found, mean=mean, worst=worst)
 
     def steer(self, *joints: ArrayLike, rate: float = 50.0, speed: float | None = None) -> Robot:
-        """Go to joints (n,) from now on, out of any motion, as one target of many: a joystick, a leader arm, a policy.
-        Each call takes the place of the one before; `wait()` ends at the last target.
+        """Send joints (n,) as one target of a stream, from a joystick, a leader arm or a policy. The robot goes there
+        at once, out of any motion. Each target replaces the one before; `wait()` ends at the last target.
 
         The robot follows the line through the last two targets, within its limits of velocity, acceleration and jerk.
         `rate`: targets a second, 2 to 1000. In virtual time each call lets 1 / rate s pass; in real time it waits until
-        1 / rate s after the call before. After 0.5 s without a target the next one begins a new stream; without more
-        targets the robot brakes. `speed`: percent of nominal, up to 100, at most.
+        1 / rate s after the call before. Without further targets the robot brakes; after 0.5 s without a target the
+        next one begins a new stream. `speed`: percent of nominal, up to 100.
 
-        Raises JointOutOfRange for joints outside the range, and RequestRefused once where something else has stopped
-        the robot since the target before; LeaseHeld, IllegalValue, ValueError, TypeError. Then the stream has ended.
+        Raises JointOutOfRange, LeaseHeld, IllegalValue, ValueError, TypeError; and RequestRefused once if something
+        else has stopped the robot since the last target. An error ends the stream.
         """
         lowest, highest = RATES
         if not lowest <= (asked := number(rate, "rate")) <= highest:
@@ -246,60 +240,58 @@ class Robot:
         return self
 
     def drag(self, location: Location | ArrayLike) -> Dragged:
-        """Pull the tool towards a Location, or a matrix (4, 4) [m], from now on, as one target of many: a hand in a
-        picture, a 3D mouse. Each call takes the place of the one before; `wait()` ends as near to the last as the arm
-        comes.
+        """Pull the tool towards a Location, or a matrix (4, 4) [m], as one target of a stream, as from a mouse. Each
+        target replaces the one before; `wait()` ends as near to the last one as the arm comes.
 
-        Any location may be given: where the arm cannot go, or cannot go so fast, the tool stays as near as it comes,
-        and what is returned says what holds it. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each
-        call lets 0.02 s pass; in real time it waits until 0.02 s after the call before. A served robot follows by
-        itself for 0.6 s after the last call; one of this process takes a step with each call.
+        Any location may be given. If the arm cannot reach it, or not so fast, the tool stays as near as possible, and
+        the answer says what holds it. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each call lets
+        0.02 s pass; in real time it waits until 0.02 s after the call before. A served robot follows by itself for
+        0.6 s after the last call; a robot of this process takes a step with each call.
 
-        Raises RequestRefused once where something else has stopped the robot since the call before; LeaseHeld,
-        TypeError.
+        Raises LeaseHeld, TypeError; RequestRefused once if something else has stopped the robot since the last call.
         """
         found = self._one_location(location, "location")
         return Dragged.of(self._streams.drag(self._robot, found.transform), self._model, self.units)
 
     @contextmanager
     def without_waiting(self) -> Iterator[Robot]:
-        """Send motions, and targets of `steer`, one after the other, and wait for no answer but at the end, for all:
-        `with r.without_waiting(): r.move(...).moves(...)`. Raises what the robot refused first.
+        """Send motions, and targets of `steer`, without waiting for the answer to each: `with r.without_waiting():
+        r.move(...).moves(...)`. At the end wait for all answers. Raises the first error among them.
         """
         with self._robot.without_waiting():
             yield self
 
     def open(self) -> Robot:
-        """Open the hand, when the robot has come to rest."""
+        """Open the hand after the last motion."""
         return self._do("OPENI")
 
     def close(self) -> Robot:
-        """Close the hand, when the robot has come to rest."""
+        """Close the hand after the last motion."""
         return self._do("CLOSEI")
 
     def _do(self, line: str) -> Robot:
-        with told_in_python():
+        with hints_for_python():
             self._robot.say(line, no_answer)
         return self
 
     def wait(self) -> Robot:
-        """Wait until the robot stands: in real time as long as that takes, in virtual time not at all. A robot that
-        steers or is dragged stands at its last target, or as near to it as the tool comes.
+        """Wait until the robot stands; virtual time passes at once. A stream of `steer` ends at its last target, one of
+        `drag` as near to it as the tool comes.
         """
         self._streams.arrive(self._robot)
         self._robot.wait()
         return self
 
     def abort(self) -> Robot:
-        """Stop the program and the motion now; what was scheduled is dropped."""
+        """Stop the program and the motion now, and drop all scheduled motions."""
         self._robot.abort()
         self._streams.release(self._robot)
         return self
 
     def lease(self, act: str, to: str = "") -> Robot:
-        """Say who drives a robot that several hold: "acquire" or "ask" for the lease, "give" it `to` another user by
-        name, "release" it. Who commands a motion first has it without asking. Raises LeaseHeld where another user
-        drives, ValueError.
+        """Change who drives a robot that several users are connected to: "acquire" the lease or "ask" for it, "give" it
+        `to` another user by name, "release" it. The first user who commands a motion gets the lease without asking.
+        Raises LeaseHeld if another user drives, ValueError.
         """
         if act not in LEASE_ACTS:
             raise ValueError(f"act: {', '.join(LEASE_ACTS)} are known, not {act!r}")
@@ -308,59 +300,58 @@ class Robot:
 
     @property
     def held(self) -> Supervisor:
-        """The supervisor of the robot, in metres, radians and seconds: for `Observer` and viewers too."""
+        """Return the Supervisor of the robot, which works in metres, radians and seconds; `Observer` and viewers take
+        it.
+        """
         return self._robot
 
     # --- positions ---
 
     @property
     def now(self) -> float:
-        """The robot's clock [s]."""
+        """Return the time of the robot's clock [s]."""
         return self._robot.now
 
     @property
     def end(self) -> float:
-        """Return when the robot comes to rest for good [s]."""
+        """Return the time at which the last motion ends [s]."""
         return self._robot.timeline.end
 
     @property
     def timeline(self) -> Timeline:
-        """All segments, in metres and radians: a value, which later commands do not change."""
+        """Return all segments, in metres and radians. Later commands do not change this value."""
         return self._robot.timeline
 
     def where(self, t: ArrayLike | None = None) -> Posture:
-        """Return where the robot is at a time [s], past or future, or at times (N,); now where none is given."""
+        """Return where the robot is at a time [s], past or future, at times (N,), or now."""
         if t is None:
             return Posture.of(self._robot.at(), self._model, self.units)
-        return Posture.seen(self._robot, t, self._model, self.units)
+        return Posture.at_times(self._robot, t, self._model, self.units)
 
     def preview(self) -> Preview:
-        """Return what the robot will do with the commands that are on their way to it, as that is known now. At a robot
-        of this process nothing is on its way.
+        """Return what the robot will do with the commands that are still on the way to it. For a robot of this process
+        there are none.
         """
         return Preview.of(self._robot.previewed(), self._robot.arm, self.units)
 
     def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
-        """Return where it is `rate` times a second, from the first motion to the exact end of the last, or between two
-        times.
+        """Return where the robot is `rate` times a second, from the first motion to the exact end of the last, or
+        between two times [s].
 
-        Raises ValueError for a rate that is none, or one that gives more rows than memory holds, and for an end before
-        the start.
+        Raises ValueError for a rate that is not above 0 or gives too many samples, and for an end before the start.
         """
         timeline, asked = self.timeline, number(rate, "rate")
         begin = timeline.start if start is None else number(start, "start")
         last = timeline.end if end is None else number(end, "end")
         if last < begin:
             raise ValueError(f"end: {last:g} s is before the start, {begin:g} s")
-        if not asked > 0.0 or not (last - begin) * asked < MOST_SAMPLES:
-            raise ValueError(f"rate: more than 0 and at most {MOST_SAMPLES} samples in all, not {rate}")
+        if not asked > 0.0 or not (last - begin) * asked < MAX_SAMPLES:
+            raise ValueError(f"rate: more than 0 and at most {MAX_SAMPLES} samples in all, not {rate}")
         times = begin + np.arange(max(np.ceil((last - begin) * asked), 0.0)) / asked
         return self.where(np.append(times[times < last], last))
 
     def watch(self, rate: float = 25.0) -> Iterator[Posture]:
-        """Return where it is now, `rate` times a second, for as long as somebody asks. Raises IllegalValue for a rate
-        that is none.
-        """
+        """Yield where the robot is now, `rate` times a second, without end. Raises IllegalValue for a bad rate."""
         audience = Audience(self._robot, time.monotonic)
         audience.join(number(rate, "rate"))
         while True:
@@ -368,11 +359,11 @@ class Robot:
             for look in audience.step():
                 yield Posture.of(look.position, self._model, self.units)
 
-    # --- what was measured ---
+    # --- measured joints ---
 
     @property
     def measured(self) -> Measured:
-        """What a body, which is the robot or stands for it, has reported up to now: `measured.at(2.5)`, `.joints`,
+        """Return the reports of a body (a real arm, or a simulated one) up to now: `measured.at(2.5)`, `.joints`,
         `.unknown_since`.
         """
         return Measured(self._robot.followed.measured, self._model, self.units)
@@ -386,11 +377,11 @@ class Robot:
         *,
         mode: str = "follows",
     ) -> Robot:
-        """Put a report of a body into the record of this robot: joints (n,), velocity (n,) and effort (n,) [N m, N] at
-        a time [s]. `mode`: "follows", "holds" or "stopped". UNDO and branches leave the record as it is.
+        """Add a report of a body to the record of this robot: joints (n,), velocity (n,) and effort (n,) [N m, N] at a
+        time [s]. `mode`: "follows", "holds" or "stopped". UNDO and branches do not change the record.
 
-        Raises NotPossible for a robot that is served: its body is a client (`vrs body`). IllegalValue, ValueError,
-        TypeError for what is no report.
+        Raises NotPossible for a served robot, whose body is a client (`vrs body`). Raises IllegalValue, ValueError,
+        TypeError for a report that is none.
         """
         port = self._robot.port
         if not isinstance(port, LocalPort):
@@ -411,29 +402,31 @@ class Robot:
         return self
 
     def resync(self, *, stop: bool = False) -> ResyncReport:
-        """Bring the body and the timeline together: the body holds, the robot goes to the measured joints inside its
-        limits and on to where it was going (with `stop` it stays there), and the body follows again. The distances in
-        what is returned are in the units of this robot. Raises RequestRefused where nothing is measured, MotionError.
+        """Bring the body and the timeline together. The body holds, the robot goes to the measured joints within its
+        limits and on to its target (with `stop` it stays there), and the body follows again.
+
+        The distances in the report are in the units of this robot. Raises MotionError, RequestRefused if there are no
+        measured joints.
         """
-        found = self._robot.act(ResyncBody(stop))
+        found = self._robot.act(acts.ResyncBody(stop))
         return structs.replace(found, distances=tuple((np.array(found.distances) * self._scales).tolist()))
 
     # --- the cell ---
 
     @property
     def parts(self) -> dict[str, PartPlace]:
-        """The parts of the cell as they are now, by name; none where there is no cell with parts."""
-        return {row.name: PartPlace.of(row, self.units) for row in self._robot.act(LookAtParts()).rows}
+        """Return the parts of the cell as they are now, by name."""
+        return {row.name: PartPlace.of(row, self.units) for row in self._robot.act(acts.LookAtParts()).rows}
 
     def part(self, name: str) -> CellPart:
-        """A part of the cell: `part("box").at(2.5).location`. Raises KeyError where there is none of that name."""
+        """Return a part of the cell: `part("box").at(2.5).location`. Raises KeyError if there is none of that name."""
 
         def look(t: float | None) -> PartPlace:
             return next(
-                PartPlace.of(row, self.units) for row in self._robot.act(LookAtParts(t)).rows if row.name == name
+                PartPlace.of(row, self.units) for row in self._robot.act(acts.LookAtParts(t)).rows if row.name == name
             )
 
-        known = [row.name for row in self._robot.act(LookAtParts()).rows]
+        known = [row.name for row in self._robot.act(acts.LookAtParts()).rows]
         if name not in known:
             raise KeyError(f"there is no part {name!r}; there are {', '.join(known) or 'none'}")
         return CellPart(name, look)
@@ -442,18 +435,18 @@ class Robot:
 
     @property
     def model(self) -> Model:
-        """What the robot is: `model.limits` (n, 2), `.dof`, `.names`, `.poses`, in the units of this robot."""
+        """Return the data of the robot, in its units: `model.limits` (n, 2), `.dof`, `.names`, `.poses`."""
         return Model.of(self._model, self.units)
 
     @property
     def joints(self) -> Floats:
-        """(n,): the joints now."""
+        """Return the present joints (n,)."""
         return self.where().joints
 
     @property
     def tool(self) -> Location:
-        """The tool tip as the flange sees it. Give it another, a Location or (4, 4) [m], to change tools: the robot
-        does that in turn, after the motions that are commanded.
+        """Return the tool tip in the frame of the flange. Assign a Location or a matrix (4, 4) [m] to change the tool
+        after the motions that are commanded already.
         """
         return Location.of(self._robot.frames.tool, self.units)
 
@@ -464,20 +457,20 @@ class Robot:
 
     @property
     def speed(self) -> float:
-        """The speed of all motions [% of full], as the dial of a controller: each motion has its own speed on top. Give
-        it another, 0.01 to 327; motions that are commanded already keep theirs. Raises IllegalValue.
+        """Return the speed of all motions [% of full], like the dial of a controller; the speed of a single motion is a
+        part of it. Assign 0.01 to 327 to change it for the motions that follow. Raises IllegalValue.
         """
         return float(str(self["SPEED(1)"]))
 
     @speed.setter
     def speed(self, percent: float) -> None:
-        if not SLOWEST <= percent <= FASTEST:
-            raise IllegalValue(f"speed {percent}", f"it is a number of percent, from {SLOWEST} to {FASTEST:g}")
+        if not MIN_SPEED <= percent <= MAX_SPEED:
+            raise IllegalValue(f"speed {percent}", f"it is a number of percent, from {MIN_SPEED} to {MAX_SPEED:g}")
         self._do(f"SPEED {plain(float(percent))}")
 
     def fk(self, joints: ArrayLike | None = None, *, link: int | None = None) -> Location:
-        """The tool tip in the world: of joints (n,) or (N, n), or where the robot is now. `link`: the frame of that
-        link instead, 0 (the base) to n (the flange); joint i turns about z of frame i - 1. Raises ValueError.
+        """Return the tool tip in the world for joints (n,) or (N, n), or for the present ones. `link`: return the frame
+        of this link instead, 0 (the base) to n (the flange); joint i turns about z of frame i - 1. Raises ValueError.
         """
         q = self._any_joints(joints)
         if link is None:
@@ -498,25 +491,25 @@ class Robot:
         return ways(self._robot.arm, self._robot.frames, self._one_location(location, "location"), self.units)
 
     def jacobian(self, joints: ArrayLike | None = None) -> Floats:
-        """(6, n) or (N, 6, n), of joints (n,) or (N, n), or of now: what joint rates make of the tool's velocity
-        (vx, vy, vz, wx, wy, wz) in the robot's frame; in mm and degrees, or SI.
+        """Return the Jacobian (6, n) or (N, 6, n) at joints (n,) or (N, n), or at the present ones. It maps joint rates
+        to the tool's velocity (vx, vy, vz, wx, wy, wz) in the robot's frame, in mm and degrees, or in SI.
         """
         return jacobian(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
 
     def why(self, *to: ArrayLike | Location) -> Replies:
-        """Why a location, or joints, can be reached from here or not, and what MOVE and MOVES would do.
+        """Explain whether a location, or joints, can be reached from here, and what MOVE and MOVES would do.
 
-        A ReachReport: `reach.options`, `reach.chosen`, `reach.reason`, `reach.line`, in metres and radians.
+        The reply is a ReachReport with `options`, `chosen`, `reason` and `line`, in metres and radians.
         """
         target, shown = self._target(to)
-        return Replies((self._robot.act(Explain(Goal.of(target), shown)),))
+        return Replies((self._robot.act(acts.Explain(acts.Goal.of(target), shown)),))
 
     def explain(self, what: str = "") -> Explanation:
-        """Explain with numbers, and change nothing: `explain("MOVES part AT 2")`, "table:part", "OAT part", "IK part",
-        "SPLICE"; all that there is where nothing is named. A notebook shows formulas and matrices.
+        """Explain a motion or a location with numbers, without moving: `explain("MOVES part AT 2")`, "table:part",
+        "OAT part", "IK part", "SPLICE"; without `what` list all topics. A notebook shows formulas and matrices.
 
-        Its values are those of `vrs_cli.values.results`, in metres, radians and seconds. A motion that the robot
-        would refuse is explained too. Raises VrsError for what cannot be read, or has no value.
+        The answer has values of `vrs_cli.values.results`, in metres, radians and seconds. A motion that the robot would
+        refuse is explained too. Raises VrsError if `what` cannot be read or has no value.
         """
         return Explanation(self.do(f"EXPLAIN {what}"))
 
@@ -532,8 +525,8 @@ class Robot:
         cell: str | Path | Cell | None = None,
         signals: Signals | None = None,
     ) -> Replies:
-        """A line as at the prompt of the shell: `do("SPEED 50")`. `answers`: to what it asks. `limits` and the others:
-        for this line, times of `signals` from its beginning. Raises VrsError.
+        """Carry out one line of the shell: `do("SPEED 50")`. `answers`: answers to its questions. `limits`, `folder`,
+        `cell`, `signals`: for this line; times of `signals` count from its beginning. Raises VrsError.
         """
         if not isinstance(line, str):
             raise TypeError(f"line: a text is wanted, not {line!r}")
@@ -543,11 +536,12 @@ class Robot:
         return Replies(robot.say(line.strip(), _in_order(answers)))
 
     def prompt(self, text: str, answer: Answers = no_answer) -> Replies:
-        """Several lines as if they were typed at the prompt, programs among them. Mistakes are among the replies."""
+        """Carry out several lines of the shell, also the lines of programs. Errors are among the replies."""
         return Replies(self._robot.type(text, answer))
 
     def define(self, text: str) -> tuple[str, ...]:
-        """Put programs and variables in memory, from the text of a file (.PROGRAM to .END); the names of the programs.
+        """Put programs and variables in memory from the text of a file (.PROGRAM to .END). Return the names of the
+        programs.
 
         Raises ProgramNotExecutable for a text with mistakes.
         """
@@ -568,9 +562,8 @@ class Robot:
         cell: str | Path | Cell | None = None,
         signals: Signals | None = None,
     ) -> Run:
-        """Load a file of programs and execute one of them, the first unless it is named. As `execute` otherwise.
-        Where neither the robot nor the call has a cell, it is that which the file names (`; cell: FILE`), or NAME.toml
-        beside NAME.v2.
+        """Load a file of programs and execute one of them, by default the first. Otherwise as `execute`. If neither the
+        robot nor the call has a cell, the file may name one (`; cell: FILE`), or NAME.toml stands beside NAME.v2.
 
         Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
         """
@@ -582,7 +575,7 @@ class Robot:
         return self._execute(program or names[0], cycles, answers, check, conditions)
 
     def _cell_of(self, file: str | Path) -> Path | None:
-        """The cell that a program file names, for a robot of this process that has none."""
+        """Return the cell that a program file names, if the robot is in this process and has none."""
         port, path = self._robot.port, find_program_file(Path(file))
         if not isinstance(port, LocalPort) or port.session.driver.cell is not NO_CELL:
             return None
@@ -601,11 +594,11 @@ class Robot:
         cell: str | Path | Cell | None = None,
         signals: Signals | None = None,
     ) -> Run:
-        """Execute a program that is in memory, and wait for its end. `answers`: to its PROMPTs. `limits` and the
-        others: for this run, times of `signals` from its beginning.
+        """Execute a program in memory, and wait for its end. `answers`: the answers to its PROMPTs. `limits`, `folder`,
+        `cell`, `signals`: for this run; times of `signals` count from its beginning.
 
-        Raises UndefinedName, and ProgramFailed where it stops with an error, unless `check` is false: then the result
-        tells of it.
+        Raises UndefinedName; ProgramFailed if the program stops with an error. With `check=False` the error is the
+        `fault` of the Run instead.
         """
         return self._execute(program, cycles, answers, check, conditions_of(limits, folder, cell, signals))
 
@@ -619,7 +612,7 @@ class Robot:
         return run
 
     def _under(self, conditions: Conditions | None) -> Supervisor:
-        """The robot, with conditions of its own for one call. Raises NotPossible for a robot that is served."""
+        """Return the robot with the conditions of one call. Raises NotPossible for a served robot."""
         if conditions is None:
             return self._robot
         port = self._robot.port
@@ -629,45 +622,49 @@ class Robot:
         return self._robot.on(port.under(conditions))
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:
-        """The value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
-        return self._shown(self._robot.act(Evaluate(expression)).value)
+        """Return the value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
+        value = self._robot.act(acts.Evaluate(expression)).value
+        if isinstance(value, Transform):
+            return Location.of(value, self.units)
+        return np.array(value) * self._scales if isinstance(value, tuple) else value
 
     def __setitem__(self, variable: str, value: float | str | Location | ArrayLike) -> None:
-        """Give a variable a value; `#name` has joints, `$name` a text."""
-        self._robot.act(Assign(variable, Valued.of(self._value(variable, value))))
+        """Set a variable of VAL-II. `#name` takes joints, `$name` a text, another name a number or a Location."""
+        self._robot.act(acts.Assign(variable, acts.Valued.of(self._value(variable, value))))
 
-    # --- the past, and other courses of events ---
+    # --- UNDO and branches ---
 
     @property
     def commands(self) -> tuple[CommandRecord, ...]:
-        """All motion commands that hold: number, text, when they were issued, begin and end [s]."""
-        return self._robot.act(ListCommands()).commands
+        """Return all motion commands that are not undone: number, text, and the times of issue, begin and end [s]."""
+        return self._robot.act(acts.ListCommands()).commands
 
     def undo(self, count: int = 1) -> Robot:
-        """Take the last motion commands back. Raises NotPossible where there are not so many."""
-        self._robot.act(Undo(count))
+        """Take the last motion commands back. Raises NotPossible if there are fewer."""
+        self._robot.act(acts.Undo(count))
         return self
 
     def redo(self, count: int = 1) -> Robot:
-        """Do again what `undo` took back."""
-        self._robot.act(Redo(count))
+        """Repeat the commands that `undo` has taken back."""
+        self._robot.act(acts.Redo(count))
         return self
 
     @property
     def branches(self) -> tuple[str, ...]:
-        """The names of all branches, main first."""
-        return tuple(row.name for row in self._robot.act(ListBranches()).rows)
+        """Return the names of all branches, main first."""
+        return tuple(row.name for row in self._robot.act(acts.ListBranches()).rows)
 
     @property
     def branch(self) -> str:
-        """The name of the present branch."""
-        return next(row.name for row in self._robot.act(ListBranches()).rows if row.present)
+        """Return the name of the present branch."""
+        return next(row.name for row in self._robot.act(acts.ListBranches()).rows if row.present)
 
     @contextmanager
     def what_if(self, name: str) -> Iterator[Robot]:
-        """Try something else: `with r.what_if("fast"): r.move(...)` is on a branch of that name, made where there is
-        none, and the robot comes back as it was. Raises ValueError for a name that no branch can have, NotPossible in
-        real time and while a program runs.
+        """Try something on a branch: `with r.what_if("fast"): r.move(...)`. The branch is made if there is none of that
+        name. Afterwards the robot is on the branch from before.
+
+        Raises ValueError for a name that no branch can have, NotPossible in real time and while a program runs.
         """
         if not isinstance(name, str) or not BRANCH_NAME.fullmatch(name):
             raise ValueError(f"name: a letter, and then letters, digits, points and underscores, not {name!r}")
@@ -679,11 +676,11 @@ class Robot:
             self._do(f"BRANCH {before}")
 
     def compare(self, a: str, b: str) -> Replies:
-        """Two branches side by side: `comparison.a.duration`, `comparison.tool.distance`, ... [s, m, rad]."""
-        return Replies((self._robot.act(Compare(a, b)),))
+        """Compare two branches: the reply has `a.duration`, `b.duration`, `tool.distance`, ... [s, m, rad]."""
+        return Replies((self._robot.act(acts.Compare(a, b)),))
 
     def merge(self, name: str) -> Robot:
-        """Make what a branch has become the main timeline."""
+        """Make the timeline of a branch the main timeline."""
         return self._do(f"MERGE {name}")
 
     # --- files, events, pictures ---
@@ -693,9 +690,10 @@ class Robot:
         self._robot.save(Path(path))
 
     def export(self, path: str | Path, rate: float = 100.0) -> None:
-        """Write `rate` samples a second to a file, as `vrs export` does: .csv, .json, .npz, or .mcap with the frames of
-        all links; in mm and degrees, .npz and .mcap in metres and radians. Raises ValueError for another ending or
-        rate, NotPossible where a package is missing, FileError.
+        """Write `rate` samples a second to a file, as `vrs export` does: .csv or .json in mm and degrees, .npz or .mcap
+        in metres and radians; .mcap has the frames of all links.
+
+        Raises ValueError for another ending and for an impossible rate, NotPossible if a package is missing, FileError.
         """
         ends = [one.suffix for one in EXPORTERS.values()]
         exporter = next((one for one in EXPORTERS.values() if one.suffix == Path(path).suffix.lower()), None)
@@ -704,39 +702,38 @@ class Robot:
         if not number(rate, "rate") > 0.0:
             raise ValueError(f"rate: more than 0 samples a second are wanted, not {rate}")
         world = self._robot.port.world if exporter.shows_cell else None
-        with told_in_python():
+        with hints_for_python():
             exporter.check()
             with atomically(path) as stream:
                 write = exporter.write if world is None else partial(exporter.write, world=world)
                 write(stream, self._robot.arm, self.timeline, float(rate))
 
     def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
-        """Have every change of the timeline told to a callback, in a thread of its own; what is returned ends that.
+        """Call `callback` for every change of the timeline, in a new thread. Return a function that ends this.
 
-        The first Change is the timeline as it is. Each has `version` and `timeline`, and a `delta` where it is one.
+        The first Change has the present timeline. Each Change has `version`, `timeline`, and mostly a `delta`.
         """
         return hear(self._robot.subscribe(), callback)
 
     def plot(self, *what: str | int) -> Picture:
-        """Curves over the whole time: joints (by number), "velocity", "acceleration", "X", "tool", "speed", "hand".
+        """Plot curves over all motions: joints (by number), "velocity", "acceleration", "X", "tool", "speed", "hand".
 
-        Raises NotPossible where there is no motion yet, and for what cannot be drawn together.
+        Raises NotPossible if there is no motion yet, and for curves that cannot be drawn together.
         """
-        with told_in_python():
+        with hints_for_python():
             asked = select_curves(self._robot.arm, [str(word) for word in what])
         if self.end <= self.timeline.start:
             raise NotPossible("there is no motion yet", "move the robot first")
         return Picture((plot_curves(self._robot.arm, self.timeline, asked),))
 
     def view(
-        self, timeline: Timeline | None = None, *, height: int = SCENE_HEIGHT, cell: str | Path | Cell | None = None
+        self, timeline: Timeline | None = None, *, height: int = 420, cell: str | Path | Cell | None = None
     ) -> Scene:
-        """The arm as it moves: a notebook plays it below the cell, `.open()` in a browser, and
-        `.save("a.html")` writes the page.
+        """Return the moving arm as a page: a notebook plays it below the cell, `.open()` shows it in a browser, and
+        `.save("a.html")` writes it. `timeline`: another timeline than the robot's own; `height`: of the page in a
+        notebook [px]; `cell`: a file with other surroundings than the robot's own.
 
-        It follows its own timeline, or another one for this robot. The parts, fixtures and sensors of a cell file are
-        around it; without one, those of the cell in which the robot stands. Raises NotPossible where the page is not
-        built, FileError for a cell that cannot be read.
+        Raises NotPossible if the page is not built, FileError if the cell cannot be read.
         """
         world = self._robot.port.world
         if cell is not None:
@@ -746,8 +743,8 @@ class Robot:
         return Scene(self._robot.arm, timeline or self.timeline, height, world)
 
     def leave(self) -> None:
-        """Let it go. A served robot stays as it is for others, and refuses what is asked of it here from now on; one of
-        this process writes what its programs left in their files.
+        """End the use of the robot; all later calls are refused. A served robot stays as it is for other users. A robot
+        of this process closes the files of its programs.
         """
         self._robot.close()
 
@@ -762,16 +759,16 @@ class Robot:
         return f"<Robot {self._model.name}: {motions} motions to {self.end:.3f} s, now {self.now:.3f} s, {here}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{self._model.title}</p>{Replies((self._robot.act(ListMotions()),))._repr_html_()}"
+        return f"<p>{self._model.title}</p>{Replies((self._robot.act(acts.ListMotions()),))._repr_html_()}"
 
-    # --- the edge: numbers in, numbers out ---
+    # --- numbers in and out ---
 
     @property
     def _scales(self) -> Floats:
         return self.units.scales(self._model.units, self._model.joint_count)
 
     def _joints(self, given: object, what: str) -> Joints:
-        """One set of joints [rad, m], checked; of degrees with the very bits that VAL-II makes of them."""
+        """Check one set of joints, and return it in [rad, m]. Degrees give exactly the bits that VAL-II computes."""
         row = numbers(given, what, self._model.joint_count)  # type: ignore[arg-type]
         if row.ndim != 1:
             raise ValueError(f"{what}: one set of joints is wanted, not {row.shape}")
@@ -779,15 +776,10 @@ class Robot:
         return joints if self.units is Units.SI else self._model.units.read(joints)
 
     def _any_joints(self, given: ArrayLike | None) -> Floats:
-        """Joints (..., n) [rad, m]; those of now where none are given."""
+        """Return joints (..., n) in [rad, m]; the present ones if none are given."""
         if given is None:
             return np.array(self._robot.at().joints)
         return numbers(given, "joints", self._model.joint_count) / self._scales
-
-    def _shown(self, value: Value) -> float | str | Location | Floats:
-        if isinstance(value, Transform):
-            return Location.of(value, self.units)
-        return np.array(value) * self._scales if isinstance(value, tuple) else value
 
     def _value(self, name: str, given: float | str | Location | ArrayLike) -> Value:
         given = self._location(given)  # type: ignore[assignment]
@@ -807,13 +799,13 @@ def load(
     cell: str | Path | Cell | None = None,
     signals: Signals | None = None,
 ) -> Robot:
-    """The robot of a trajectory file (.vrst), at the end of its timeline: to look at it, or to go on with it. `limits`
-    and the others: as for `Robot`.
+    """Return the robot of a trajectory file (.vrst), at the end of its timeline. `limits`, `folder`, `cell` and
+    `signals` are as for `Robot`.
 
-    Raises NonexistentFile, FileDamaged, FileError. Warns of what a file of before has in it that a robot cannot do, and
-    of a last line that was not written to its end.
+    Raises NonexistentFile, FileDamaged, FileError. Warns if an older file has something that the robot cannot do now,
+    and if the last line was not written to its end.
     """
-    with told_in_python():
+    with hints_for_python():
         recording = read_trajectory(path)
     for warning in (*recording.warnings, *[TORN] * recording.dropped_tail):
         warnings.warn(f"{path}: {warning}", stacklevel=2)
@@ -826,7 +818,7 @@ def load(
 
 
 def _fraction(speed: float | None) -> float | None:
-    """Return percent of nominal speed as a fraction. Raises ValueError."""
+    """Return percent of nominal speed as a fraction, 0 to 1. Raises ValueError."""
     fraction = None if speed is None else number(speed, "speed") / 100.0
     if fraction is not None and not 0.0 < fraction <= 1.0:
         raise ValueError(f"speed: percent of nominal are wanted, more than 0 and up to 100, not {speed}")
@@ -834,7 +826,7 @@ def _fraction(speed: float | None) -> float | None:
 
 
 def _in_order(answers: Iterable[str]) -> Answers:
-    """Answers that are there already."""
+    """Return a function that gives these answers to questions, one after the other."""
     left = iter(answers)
     return lambda _question: next(left, None)
 

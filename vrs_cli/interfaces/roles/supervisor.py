@@ -17,7 +17,7 @@ from vrs_cli.engine.clock import SLICE_S
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import PositionArrays, fill
-from vrs_cli.errors import RequestRefused, VrsError, told_in_python
+from vrs_cli.errors import RequestRefused, VrsError, hints_for_python
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
@@ -153,7 +153,7 @@ class Supervisor(Observer):
         """
         if answer is None:
             return self.start(act, issued)()
-        with told_in_python(), self._conversing(answer):
+        with hints_for_python(), self._conversing(answer):
             return cast(T, self._converse(lambda id: At(id, act, issued)).found)
 
     def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
@@ -164,7 +164,7 @@ class Supervisor(Observer):
         id = self.port.begin(lambda id: At(id, act, issued), inbox.put)
 
         def wait() -> T:
-            with told_in_python():
+            with hints_for_python():
                 return cast(T, cast(Done, self._end(inbox, id)).found)
 
         return wait
@@ -223,7 +223,7 @@ class Supervisor(Observer):
     def _ask(self, make: MakeRequest) -> ServerMessage:
         """Send a request, and wait for its end."""
         inbox: Inbox[ServerMessage] = Inbox()
-        with told_in_python():
+        with hints_for_python():
             return self._end(inbox, self.port.begin(make, inbox.put))
 
     def _end(self, inbox: Inbox[ServerMessage], id: int) -> ServerMessage:
