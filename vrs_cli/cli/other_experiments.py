@@ -35,11 +35,9 @@ from vrs_cli.lab.bench import (
     MethodOutcome,
     MethodTrial,
     ViewerScore,
-    mean_controller_score,
-    mean_viewer_score,
     method_outcome,
 )
-from vrs_cli.lab.delays import Trial
+from vrs_cli.lab.delays import Trial, mean_score
 from vrs_cli.lab.methods import CONTROLLERS, VIEWERS, Predictor, RemoteController, load_method
 from vrs_cli.lab.twin import TwinCurves, TwinRow, TwinTrial, twin_outcome, twin_row
 from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma, with_loss
@@ -99,8 +97,8 @@ def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
         yield MethodRows(
             name,
             scenario,
-            {one: mean_viewer_score(rows) for one, rows in seen.items() if rows},
-            {one: mean_controller_score(rows) for one, rows in scores.items() if rows},
+            {one: mean_score(rows) for one, rows in seen.items() if rows},
+            {one: mean_score(rows) for one, rows in scores.items() if rows},
         )
 
 

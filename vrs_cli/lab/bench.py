@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import heapq
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from itertools import count
 from math import pi, tau
 from random import Random
-from statistics import fmean
 
 import numpy as np
 from msgspec import Struct
@@ -109,21 +108,6 @@ def method_outcome(trial: MethodTrial) -> MethodOutcome:
     return MethodOutcome(bench.viewer_scores(), bench.controller_score())
 
 
-def mean_viewer_score(scores: Sequence[ViewerScore]) -> ViewerScore:
-    """Return the mean of several scores, with the maximum of `most` and `jump`."""
-    mean, p95, mm, call = (
-        fmean(getattr(it, name) for it in scores) for name in ("mean", "p95", "mean_mm", "call_time")
-    )
-    return ViewerScore(mean, p95, max(it.most for it in scores), mm, max(it.jump for it in scores), call)
-
-
-def mean_controller_score(scores: Sequence[ControllerScore]) -> ControllerScore:
-    """Return the mean of several scores, with the maximum of `most`."""
-    names = ("rms", "lag", "effort", "held", "call_time")
-    rms, lag, effort, held, call = (fmean(getattr(it, name) for it in scores) for name in names)
-    return ControllerScore(rms, max(it.most for it in scores), lag, effort, held, call)
-
-
 # --- goals -----------------------------------------------------------------------------------------------------------
 
 
@@ -143,9 +127,8 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
         rates = np.array([tau / random.uniform(*PERIODS) for _ in middle])
         phases = np.array([random.uniform(-pi, pi) for _ in middle])
         size = 0.5 * np.minimum(swing, SPEED * fastest / rates)
-        found += size * (
-            np.sin(np.outer(times, rates) + phases) - np.sin(phases)
-        )  # so that the goal starts at the middle
+        # the goal starts at the middle
+        found += size * (np.sin(np.outer(times, rates) + phases) - np.sin(phases))
     return np.clip(found, lower, upper)
 
 
@@ -173,9 +156,8 @@ class _Bench:
         self.delay = measure_delays(trial.ways).round_trip(0.5) / 2.0
         self.robot = Engine(trial.robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
         self._steering = Steering(self.robot)
-        self._known: list[tuple[float, Timeline]] = [
-            (0.0, self.robot.timeline)
-        ]  # the viewer's timelines, each with its arrival [s]
+        # the viewer's timelines, each with its arrival [s]
+        self._known: list[tuple[float, Timeline]] = [(0.0, self.robot.timeline)]
         self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
         frames = trial.ways.lines("frames")[1]
         self.arrived = np.array([frames.arrival(t) for t in self.looks.tolist()])
@@ -193,19 +175,16 @@ class _Bench:
             if self.follows:
                 self._at(t, partial(self._command, k))
         if not self.follows:
-            self._plan_moves()
+            places = [random_place(self.trial.robot, self.random) for _ in range(PLACES)]
+            for k, t in enumerate(np.arange(0.5, self.trial.seconds, BETWEEN).tolist()):
+                move = Move(JointTarget(places[k % PLACES]), False, stamp=Stamp(t + LEAD), text="MOVE")
+                self._at(self._forward.arrival(t), partial(self._move, move))
         while self._queue:
             self._now, _, act = heapq.heappop(self._queue)
             if self._now >= self.trial.seconds:
                 break
             act()
         self._now = self.trial.seconds
-
-    def _plan_moves(self) -> None:
-        places = [random_place(self.trial.robot, self.random) for _ in range(PLACES)]
-        for k, t in enumerate(np.arange(0.5, self.trial.seconds, BETWEEN).tolist()):
-            move = Move(JointTarget(places[k % PLACES]), False, stamp=Stamp(t + LEAD), text="MOVE")
-            self._at(self._forward.arrival(t), partial(self._move, move))
 
     def _move(self, move: Move) -> None:
         clock = self.robot.clock
@@ -237,9 +216,7 @@ class _Bench:
 
     def viewer_scores(self) -> dict[str, ViewerScore]:
         true = joints_over(self.robot.arm, self.robot.timeline, self.looks)
-        counted = int(
-            np.searchsorted(self.looks, self.arrived[0])
-        )  # the first look after the arrival of the first frame
+        counted = int(np.searchsorted(self.looks, self.arrived[0]))  # the first look with a frame
         if counted >= len(self.looks):
             return {}
         place = self._with_flange(true)

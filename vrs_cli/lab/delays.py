@@ -15,7 +15,7 @@ from itertools import count, pairwise
 from math import ceil
 from random import Random
 from statistics import fmean
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from msgspec import Struct
@@ -47,6 +47,9 @@ REACH = 0.15  # of the range of each joint: maximum distance of a target from RE
 MEASURED = 1000  # number of frames that determine the size of the playout buffer
 READER = Reader[messages.Delta](messages.Delta)
 PINGS = 100  # number of messages that measure the delays before the trial
+
+
+Score = TypeVar("Score", bound=Struct)  # numbers that a trial is judged by
 
 
 class Strategy(Enum):
@@ -115,19 +118,17 @@ def together(outcomes: Sequence[TrialOutcome]) -> TrialOutcome:
         fmean(one.flagged for one in outcomes),
         fmean(one.unconfirmed for one in outcomes),
         (fmean(one.round_trip[0] for one in outcomes), fmean(one.round_trip[1] for one in outcomes)),
-        {strategy: _errors_together([one.errors[strategy] for one in outcomes]) for strategy in Strategy},
+        {strategy: mean_score([one.errors[strategy] for one in outcomes]) for strategy in Strategy},
         all(one.agreed for one in outcomes),
-        _errors_together([one.outside for one in outcomes]),
+        mean_score([one.outside for one in outcomes]),
     )
 
 
-def _errors_together(errors: Sequence[Error]) -> Error:
-    return Error(
-        fmean(one.degrees for one in errors),
-        max(one.most_degrees for one in errors),
-        fmean(one.mm for one in errors),
-        max(one.most_mm for one in errors),
-    )
+def mean_score(scores: Sequence[Score]) -> Score:
+    """Return the mean of each field; of `jump` and of fields that begin with `most`, the maximum."""
+    names = type(scores[0]).__struct_fields__
+    how = {name: max if name.startswith(("most", "jump")) else fmean for name in names}
+    return type(scores[0])(*(how[name](getattr(one, name) for one in scores) for name in names))
 
 
 # --- the simulation ----------------------------------------------------------------------------------------------
@@ -174,7 +175,10 @@ class DelayCourse:
         self.arrived = np.array(
             [back.arrival(t) for t in self.looks.tolist()]
         )  # arrival times of frames sent at the looks
-        self.buffer = ceil(_buffer(self.looks, self.arrived) * trial.rate)  # number of frames in the playout buffer
+        playout = Playout[None](window=MEASURED)
+        for t, arrival in zip(self.looks[:MEASURED].tolist(), self.arrived[:MEASURED].tolist(), strict=True):
+            playout.put(t, None, arrival)
+        self.buffer = ceil(playout.delay * trial.rate)  # number of frames in the playout buffer
         seen = Strategy.DELTAS, Strategy.AHEAD, Strategy.PREVIEW
         shape = len(self.looks), trial.robot.joint_count
         self.seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
@@ -335,14 +339,6 @@ def measure_delays(ways: DelayWays) -> TimeSync:
         t1 = forward.arrival(t0)
         sync.hear(t0, t1, t1, backward.arrival(t1))
     return sync
-
-
-def _buffer(sent: Floats, arrived: Floats) -> float:
-    """Return how long frames must wait so that most arrive in time [s], judged by the first of them."""
-    playout = Playout[None](window=MEASURED)
-    for t, arrival in zip(sent[:MEASURED].tolist(), arrived[:MEASURED].tolist(), strict=True):
-        playout.put(t, None, arrival)
-    return playout.delay
 
 
 # --- the flags, another way --------------------------------------------------------------------------------------

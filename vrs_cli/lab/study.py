@@ -370,17 +370,13 @@ class DryRun:
                 and max(abs(a - b) for a, b in zip(before, seen, strict=True)) < STILL
             )
             if stands and self._t >= ready and seen is not None:
-                arrival = forward.arrival(self._t)
-                commands.append((arrival, self._aim(seen, judge.stage.joints), judge.stage.hand))
+                arrival, model = forward.arrival(self._t), self._robot.held.arm.model
+                ways = zip(seen, judge.stage.joints, strict=True)
+                aim = tuple(b + self._random.gauss(0.0, MISSES * abs(b - a) + TREMBLES) for a, b in ways)
+                commands.append((arrival, put_inside(aim, model.lower, model.upper), judge.stage.hand))
                 ready = arrival + (arrived - self._t) + self._random.uniform(*REACTION)
             self._t += TICK
         return judge.result()
-
-    def _aim(self, seen: Joints, goal: Joints) -> Joints:
-        """Return the joints to which the participant sends the robot."""
-        model = self._robot.held.arm.model
-        aimed = (b + self._random.gauss(0.0, MISSES * abs(b - a) + TREMBLES) for a, b in zip(seen, goal, strict=True))
-        return put_inside(tuple(aimed), model.lower, model.upper)
 
     def _command(self, t: float, aim: Joints, hand: str | None) -> None:
         """Execute a command that arrives at t [s]: a motion, and at its end the hand."""

@@ -23,7 +23,7 @@ from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.lab.delays import DelayCourse, Strategy, Trial
 from vrs_cli.lab.methods import Extrapolated, LastFrame, Predictor
 from vrs_cli.twin.divergence import DivergenceWatch
-from vrs_cli.values.measured import DivergenceAlarm, Report
+from vrs_cli.values.measured import Report
 
 try:
     from vrs_cli.bodies.mujoco_arm import MujocoArm
@@ -106,7 +106,9 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
     timeline, tracking = apart(course.seen[Strategy.DELTAS]), apart(g)
     flagged = course.wrong_looks()
     begin = min((one.at or 0.0 for one in it.disturbances), default=nan)
-    alarms = [(alarm, arrivals[k]) for k, alarm in _alarms(course, reports)]
+    watch = DivergenceWatch(course.robot.arm)
+    watched = ((watch.take(course.robot.timeline, report), t) for report, t in zip(reports, arrivals, strict=True))
+    alarms = [(alarm, t) for alarm, t in watched if alarm is not None]
     heard = [(alarm, t) for alarm, t in alarms if alarm.t >= begin]
     since = heard[0][1] if heard else np.inf
     unwarned = (timeline > MISLED) & ~flagged & (looks < since)
@@ -161,13 +163,6 @@ def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals:
             received += EVERY
         seen[k] = viewer.predict(t)
     return seen
-
-
-def _alarms(course: DelayCourse, reports: Sequence[Report]) -> list[tuple[int, DivergenceAlarm]]:
-    """Return the alarms of the server, each with the number of its report."""
-    watch = DivergenceWatch(course.robot.arm)
-    alarms = ((k, watch.take(course.robot.timeline, report)) for k, report in enumerate(reports))
-    return [(k, alarm) for k, alarm in alarms if alarm is not None]
 
 
 class TwinRow(Struct, frozen=True):

@@ -158,7 +158,11 @@ class ArmDrawing:
             height = max((page.height or HEIGHT) - WORDS, MIN_HEIGHT)
             self._page, self._frames, self._behind = here, _frames(picture, width, height), ()
             self._kept = {}
-            self._reach = tuple(_draw_reach(picture, frame, page.unicode) for frame in self._frames)
+            size = FINE if page.unicode else PLAIN
+            self._reach = tuple(Canvas(frame.width, frame.height, *size) for frame in self._frames)
+            for frame, canvas in zip(self._frames, self._reach, strict=True):
+                outline = _outline(frame.view, picture.reach)
+                Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, outline, every=DOTTED)
         behind = (picture.past[:-1], picture.planned[1:])  # all lines except the current motion
         if behind != self._behind:
             self._behind, self._rows = behind, {}
@@ -246,12 +250,6 @@ class Pen:
         (x, y), arm = self.dot(p), 2 if self.fine else 0
         self.canvas.stroke(part, (x - arm, y), (x + arm, y))
         self.canvas.stroke(part, (x, y - arm), (x, y + arm))
-
-
-def _draw_reach(picture: ArmPicture, frame: ViewFrame, fine: bool) -> Canvas:
-    canvas = Canvas(frame.width, frame.height, *(FINE if fine else PLAIN))
-    Pen(frame, fine, canvas).line(DrawnPart.REACH, _outline(frame.view, picture.reach), every=DOTTED)
-    return canvas
 
 
 def _draw_foreground(pen: Pen, picture: ArmPicture) -> Canvas:

@@ -33,15 +33,11 @@ def _by(moved: Sequence[Moved]) -> str:
 
 
 def _names(moved: Sequence[Moved]) -> str:
-    names = ", ".join(map(_name, moved[:MAX_NAMES]))
+    names = ", ".join(
+        (one.text or "a motion") if one.asked is None else f"AT {one.asked:.3f}".rstrip("0").rstrip(".")
+        for one in moved[:MAX_NAMES]
+    )
     return names if len(moved) <= MAX_NAMES else f"{names} and {len(moved) - MAX_NAMES} more"
-
-
-def _name(one: Moved) -> str:
-    """Return the requested time of a motion, or its text if it has none."""
-    if one.asked is None:
-        return one.text or "a motion"
-    return f"AT {one.asked:.3f}".rstrip("0").rstrip(".")
 
 
 def untrue_sentence(it: Untrue) -> str:

@@ -94,9 +94,11 @@ def picture(plot: Plot, at: float | None = None) -> str:
         f'font-family="sans-serif" font-size="11" fill="{GREY}">'
     )
     title = _text(LEFT, 14, f"{plot.title} [{plot.unit}]", "start")
-    moment = [] if at is None else [_moment(across.place(min(max(at, plot.times[0]), plot.times[-1])))]
-    parts = [head, title, *_grid(across, up), *_curves(plot, across, up), *moment, "</svg>"]
-    return "\n".join(parts) + "\n"
+    parts = [head, title, *_grid(across, up), *_curves(plot, across, up)]
+    if at is not None:
+        line = f"M{across.place(min(max(at, plot.times[0]), plot.times[-1])):.1f} {TOP}V{HEIGHT - BOTTOM}"
+        parts.append(f'<path d="{line}" stroke="{RED}" stroke-width="2" stroke-dasharray="4 3"/>')
+    return "\n".join([*parts, "</svg>\n"])
 
 
 def _grid(across: SvgScale, up: SvgScale) -> Iterator[str]:
@@ -121,10 +123,6 @@ def _curves(plot: Plot, across: SvgScale, up: SvgScale) -> Iterator[str]:
         yield f'<text x="{WIDTH - RIGHT + 8}" y="{y}" fill="{colour}">{escape(curve.label)}</text>'
 
 
-def _moment(x: float) -> str:
-    return f'<path d="M{x:.1f} {TOP}V{HEIGHT - BOTTOM}" stroke="{RED}" stroke-width="2" stroke-dasharray="4 3"/>'
-
-
 def _stroke(path: str) -> str:
     return f'<path d="{path}" stroke="{GREY}" stroke-opacity="0.25"/>'
 
@@ -144,17 +142,13 @@ def markdown(shown: Iterable[Block]) -> str:
         if block.latex:
             parts.append(f"$${block.latex}$$")
         elif isinstance(block, Grid):
-            parts.append(_markdown_table(block))
+            sides = ["---:" if column.right else ":---" for column in block.columns]
+            rows = [[column.heading for column in block.columns], sides, *block.rows]
+            parts.append("\n".join(f"| {' | '.join(row if row is sides else map(_escape, row))} |" for row in rows))
         else:
             bold = "**" * all(ink is Ink.HEADING for _, ink in block.pieces)
             parts.append(f"{bold}{_escape(block.text)}{bold}")
     return "\n\n".join(parts) + "\n"
-
-
-def _markdown_table(grid: Grid) -> str:
-    sides = ["---:" if column.right else ":---" for column in grid.columns]
-    rows = [[column.heading for column in grid.columns], sides, *grid.rows]
-    return "\n".join(f"| {' | '.join(row if row is sides else map(_escape, row))} |" for row in rows)
 
 
 def _escape(text: str) -> str:
@@ -170,15 +164,14 @@ def latex_document(shown: Iterable[Block]) -> str:
         elif isinstance(block, Grid):
             sides = "".join("r" if column.right else "l" for column in block.columns)
             heads = [column.heading for column in block.columns]
-            rows = [" & ".join(map(_latex_cell, row)) for row in ([heads] if any(heads) else []) + list(block.rows)]
+            rows = [
+                " & ".join(rf"\text{{{_latex_text(cell)}}}" if cell.strip() else "" for cell in row)
+                for row in (*([heads] if any(heads) else []), *block.rows)
+            ]
             parts.append(rf"$$\begin{{array}}{{{sides}}}" + r" \\ ".join(rows) + r"\end{array}$$")
         else:
             parts.append(_latex_text(block.text))
     return "\n\n".join(parts) + "\n"
-
-
-def _latex_cell(text: str) -> str:
-    return rf"\text{{{_latex_text(text)}}}" if text.strip() else ""
 
 
 def _latex_text(text: str) -> str:

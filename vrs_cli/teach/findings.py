@@ -68,7 +68,11 @@ class _Inspection:
     def __init__(self, exercise: Exercise, run: Run) -> None:
         self.exercise, self._run = exercise, run
         self.path = str(Path(exercise.folder, "teacher", "checks.toml"))
-        self._lines = _lines_of(self.path)
+        text = text_at(self.path)
+        entries = ExerciseText(self.path, text).entries("check", tomllib.loads(text).get("check", []), None)
+        self._lines = {
+            str(one.given.get("name", one.given.get("kind"))).lower(): one.lines.start + 1 for one in entries
+        }
         self.variants = [exercise.variant(seed) for seed in exercise.seeds]
         self.models: dict[int | None, Evidence] = {}
         self.failed = dict[str, str]()  # what has failed each check
@@ -186,7 +190,7 @@ class _Inspection:
                 continue
             if _reachable(evidence, other, frames) and not _reachable(evidence, value, frames):
                 yield Finding(
-                    self.path, f"{_item_label(item)} cannot be reached{_of(variant)}", "move it less", doubtful=True
+                    self.path, f"{item_text(item)} cannot be reached{_of(variant)}", "move it less", doubtful=True
                 )
 
     def _wrong_submissions(self) -> Iterator[Finding]:
@@ -238,14 +242,6 @@ class _Inspection:
                 yield Finding(self._at(check.name), what, remedy)
 
 
-def _lines_of(path: str) -> Mapping[str, int]:
-    """Return the line of each check in a file, by its name in lower case."""
-    text = text_at(path)
-    reader = ExerciseText(path, text)
-    entries = reader.entries("check", tomllib.loads(text).get("check", []), None)
-    return {str(one.given.get("name", one.given.get("kind"))).lower(): one.lines.start + 1 for one in entries}
-
-
 def _of(variant: Exercise) -> str:
     return "" if variant.seed is None else f" in variant {variant.seed}"
 
@@ -267,7 +263,8 @@ def _place_label(place: FixedPlace | GivenPlace) -> str:
     return f"[{x:.1f}, {y:.1f}, {z:.1f}]"
 
 
-def _item_label(item: Item) -> str:
+def item_text(item: Item) -> str:
+    """Return a variable as a program names it: `corner` or `slot[2,1]`."""
     name, index = item
     return name if index is None else f"{name}[{subscript(index)}]"
 
@@ -345,9 +342,9 @@ def _opposite_signal(source: str) -> str:
 def _begins(lines: Sequence[str], main: Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
     """Yield mutants with a change at the beginning: a shifted location, or another speed."""
     first = main.span.line
-    for (name, index), value in locations.items():
+    for item, value in locations.items():
         if isinstance(value, Transform):
-            place = name if index is None else f"{name}[{subscript(index)}]"
+            place = item_text(item)
             line = f"SET {place} = SHIFT({place} BY {SHIFT_MM}, 0, 0)"
             yield Mutant(f"with {place} shifted by {SHIFT_MM} mm", _after(lines, first, line))
     for line in ("SPEED 5 ALWAYS", "SPEED 100 ALWAYS", "PARAMETER HAND.TIME = 3"):
@@ -410,10 +407,9 @@ def copied_numbers(text: str, dialect: Dialect, locations: Mapping[Item, Value])
     if main is None:
         return None
     copies = []
-    for (name, index), value in locations.items():
+    for item, value in locations.items():
         if isinstance(value, Transform):
-            place = name if index is None else f"{name}[{subscript(index)}]"
-            copies.append(f"SET {place} = TRANS({', '.join(map(plain, numbers_of(value)))})")
+            copies.append(f"SET {item_text(item)} = TRANS({', '.join(map(plain, numbers_of(value)))})")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return Mutant("with the numbers of the given locations copied", _after(lines, main.span.line, "\n".join(copies)))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import partial
 from importlib.util import find_spec
 from typing import Any, cast
 
@@ -27,24 +28,11 @@ WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # words of 
 # --- reading values --------------------------------------------------------------------------------------------------
 
 
-def _millimetres(text: ExerciseText, entry: CellEntry, key: str) -> float:
-    return text.number(entry, key, 0.0, MAX_LENGTH_MM, "mm")
-
-
-def _degrees(text: ExerciseText, entry: CellEntry, key: str) -> float:
-    return text.number(entry, key, 0.0, 180.0, "deg")
-
-
-def _seconds(text: ExerciseText, entry: CellEntry, key: str) -> float:
-    return text.number(entry, key, 0.0, LATEST, "s")
-
-
-def _per_second(text: ExerciseText, entry: CellEntry, key: str) -> float:
-    return text.number(entry, key, 0.0, MAX_SPEED)
-
-
-def _points(text: ExerciseText, entry: CellEntry, key: str) -> float:
-    return text.number(entry, key, 0.0, MAX_POINTS)
+_millimetres = partial(ExerciseText.number, least=0.0, most=MAX_LENGTH_MM, unit="mm")
+_degrees = partial(ExerciseText.number, least=0.0, most=180.0, unit="deg")
+_seconds = partial(ExerciseText.number, least=0.0, most=LATEST, unit="s")
+_per_second = partial(ExerciseText.number, least=0.0, most=MAX_SPEED)
+_points = partial(ExerciseText.number, least=0.0, most=MAX_POINTS)
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:

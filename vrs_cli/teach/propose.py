@@ -21,14 +21,13 @@ from vrs_cli.errors import FileDamaged, FileExists, VrsError
 from vrs_cli.files.opening import FREE
 from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, length, position
-from vrs_cli.language.run.variables import Item, subscript
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.text.source import named_above
 from vrs_cli.language.words.values import numbers_of
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.findings import mutants_of
+from vrs_cli.teach.findings import item_text, mutants_of
 from vrs_cli.teach.grading import Grader, Submission, SubmissionRuns
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun
 from vrs_cli.teach.judging.outcomes import final_part
@@ -233,7 +232,7 @@ class _Proposal:
 
     def _write_text(self, exercise: Exercise) -> None:
         rows = [
-            f"| `{_name(item)}` | ... | {_numbers(value)} |"
+            f"| `{item_text(item)}` | ... | {_numbers(value)} |"
             for item, value in exercise.locations.items()
             if isinstance(value, Transform)
         ]
@@ -344,7 +343,7 @@ def _place_name(exercise: Exercise, place: Vector) -> str | None:
     """Return the name of the given location at a place."""
     for item, value in exercise.locations.items():
         if isinstance(value, Transform) and dist(position(value), place) <= NEAR:
-            return _name(item)
+            return item_text(item)
     return None
 
 
@@ -451,7 +450,7 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
     tools = {word.lower() for word in re.findall(r"(?im)^\s*(?:\d+\s+)?(?:TOOL|BASE)\s+([a-z][\w.]*)", text)}
     relative = {word.lower() for word in re.findall(r"(?i):\s*([a-z][\w.]*)", text)}
     places = {
-        _name(item): position(value)
+        item_text(item): position(value)
         for item, value in exercise.locations.items()
         if isinstance(value, Transform) and item[0] not in tools | relative and item[1] is None
     }
@@ -500,11 +499,6 @@ def _footprint(run: Evidence, name: str) -> float:
 
 
 # --- texts -----------------------------------------------------------------------------------------------------------
-
-
-def _name(item: Item) -> str:
-    name, index = item
-    return name if index is None else f"{name}[{subscript(index)}]"
 
 
 def _numbers(T: Transform) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.transform import Transform, Vector, added, angle_between, at_position, distance, position
+from vrs_cli.kinematics.transform import Transform, added, angle_between, at_position, distance, position
 from vrs_cli.teach import checks
 from vrs_cli.teach.judging import basis
 from vrs_cli.teach.judging.ways import PASSED_MM, did_not_go, windows
@@ -107,21 +107,17 @@ def stopped_early(evidence: basis.Evidence, step: float) -> str | None:
 def judge_cycle_time(check: checks.CycleTimeCheck, run: basis.JudgedRun) -> basis.Verdict:
     """Judge how long a run took until the arm stood, or the fastest way from one place to another."""
     if check.begin is not None and check.end is not None:
-        return _time_between(check, run, run.basis.point(check.begin), run.basis.point(check.end))
+        a, b = run.basis.point(check.begin), run.basis.point(check.end)
+        if not (found := windows(run, a, b, PASSED_MM)):
+            return did_not_go(run, a, b, PASSED_MM)
+        begin, end = min(found, key=lambda one: one[1] - one[0])
+        what = f"the way from {run.place_text(a)} to {run.place_text(b)}"
+        return _time_verdict(what, end - begin, begin, check, run.s)
     evidence, step = run.evidence, run.s
     if (wrong := stopped_early(evidence, step)) is not None:
         return basis.Verdict(0.0, wrong, evidence.clock)
     seconds = max(evidence.clock, evidence.timeline.end) - evidence.started
     return _time_verdict("the run", seconds, evidence.started, check, step)
-
-
-def _time_between(check: checks.CycleTimeCheck, run: basis.JudgedRun, a: Vector, b: Vector) -> basis.Verdict:
-    """Judge the fastest way from one place to another."""
-    found = windows(run, a, b, PASSED_MM)
-    if not found:
-        return did_not_go(run, a, b, PASSED_MM)
-    begin, end = min(found, key=lambda one: one[1] - one[0])
-    return _time_verdict(f"the way from {run.place_text(a)} to {run.place_text(b)}", end - begin, begin, check, run.s)
 
 
 def _time_verdict(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from math import degrees, inf
 from typing import Any
@@ -17,7 +17,6 @@ from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compo
 from vrs_cli.teach import state_checks
 from vrs_cli.teach.exercise_text import BaseCheck
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, exceeds, falls_short, figure, round_to
-from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.commands import Motion, MotionKind
 
 PATH_ERROR = 1e-5  # [m] error of the lines that approximate the path of the tool
@@ -198,12 +197,9 @@ def judge_phases(check: state_checks.PhasesCheck, run: JudgedRun) -> Verdict:
     order, length = list(check.order), len(check.order)
     places = range(len(phases) - length + 1)
     right = phases == order if check.only else any(phases[at : at + length] == order for at in places)
-    return _verdict(right, f"the timeline has {', '.join(_shorten(phases)) or 'no motion'}")
-
-
-def _shorten(phases: list[Phase]) -> Iterator[str]:
     names = [one.value for one in phases]
-    yield from names if len(names) <= 12 else [*names[:6], "...", *names[-6:]]
+    shown = names if len(names) <= 12 else [*names[:6], "...", *names[-6:]]
+    return _verdict(right, f"the timeline has {', '.join(shown) or 'no motion'}")
 
 
 def judge_passes(check: state_checks.PassesCheck, run: JudgedRun) -> Verdict:

@@ -291,7 +291,9 @@ def _at_same_times(check: checks.LikeModelCheck, run: basis.JudgedRun, model: ba
     evidence = run.evidence
     lasting = max(evidence.end - evidence.started, model.end - model.started)
     ours, theirs = (tip.tip_pieces(it.arm, it.timeline, it.started, it.started + lasting) for it in (evidence, model))
-    apart = _differences(ours, [_later(piece, evidence.started - model.started) for piece in theirs])
+    shift = evidence.started - model.started
+    theirs = [piece._replace(start=piece.start + shift, finish=piece.finish + shift) for piece in theirs]
+    apart = _differences(ours, theirs)
     found = tip.greatest(apart, transform.length, run.precision, enough=1e-3 * basis.largest(check.mm, run.mm))
     far, share = 1000.0 * found.value, 1.0
     text = f"the tool was within {basis.figure(check.mm, run.mm)} mm of the model's at all times"
@@ -304,7 +306,6 @@ def _at_same_times(check: checks.LikeModelCheck, run: basis.JudgedRun, model: ba
         return basis.Verdict(share, text, at)
     step = run.basis.rounding.deg
     turning = [tip.turning_pieces(it.arm, it.timeline, it.started, it.started + lasting) for it in (evidence, model)]
-    shift = evidence.started - model.started
     later = [piece._replace(start=piece.start + shift, finish=piece.finish + shift) for piece in turning[1]]
     enough = radians(basis.largest(check.deg, step))
     angle, when = tip.most_turned(turning[0], later, radians(basis.PRECISION * step), enough=enough)
@@ -318,10 +319,6 @@ def _at_same_times(check: checks.LikeModelCheck, run: basis.JudgedRun, model: ba
     return basis.Verdict(
         min(share, part), f"{text}; at {basis.figure(when, run.s)} s {turned}", when if at is None else at
     )
-
-
-def _later(piece: tip.Piece, seconds: float) -> tip.Piece:
-    return piece._replace(start=piece.start + seconds, finish=piece.finish + seconds)
 
 
 def _differences(a: Sequence[tip.Piece], b: Sequence[tip.Piece]) -> list[tip.Piece]:
