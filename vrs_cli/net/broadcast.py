@@ -1,11 +1,12 @@
 """Send samples, changes and news (such as the clock) of one robot to many connections.
 
-Everything is encoded once for all. No connection waits for another: one that is slow to take data gets no samples
-meanwhile, and its changes wait until it takes them again. So only the bounded buffer of the connection itself fills up,
-and after a stall the connection gets the present state.
+Each message is encoded once for all connections. No connection waits for another: a slow one gets no samples, and its
+changes wait until it takes data again. So only the bounded buffer of that connection fills up, and after a stall the
+connection gets the present state.
 
-Pure: connections are sinks, the wall clock is an argument. The caller asks when something is due (`peek`) and does a
-slice of it (`step`), with other work between two slices: a user who commands is answered before a thousand others hear.
+Pure: connections are sinks, the wall clock is an argument. The caller asks when something is due (`peek`) and sends a
+slice of it (`step`). It does other work between two slices, so that a user who commands is answered before a thousand
+viewers get the change.
 """
 
 from __future__ import annotations
@@ -41,35 +42,35 @@ from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
 
-HIGHEST_RATE = 200.0  # samples a second
-MAX_WAITING_BYTES = 256 * 1024  # bytes that one connection holds of changes
+MAX_SAMPLE_RATE = 200.0  # [1/s]
+MAX_WAITING_BYTES = 256 * 1024  # of changes, for one connection
 SLICE = 50  # packets of one step: half a millisecond
-HOLD = 0.02  # [s] that sending waits at most for an answer
-AGAIN = 0.05  # [s] after which a connection that took nothing is looked at again
+HOLD = 0.02  # [s] sending waits so long for an answer to a user
+AGAIN = 0.05  # [s] between two attempts to send to a slow connection
 
 
 Letter = Callable[[MessageForm], Packet]  # a message to many, encoded once in each form
 
 
 def letter(message: ServerMessage) -> Letter:
+    """Return a function that encodes a message, once in each form."""
     return cache(partial(packet_of, message))
 
 
 class Sink(Protocol):
-    """A connection as its sender sees it. It never waits and never raises."""
+    """A connection that takes packets. Its methods never wait and never raise."""
 
     @property
     def waiting(self) -> int:
-        """Bytes that were sent and that the receiver has not taken so far."""
+        """Bytes that were sent and that the receiver has not taken yet."""
 
     def send(self, *packets: Packet) -> None:
-        """Send all of them at once."""
+        """Send packets in one write."""
 
 
 class Parcel(NamedTuple):
-    """Packets for all listeners in the same state, to be sent in one write. `number`, `news`, `place`, `heard` and
-    `measured` are the listener's state after it. `alone`: send it only if nothing else waits; `whole`: nothing follows
-    it.
+    """Packets for all listeners in the same state, sent in one write. `number`, `news`, `place`, `heard` and `measured`
+    are the listener's state after it. `alone`: send it only if nothing else waits; `whole`: it contains everything.
     """
 
     packets: tuple[Packet, ...]
@@ -83,16 +84,16 @@ class Parcel(NamedTuple):
 
 
 class Listener:
-    """One connection. `number`: of the last change that was sent to it; `news`: of the last news."""
+    """One connection. `number`: of the last change that was sent; `news`: of the last news."""
 
     def __init__(self, sink: Sink, form: MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
         self.deflates = deflates
-        self.listening: Listening | None = None  # to changes
+        self.listening: Listening | None = None  # how it gets changes
         self.number, self.news = NOTHING, 0
         self.place: DeflatedPlace | None = None
-        self.heard: Heard | None = None  # of the course of the world; None: it is not wanted
-        self.measured: int | None = None  # the number of the next report of the body; None: they are not wanted
+        self.heard: Heard | None = None  # the known part of the course of the world; None: not wanted
+        self.measured: int | None = None  # the number of the next report of the body; None: not wanted
         self.channel: Channel | None = None  # of samples
 
     def takes(self, parcel: Parcel) -> bool:
@@ -107,12 +108,12 @@ class Listener:
         return True
 
 
-NOTHING = -1  # the number of a listener who has got nothing so far
+NOTHING = -1  # the number of a listener that has got nothing yet
 
 
 class Round:
-    """Listeners to be served one after the other; `left`: how many in this round. A listener who was not served in an
-    unfinished round is first in the next.
+    """Listeners that are served in turn; `left`: how many are left in this round. If a round is not finished, the next
+    one begins with the listeners that were left.
     """
 
     def __init__(self) -> None:
@@ -126,7 +127,7 @@ class Round:
         self.left = len(self._order)
 
     def take(self, most: int) -> list[Listener]:
-        """Return the listeners whose turn it is: so many at most."""
+        """Return the next listeners of the round, at most so many."""
         count = min(most, self.left)
         taken = list(islice(self._order, count))
         self._order.rotate(-count)
@@ -143,31 +144,31 @@ class Round:
 
 
 class Channel:
-    """Samples for all listeners that see the same: those of one rate that follow the robot, or one with its own
-    playback.
+    """Samples for all listeners that see the same: all that follow the robot at one rate, or one with a playback of its
+    own.
     """
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # cuts of changes, and until when samples tell of them
+        self._wrong: list[tuple[float, float]] = []  # cuts of changes, and until when samples mention them
 
     def change(self, cut: float, applied: float) -> None:
-        """Note that samples of times after the cut were wrong. The next samples tell of it for as long as such a sample
-        may be shown, so that a listener who misses some of them is told too.
+        """Note that samples of times after the cut were wrong. All later samples mention the cut as long as such a
+        wrong sample may still be shown, so that a listener that misses some of them learns of it.
         """
         if cut < applied + self.viewer.ahead:
             self._wrong.append((cut, applied + self.viewer.ahead))
 
     def show(self, position: Position, version: int, clock: float) -> None:
-        """Take the next sample; a listener who has not got the one before gets only this one."""
+        """Begin to send the next sample; listeners that have not got the one before skip that."""
         self._wrong = [one for one in self._wrong if one[1] > clock]
         wrong = min((cut for cut, _ in self._wrong), default=None)
         self.sample = letter(messages.Sample(position.time, position.joints, version, clock, wrong))
         self.round.begin()
 
     def serve(self, most: int) -> int:
-        """Send the sample to so many listeners at most; return how many it were."""
+        """Send the sample to at most so many listeners; return to how many."""
         sample = self.sample
         if sample is None:
             return 0
@@ -178,7 +179,7 @@ class Channel:
         return len(turn)
 
 
-STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # with a value, at a time on the wall
+STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # of playback, value, wall time [s]
     PlayStep.PLAY: lambda it, _, wall: it.play(wall),
     PlayStep.PAUSE: lambda it, _, wall: it.pause(wall),
     PlayStep.REWIND: lambda it, _, wall: it.rewind(wall),
@@ -188,8 +189,8 @@ STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # wi
 
 
 class Broadcast:
-    """Sends what happens at one robot to its listeners. `stream`: its changes; `course`: of its world, None where there
-    is none.
+    """Sends changes, news and samples of one robot to its listeners. `stream`: the changes; `course`: of the world,
+    None without a cell.
     """
 
     def __init__(
@@ -204,15 +205,15 @@ class Broadcast:
         self._watched, self._wall = watched, wall
         self._everybody = Round()
         self._hearing: dict[Listener, None] = {}  # the course of the world
-        self._measuring: dict[Listener, None] = {}  # those who hear what the body measures
-        self._gathered = -inf  # [s] on the wall: when the last batch of that was made
-        self._measured_due = inf  # and when the next one is to be made
-        self._behind: dict[Listener, None] = {}  # slow listeners, in the order in which they were looked at last
-        self._again = inf  # [s] on the wall: when slow listeners are looked at again
+        self._measuring: dict[Listener, None] = {}  # those that get the reports of the body
+        self._gathered = -inf  # [s] on the wall: when the last batch of reports was made
+        self._measured_due = inf  # [s] and when the next one is due
+        self._behind: dict[Listener, None] = {}  # slow listeners, in the order of the last attempts
+        self._again = inf  # [s] on the wall: when the next attempt is due
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
         self._parcel = cache(self._pack)  # by the state of a listener, until something happens
         self._last_news = 0
-        self._held = self._free = -inf  # [s] on the wall: until when nothing is sent, and is not held again
+        self._held = self._free = -inf  # [s] on the wall: until when sending is held, and may not be held again
         self._audience = Audience(watched, wall)
         self._channels: dict[Viewer, Channel] = {}
         self._shared: dict[tuple[float, float], Channel] = {}  # by rate, and how far ahead
@@ -221,11 +222,11 @@ class Broadcast:
 
     @property
     def is_watched(self) -> bool:
-        """Return whether anybody holds the robot, watches it, or publishes it."""
+        """Whether the robot has any user, viewer or publisher."""
         return bool(len(self._everybody))
 
     def join(self, sink: Sink, form: MessageForm, *, deflates: bool = False) -> Listener:
-        """Add a connection: it gets news, and nothing else so far."""
+        """Add a connection, which gets news only until it subscribes."""
         listener = Listener(sink, form, deflates)
         self._everybody.add(listener)
         self._catch_up(listener)
@@ -240,12 +241,12 @@ class Broadcast:
         self._everybody.remove(listener)
 
     def subscribe(self, listener: Listener, wanted: Subscribe) -> None:
-        """Let a listener get what it wants from now on, in place of earlier wishes. Raises IllegalValue for a wrong
-        rate or tolerance, RequestRefused for a course without changes.
+        """Send a listener what it subscribes to from now on, in place of its earlier subscription. Raises IllegalValue
+        for a wrong rate or tolerance, RequestRefused for `world` without `deltas`.
         """
         joints = None if wanted.joints is None else known_tolerance(wanted.joints)
         if wanted.rate:
-            checked_rate(wanted.rate, "samples a second", HIGHEST_RATE)
+            checked_rate(wanted.rate, "samples a second", MAX_SAMPLE_RATE)
         if wanted.world and not wanted.deltas:
             raise RequestRefused("world without deltas", "parts are shown on a timeline: ask for deltas too")
         listener.form = listener.form._replace(joints=joints)
@@ -264,7 +265,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def resync(self, listener: Listener, *, full: bool = False) -> None:
-        """Send a snapshot in place of earlier changes; if `full`, everything in the full form from now on."""
+        """Send a snapshot in place of earlier changes. `full`: use the full form from now on."""
         listener.form = listener.form._replace(full=full or listener.form.full)
         if listener.listening is not None:
             self._hear(listener, listener.listening._replace(form=listener.form))
@@ -272,7 +273,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def _hear(self, listener: Listener, listening: Listening | None) -> None:
-        """Let a listener get changes in this way from now on; None: not at all."""
+        """Send a listener changes in this way from now on; None: send none."""
         if listener.listening is not None:
             self.stream.end(listener.listening.form)
         if listening is not None:
@@ -280,7 +281,7 @@ class Broadcast:
         listener.listening = listening
 
     def _hear_course(self, listener: Listener, *, wanted: bool) -> None:
-        """Let a listener hear the course of the world from its begin on, or not at all."""
+        """Send a listener the course of the world from its begin on, or stop that."""
         if self.course is None:
             return
         if listener.heard is not None:
@@ -291,10 +292,10 @@ class Broadcast:
             self.course.begin(self.stream.timeline)
             self._hearing[listener] = None
 
-    # --- who plays ---
+    # --- playback ---
 
     def play(self, listener: Listener, wish: Play) -> None:
-        """Show a listener another time of the timeline, or another rate. Raises IllegalValue for a wrong rate."""
+        """Control the playback of a listener. Raises IllegalValue for a wrong rate."""
         if listener.channel is None:
             return
         viewer = listener.channel.viewer
@@ -306,8 +307,8 @@ class Broadcast:
             viewer.playback = STEPS[wish.step](viewer.playback, wish.value, self._wall())
 
     def _following(self, rate: float, ahead: float) -> Channel:
-        """Return the channel of listeners that follow the robot; a new one if the others are still behind it, after a
-        jump of virtual time.
+        """Return the channel of listeners that follow the robot at this rate; a new one if the listeners of the old one
+        are still behind, after a jump of virtual time.
         """
         shared = self._shared.get((rate, ahead))
         timeline, wall, now = self._watched.timeline, self._wall(), self._watched.now + ahead
@@ -319,7 +320,7 @@ class Broadcast:
         return shared
 
     def _own(self, listener: Listener, channel: Channel) -> Channel:
-        """Return a channel for one listener alone, which continues from where its old channel is."""
+        """Return a channel for one listener alone, which continues where its old channel is."""
         if len(channel.round) == 1 and channel not in self._shared.values():
             return channel
         own = self._channel(channel.viewer.rate, 0.0)
@@ -349,10 +350,10 @@ class Broadcast:
             if self._shared.get(key) is channel:
                 del self._shared[key]
 
-    # --- what happens ---
+    # --- events ---
 
     def tell(self, event: TimelineChange, applied: float) -> None:
-        """Take a change of the timeline; the robot's clock was at `applied` [s] then."""
+        """Begin to send a change of the timeline; `applied`: the robot's clock when it was made [s]."""
         before = self.stream.timeline
         self.stream.tell(event, applied, self._watched.timeline)
         if self.course is not None and self._hearing:
@@ -366,20 +367,20 @@ class Broadcast:
         self._begin_round()
 
     def tell_course(self) -> None:
-        """Send what listeners have not heard of the course of the world."""
+        """Begin to send the new parts of the course of the world."""
         self._begin_round()
 
     def measure(self, reports: Sequence[Report]) -> bool:
-        """Take reports of the body, for those who hear them. Return whether something is to be sent."""
+        """Take reports of the body. Return whether some listener wants them."""
         if not self.measured.take(reports, heard=bool(self._measuring)):
             return False
         self._measured_due = min(self._measured_due, self._gathered + TOLD_EVERY)
         return True
 
     def announce(self, news: ServerMessage) -> None:
-        """Send news to all, and to those who come later; a slow listener gets the last news of each type."""
+        """Send news to all listeners, also to later ones. A slow listener gets only the last news of each type."""
         self._last_news += 1
-        self._news.pop(type(news), None)  # so that they stand in the order in which they came
+        self._news.pop(type(news), None)  # so that the dictionary is in the order of arrival
         self._news[type(news)] = self._last_news, letter(news)
         self._begin_round()
 
@@ -390,26 +391,27 @@ class Broadcast:
     # --- sending, slice by slice ---
 
     def hold(self) -> None:
-        """Send nothing for HOLD seconds, or until `release`: a user waits for an answer, which comes first. After that,
-        sending is not held for as long again, however many users wait for answers.
+        """Send nothing for HOLD seconds or until `release`, as a user waits for an answer. After that, sending is not
+        held for equally long, however many users wait for answers.
         """
         wall = self._wall()
         if wall >= self._free:
             self._held, self._free = wall + HOLD, wall + 2.0 * HOLD
 
     def release(self) -> None:
+        """Send again, as the answer was given."""
         wall = self._wall()
         if self._held > wall:
             self._held, self._free = wall, wall + HOLD - (self._held - wall)
 
     def peek(self) -> float:
-        """Return when something is to be sent, on the wall [s]; infinity if nothing is until something happens."""
+        """Return the wall time when `step` has something to do [s]; infinity if it needs an event first."""
         if self._everybody.left or any(channel.round.left for channel in self._channels.values()):
             return max(self._wall(), self._held)
         return max(min(self._again, self._audience.peek(), self._measured_due), self._held)
 
     def step(self) -> None:
-        """Take the samples that are due, and send a slice of what is to be sent."""
+        """Make the samples that are due, and send a slice of the waiting packets."""
         if self._held > self._wall():
             return
         for viewer, version, position in self._audience.step():
@@ -451,14 +453,14 @@ class Broadcast:
         listening: Listening | None,
         form: MessageForm,
     ) -> Parcel:
-        """Put together changes, or a snapshot in their place, then news, what was measured and a part of the course; no
-        more than may wait.
+        """Return the next parcel for listeners in a state: changes (or a snapshot in their place), news, reports of the
+        body, and a part of the course; no more than may wait.
         """
         stream, packets, size, alone = self.stream, list[Packet](), 0, False
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)
             if packet is None:
-                missed = 0 if number == NOTHING else stream.count_missed(number)  # changes that are forgotten
+                missed = 0 if number == NOTHING else stream.count_missed(number)  # changes that are no longer kept
                 packets = [packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
             elif packets and size + len(packet.data) > MAX_WAITING_BYTES:

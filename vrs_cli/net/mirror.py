@@ -1,8 +1,8 @@
-"""A robot as a remote user knows it: a snapshot and every change of the timeline after it, its clock, and its status.
+"""Mirror a robot at its remote user: its timeline (a snapshot and all changes after it), its clock and its status.
 
-Observers and viewers look at a mirror as they look at the robot itself. Pure: messages are put in, the wall clock is an
-argument. A change that does not follow on what is known is not guessed at: the mirror is `lost`, and stays as it was,
-until another snapshot comes. It keeps a window of the past, so that it does not grow with time.
+Observers and viewers read a mirror as they read the robot itself. Pure: messages are put in, the wall clock is an
+argument. If a change is missing, the mirror is `lost`: it stays as it was until another snapshot comes. It keeps a
+window of the past, so that it does not grow with time.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from vrs_cli.wire.steered import SteeredRecord, steered_delta
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-WINDOW = 600.0  # [s] of the past that are kept, unless somebody wants more or less
-SLACK = 0.25  # of the window may be there beside it: what has become too old goes together, at the cost of what stays
+WINDOW = 600.0  # [s] of the past that are kept by default
+SLACK = 0.25  # of the window: only when so much is too old it is dropped, as that copies the rest
 
 
 class ClockReading(Struct, frozen=True):
-    """A reading of a robot's clock: `now` [s] when a wall clock was at `since` [s]. The clock goes on at `rate`;
-    with None it stands, as time is virtual or paused. While it goes it shows no time before `floor` [s].
+    """A reading of a robot's clock: `now` [s] when a wall clock was at `since` [s]. The clock goes on at `rate`; None:
+    it stands, as time is virtual or paused. While it goes it shows no time before `floor` [s].
     """
 
     now: float = 0.0
@@ -44,21 +44,21 @@ class ClockReading(Struct, frozen=True):
     floor: float = -inf
 
     def at(self, wall: float) -> float:
-        """The robot's time [s] when that wall clock is at `wall` [s]."""
+        """Return the robot's time [s] when the wall clock is at `wall` [s]."""
         if self.rate is None:
             return self.now
         return max(self.now, self.floor, down_to_grid(self.now + self.rate * (wall - self.since)))
 
     def then(self, later: ClockReading, wall: float) -> ClockReading:
-        """Follow this reading by a later one. The clock does not go back: if it was shown too far ahead, it stands
-        until its time has come.
+        """Return a later reading as the successor of this one. The clock does not go back: if it was too far ahead, it
+        stands for a while.
         """
         goes_on = self.rate is not None and later.rate is not None
         return replace(later, floor=self.at(wall)) if goes_on else later
 
 
 class _Held(Struct, frozen=True):
-    """The state at one moment: the timeline from its segment number `first` on with the `known` events, after change
+    """The state of a mirror: the timeline from its segment number `first` on with the `known` events, after change
     `seq`.
     """
 
@@ -73,7 +73,7 @@ class _Held(Struct, frozen=True):
         return cls(snapshot.timeline(), snapshot.first, snapshot.settings, seq, snapshot.known_events)
 
     def since(self, t: float, world: World | None) -> _Held:
-        """Return the state without the segments that ended before t [s], and the events before the others."""
+        """Return the state without the segments that ended before t [s], and without events before the rest."""
         timeline, known = self.timeline, self.known
         gone = timeline.index_at(t)
         events = max(timeline.events_by(timeline[gone].start, before=True), known.values)
@@ -84,7 +84,7 @@ class _Held(Struct, frozen=True):
         return replace(self, timeline=kept, first=self.first + gone, known=known)
 
     def with_older(self, older: Snapshot) -> _Held:
-        """Return the state with the segments of an older window before its own, and the events."""
+        """Return the state extended by the segments and events of an older window."""
         timeline, known = self.timeline, self.known
         segments = (*older.segments[: self.first - older.first], *timeline)
         new, ours = known.first - older.first_event, tuple(timeline.events)
@@ -98,12 +98,11 @@ class _Held(Struct, frozen=True):
 
 
 class Mirror:
-    """A robot that others move. One thread puts in what comes, any thread reads.
+    """A copy of a robot that others move. One thread puts messages in; any thread reads.
 
-    `window`: so many seconds before the robot's clock are kept. `begins`: the timeline is known from this time on;
-    before it the robot was elsewhere than the mirror says. `events` tells of every change of the known timeline, as the
-    robot does. `world`: of the cell around the robot, None where there is none. `record`: takes the reports of its
-    body.
+    `window`: seconds before the robot's clock that are kept. `begins`: the timeline is known from this time on [s];
+    before it, its joints are not those of the robot. `events`: every change of the known timeline, as of the robot.
+    `world`: of the cell around the robot, None without one. `record`: takes the reports of the body.
     """
 
     def __init__(
@@ -119,7 +118,7 @@ class Mirror:
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
         self.record = MeasuredRecord(arm.model.joint_count)
-        self.before_measured: Callable[[], None] = lambda: None  # is called before what was measured is read
+        self.before_measured: Callable[[], None] = lambda: None  # is called before reports are read
         self._held = _Held.of(snapshot, seq)
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
 
@@ -131,18 +130,18 @@ class Mirror:
 
     @property
     def measured(self) -> MeasuredTimeline:
-        """What the body of the robot has reported, as far as it was told here."""
+        """The reports of the robot's body, as far as they are known here."""
         self.before_measured()
         return self.record.view
 
     @property
     def settings(self) -> Settings:
-        """Those in force when the last snapshot was taken."""
+        """The settings when the last snapshot was taken."""
         return self._held.settings
 
     @property
     def now(self) -> float:
-        """The robot's clock [s], by its last reading."""
+        """The robot's clock [s], estimated from its last reading."""
         return self.clock.at(self._wall())
 
     @property
@@ -156,7 +155,7 @@ class Mirror:
         return self._held.seq
 
     def whole(self, delta: TimelineDelta) -> TimelineDelta:
-        """Return a delta of the known timeline as one of the robot's whole timeline."""
+        """Convert a delta of the known timeline to one of the robot's whole timeline."""
         return unfit_delta(delta, self._held.first, self._held.known)
 
     @property
@@ -164,7 +163,7 @@ class Mirror:
         """The time [s] from which on the timeline is known; -infinity if all of it is."""
         return self._held.timeline.start if self._held.first else -inf
 
-    # --- what comes ---
+    # --- changes ---
 
     def replace(self, snapshot: Snapshot, seq: int) -> None:
         """Take the timeline after change `seq`: all of it, or a window up to its end. The mirror is no longer lost."""
@@ -172,8 +171,8 @@ class Mirror:
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
-        """Apply the change with the next number. A known one changes nothing; any other makes the mirror `lost`, as
-        does one that reaches back behind what is known.
+        """Apply the change with the next number. An old one changes nothing; any other makes the mirror `lost`, as does
+        one that changes an unknown part of the past.
         """
         held = self._held
         if self.lost or seq <= held.seq:
@@ -189,8 +188,8 @@ class Mirror:
         self.events.publish([here, TimelineReplaced(self.timeline, self.settings)] if forgot else [here])
 
     def steer(self, target: SteeredRecord, seq: int) -> None:
-        """Apply the change of that number, given in short as one target of steering. If it cannot be rebuilt, the
-        mirror is `lost`, and changes have to come in full.
+        """Apply the change with this number, given as one target of steering. If the change cannot be computed from it,
+        the mirror is `lost`, and later changes must come in full.
         """
         held = self._held
         if self.lost or seq <= held.seq:
@@ -203,11 +202,9 @@ class Mirror:
             self.change(delta, seq)
 
     def extend(self, older: Snapshot) -> bool:
-        """Add an older window, which reaches up to what is known. False if it does not fit any more: ask for it
-        again.
-        """
+        """Add an older window, which ends where the known part begins. Return False if it no longer fits: ask again."""
         held, count = self._held, self._held.first - older.first
-        joint = older.segments[count : count + 1]  # the first that is held, perhaps cut off by now
+        joint = older.segments[count : count + 1]  # the first known one, perhaps cut off meanwhile
         if self.lost or count < 0 or not joint or joint[0].truncate(held.timeline[0].finish) != held.timeline[0]:
             return False
         self._held = held.with_older(older)
@@ -215,14 +212,14 @@ class Mirror:
         return True
 
     def _drop_old(self, held: _Held) -> _Held:
-        """Drop what is older than the window, if that is enough to be worth the copy."""
+        """Return the state without parts older than the window, if these are long enough to be worth the copy."""
         begin = self.now - self.window
         old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)
         return held.since(begin, self.world) if old else held
 
 
 def parting(before: Timeline, after: Timeline) -> float:
-    """Return the time [s] from which on two timelines differ, where both are known; infinity if they do not."""
+    """Return the time [s] from which on two timelines differ, where both are known; infinity if they are equal."""
     begin = max(before.start, after.start)
     pairs = zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after)))
     for one, other in pairs:
@@ -236,16 +233,14 @@ def parting(before: Timeline, after: Timeline) -> float:
 
 
 class LastStatus:
-    """The last status that the robot told, with its clock since. A clock that was shown does not go back while time
-    passes.
-    """
+    """The last status of the robot, with its clock going on. While time is real the shown clock does not go back."""
 
     def __init__(self, wall: Callable[[], float]) -> None:
         self._wall = wall
         self._status, self._clock = PromptStatus(), ClockReading()
 
     def see(self, status: PromptStatus) -> None:
-        """Take a status. It was some time on its way: it tells of the clock only that it is not earlier."""
+        """Take a status. As it was some time on its way, the clock is now at or after its time."""
         now, pace = self._wall(), status.pace
         told = ClockReading(status.clock, None if pace is None or pace.paused else pace.rate, now)
         if told.rate is not None and pace == self._status.pace:
@@ -253,10 +248,10 @@ class LastStatus:
         self._status, self._clock = status, self._clock.then(told, now)
 
     def forget_pace(self) -> None:
-        """Let the clock stand: the robot may be another one, with its own clock."""
+        """Let the clock stand, as the robot may be another one with a clock of its own."""
         self._status = replace(self._status, pace=None)
         self._clock = ClockReading(max(self._clock.now, self._clock.floor))
 
     def now(self) -> PromptStatus:
-        """The status with the clock as it is now."""
+        """Return the status with the present clock."""
         return replace(self._status, clock=self._clock.at(self._wall()))

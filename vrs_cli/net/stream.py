@@ -1,12 +1,12 @@
-"""The changes of one robot for everybody who follows its timeline: numbered, encoded and remembered.
+"""Number, encode and keep the changes of one robot for all who follow its timeline; gather the reports of its body.
 
-A change is encoded once, when it happens, in each form that somebody hears or heard a short while ago; then only its
-bytes are kept. Somebody who is behind all remembered changes gets a snapshot; so does everybody when another timeline
-replaces this one. Pure: nothing here reads a clock.
+A change is encoded once, when it is made, in each form that a listener has or had a short while ago; then only its
+bytes are kept. A listener that misses older changes gets a snapshot; so do all when another timeline replaces this one.
+Pure: nothing here reads a clock.
 
-A deflated message may refer back to the messages before it, if the receiver has got them too. So each deflated message
-has its place in a context: a run of messages that are only useful together. All other messages are sent as they are,
-which leaves the context of a connection alone (RFC 7692, 6 and 7.2).
+A deflated message may refer to the messages before it, if the receiver has got them. So each deflated message has a
+place in a context: a sequence of messages that can only be inflated together. All other messages are sent undeflated,
+which does not affect the context of a connection (RFC 7692, 6 and 7.2).
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.report_columns import row_fields, row_parts
 from vrs_cli.wire.steered import LinePieces, steered_record
 
-# One context serves all, so its memory costs nothing: a full window. For what robots do, level 9 takes up to twice as
-# long as 6 for 2 % fewer bytes, and level 1 is a third faster for 5 to 20 % more.
+# One context serves all listeners, so a full window costs little memory. For changes of robots, level 9 takes up to
+# twice as long as 6 and saves 2 % of the bytes; level 1 is a third faster and takes 5 to 20 % more.
 LEVEL, WINDOW_BITS, MEMORY = 6, 15, 8
-_TAIL = 4  # bytes at the end of what is flushed that a frame does not carry (RFC 7692, 7.2.1)
-REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
-SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
-NEW_LINES = 40  # of a snapshot with pieces, whose joints have to be computed (20 ms of CPU for an arm in closed form)
-MAX_PARTS = 8  # that are remembered until the next change
+_TAIL = 4  # bytes at the end of a flush that a frame does not carry (RFC 7692, 7.2.1)
+REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes that are kept, and their bytes
+SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot at most (15 ms of CPU); a longer one begins later
+NEW_LINES = 40  # whose joints a snapshot with pieces computes at most (20 ms of CPU for an arm in closed form)
+MAX_PARTS = 8  # parts of the timeline that are kept until the next change
 
 StateOfWorld = Callable[[Timeline, float], WorldState | None]
 
 
 class MessageForm(NamedTuple):
-    """The form of messages: text (JSON) or MessagePack; `full`: with all that a receiver could compute by itself;
+    """The form of messages: text (JSON) or MessagePack. `full`: also with values that a receiver could compute;
     `joints`: with pieces of lines within this tolerance [rad, m].
     """
 
@@ -58,14 +58,14 @@ class MessageForm(NamedTuple):
 
 
 class DeflatedPlace(NamedTuple):
-    """The place of a deflated message: in the context with this number, after so many other messages."""
+    """The place of a deflated message: the number of its context, and of the message in that."""
 
     context: int
     number: int
 
 
 class Packet(Struct, eq=False):
-    """One message as bytes. `place`: if it is deflated. `frame`: the message as a frame, once that was made."""
+    """One message as bytes. `place`: set if it is deflated. `frame`: the WebSocket frame, once it was made."""
 
     data: bytes
     text: bool
@@ -73,13 +73,13 @@ class Packet(Struct, eq=False):
     frame: bytes = b""
 
     def follows(self, last: DeflatedPlace | None) -> bool:
-        """Return whether a receiver can inflate it who has everything up to the place `last`."""
+        """Return whether a receiver that has all messages up to the place `last` can inflate this one."""
         place = self.place
         return place is None or place.number == 0 or last == (place.context, place.number - 1)
 
 
 class DeflateContext:
-    """Deflates messages; each may refer back to those before it."""
+    """Deflates messages, each of which may refer to those before it."""
 
     _numbers = count()
 
@@ -104,7 +104,7 @@ TEXT = MessageForm(text=True)  # the longest form
 
 
 class Listening(NamedTuple):
-    """How a listener gets changes: the form, deflated or not, and the `window` of seconds before now (None: all)."""
+    """How a listener gets changes: their form, whether deflated, and the `window` of the past [s] (None: all of it)."""
 
     form: MessageForm
     deflates: bool = False
@@ -112,8 +112,8 @@ class Listening(NamedTuple):
 
 
 class _Change(Struct):
-    """A change in all forms in which it was encoded. `deflated`: in the forms that somebody wanted while it was the
-    last change.
+    """A change in all forms in which it was encoded. `deflated`: in the forms that were asked for while it was the last
+    change.
     """
 
     packets: dict[MessageForm, Packet]
@@ -122,8 +122,8 @@ class _Change(Struct):
 
 
 class Stream:
-    """The changes of one robot. `number`: of the last change; `timeline` and `settings`: after it. `state` tells what
-    the world of a timeline is just before a time [s]; None where there is no cell.
+    """The changes of one robot. `number`: of the last change; `timeline` and `settings`: after it. `state` returns the
+    state of a timeline's world just before a time [s]; None without a cell.
     """
 
     def __init__(self, begin: TimelineReplaced, arm: RobotArm, state: StateOfWorld | None = None) -> None:
@@ -135,16 +135,16 @@ class Stream:
         self._changes: dict[int, _Change] = {}
         self._bytes = 0
         self._listeners: Counter[MessageForm] = Counter()
-        self._encoded_until: dict[MessageForm, int] = {}  # by form; the number counts if no listener has the form
+        self._encoded_until: dict[MessageForm, int] = {}  # the last change to encode in a form without listeners
         self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
-        self.part = lru_cache(MAX_PARTS)(self._part)  # those asked for since the last change
+        self.part = lru_cache(MAX_PARTS)(self._part)  # parts asked for since the last change
 
-    # --- the robot tells ---
+    # --- changes of the robot ---
 
     def tell(self, event: TimelineChange, applied: float, seen: Timeline) -> None:
-        """Take the next change. The robot's clock was at `applied` [s] then; its timeline is `seen` now, perhaps after
-        more changes. Raises ValueError for a change that does not fit.
+        """Take the next change. `applied`: the robot's clock when it was made [s]. `seen`: the robot's present
+        timeline, perhaps after more changes. Raises ValueError for a change that does not fit.
         """
         number = self.number + 1
         if isinstance(event, TimelineReplaced):
@@ -158,7 +158,7 @@ class Stream:
         self.part.cache_clear()
 
     def _encode(self, delta: TimelineDelta, before: Timeline, applied: float, number: int) -> None:
-        """Encode a change in all forms that are wanted, and remember its bytes; if none is, remember nothing."""
+        """Encode a change in all wanted forms and keep its bytes; without a wanted form, keep nothing."""
         until = self._encoded_until
         for form in [form for form, last in until.items() if last < number and not self._listeners[form]]:
             del until[form]
@@ -181,11 +181,11 @@ class Stream:
         return messages.Delta(delta_record(delta, Motions(), self._pieces.within(joints)), applied, number=number)
 
     def _forget(self, most: int) -> None:
-        """Forget the oldest changes, so that at most so many are left."""
+        """Forget the oldest changes, so that at most `most` are left."""
         while self._changes and (len(self._changes) > most or self._bytes > REMEMBERED_BYTES):
             self._bytes -= self._changes.pop(next(iter(self._changes))).size
 
-    # --- somebody hears ---
+    # --- listeners ---
 
     def begin(self, form: MessageForm) -> None:
         """Count one more listener of this form."""
@@ -193,32 +193,27 @@ class Stream:
         self._encoded_until[form] = self.number
 
     def end(self, form: MessageForm) -> None:
-        """Count one listener less. It may come back, so the next changes are encoded as if it were there."""
+        """Count one listener less. It may come back, so the next changes are still encoded in its form."""
         self._listeners[form] -= 1
         self._encoded_until[form] = self.number + REMEMBERED
 
     def after(self, number: int, listening: Listening, last: DeflatedPlace | None) -> Packet | None:
-        """Return the change after that number, for a listener who has what was deflated up to the place `last`; None if
-        it is not remembered in that form.
+        """Return the change after `number` for a listener that has all deflated messages up to the place `last`; None
+        if it is not kept in that form.
         """
         change = self._changes.get(number + 1)
         packet = None if change is None else change.packets.get(listening.form)
         if change is None or packet is None:
             return None
-        return self._deflate(number + 1, change, packet, listening.form, last) if listening.deflates else packet
-
-    def _deflate(
-        self, number: int, change: _Change, packet: Packet, form: MessageForm, last: DeflatedPlace | None
-    ) -> Packet:
-        """Return a change deflated, if it can be and the listener can inflate it. A listener who gets it undeflated can
-        take what is deflated next.
-        """
-        if form not in change.deflated and number == self.number:
+        if not listening.deflates:
+            return packet
+        form = listening.form
+        if form not in change.deflated and number + 1 == self.number:
             change.deflated[form] = self._contexts.setdefault(form, DeflateContext()).deflate(packet)
         found = change.deflated.get(form, packet)
         if found.follows(last) and found is not packet:
             return found
-        self._contexts.pop(form, None)
+        self._contexts.pop(form, None)  # the next deflated message refers to none before it
         return packet
 
     def count_missed(self, number: int) -> int:
@@ -226,7 +221,7 @@ class Stream:
         return max(0, self.number - max(number, self._replaced))
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
-        """Return the timeline in the window before `now` [s], and after it, in place of all earlier changes."""
+        """Return the timeline from the listener's window before `now` [s] on, in place of all earlier changes."""
         found = self._snapshots.get(listening)
         if found is None:
             first = 0 if listening.window is None else self.timeline.index_at(now - listening.window)
@@ -237,15 +232,15 @@ class Stream:
         return found
 
     def _part(self, begin: float, end: float | None = None, joints: float | None = None) -> SnapshotRecord:
-        """Return the timeline from `begin` to `end` [s]; if that is too much, its last part. `joints`: the tolerance of
-        pieces of lines.
+        """Return the timeline from `begin` to `end` [s], or the last part of that if it is too long. `joints`: the
+        tolerance of pieces of lines [rad, m].
         """
         after = len(self.timeline) if end is None else self.timeline.index_at(end) + 1
         return self._last_part(self.timeline.index_at(begin), after, TEXT._replace(joints=joints))[0]
 
     def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[SnapshotRecord, Packet]:
-        """Return the segments from one number to before another, of these as many of the last ones as a snapshot may
-        have, and their message.
+        """Return the segments with numbers from `first` to before `after`, only the last ones if they are too many for
+        a snapshot; and their message.
         """
         pieces = self._pieces.within(form.joints)
         first = max(first, after - SEGMENTS)
@@ -272,14 +267,16 @@ class Stream:
 
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
-    """Return whether this delta made the timeline; its old rows can then leave memory."""
+    """Return whether this delta made the timeline; the timeline before it is then not needed."""
     if timeline.version != delta.version + 1 or not delta.segments:
         return False
     return len(timeline) > delta.keep and timeline[delta.keep].path is delta.segments[0].path
 
 
+# --- reports of the body ---------------------------------------------------------------------------------------------
+
 TOLD_EVERY = 0.05  # [s] between two batches
-MAX_REMEMBERED = 4000  # reports; a listener that is farther behind is told no older ones
+MAX_REMEMBERED = 4000  # reports; a listener that is farther behind gets no older ones
 
 
 class Batch(Struct, frozen=True):
@@ -290,7 +287,7 @@ class Batch(Struct, frozen=True):
 
 
 class MeasuredTeller:
-    """Reports in the order in which they came. `count`: how many, since the robot was started."""
+    """Reports of the body in order of arrival, in batches. `count`: all reports since the robot was started."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -298,14 +295,14 @@ class MeasuredTeller:
         self._batches: deque[Batch] = deque()
 
     def take(self, reports: Sequence[Report], *, heard: bool) -> bool:
-        """Take reports; `heard`: somebody listens. Return whether there is something to tell."""
+        """Take reports; `heard`: some listener wants them. Return whether a batch is to be made."""
         self.count += len(reports)
         if heard:
             self._fresh += reports
         return bool(self._fresh)
 
     def gather(self) -> None:
-        """Make batches of the reports that came since the last ones."""
+        """Make batches of the reports that came since the last batches."""
         number = self.count - len(self._fresh)
         for part in row_parts(self._fresh):
             self._batches.append(Batch(Measurements(first=number, **row_fields(part)), number + len(part)))
@@ -315,5 +312,5 @@ class MeasuredTeller:
             self._batches.popleft()
 
     def after(self, number: int) -> list[Batch]:
-        """Return the batches with reports from that number on."""
+        """Return the batches with reports from `number` on."""
         return [batch for batch in self._batches if batch.end > number]
