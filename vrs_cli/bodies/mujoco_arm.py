@@ -17,16 +17,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.bodies.scenario import (
-    BlockedJoint,
-    ClockDrift,
-    Disturbance,
-    EmergencyStop,
-    Payload,
-    Push,
-    Release,
-    SlippingBrake,
-)
+from vrs_cli.bodies import scenario
 from vrs_cli.contacts.physics import link_bodies
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
@@ -145,7 +136,7 @@ class MujocoArm:
         settings: ArmSettings = USUAL_SETTINGS,
         joints: Joints | None = None,
         start: float = 0.0,
-        disturbances: Sequence[Disturbance] = (),
+        disturbances: Sequence[scenario.Disturbance] = (),
     ) -> None:
         self.model, self.inertial = model, inertial_model(model)
         self.settings = replace(settings, controller=Controller(controller))
@@ -180,7 +171,7 @@ class MujocoArm:
         self._arrives = True  # the next set point is the first that it follows
         self._clock = (start, start, 0.0)  # at a time of the robot's clock its own, and how much that gains [s/s]
         self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
-        self._active = list[tuple[float, Disturbance]]()  # with their ends
+        self._active = list[tuple[float, scenario.Disturbance]]()  # with their ends
         for one in disturbances:
             if one.at is None:
                 self.disturb(one)
@@ -221,10 +212,10 @@ class MujocoArm:
         else:
             self._arrives = True
 
-    def disturb(self, disturbance: Disturbance | Release) -> None:
+    def disturb(self, disturbance: scenario.Disturbance | scenario.Release) -> None:
         """Begin a disturbance, now or when its time has come; or end those that are on."""
-        if isinstance(disturbance, Release):
-            kind = disturbance.kind or Disturbance
+        if isinstance(disturbance, scenario.Release):
+            kind = disturbance.kind or scenario.Disturbance
             ended = [one for _, one in self._active if isinstance(one, kind)]
             self._active = [row for row in self._active if not isinstance(row[1], kind)]
             for one in ended:
@@ -345,7 +336,7 @@ class MujocoArm:
         self._active = [row for row in self._active if row[1] not in ended]
         for one in ended:
             self._apply(one, on=False)
-        pushes = [one for _, one in self._active if isinstance(one, Push)]
+        pushes = [one for _, one in self._active if isinstance(one, scenario.Push)]
         self._pushed = bool(pushes)
         self._push[:] = 0.0
         flange = self._flange
@@ -354,33 +345,35 @@ class MujocoArm:
             if push.joint:
                 self._push[push.joint - 1] += push.torque
 
-    def _begin(self, one: Disturbance) -> None:
+    def _begin(self, one: scenario.Disturbance) -> None:
         end = float("inf") if one.lasting is None else self.time + one.lasting
         self._active.append((end, one))
         self._apply(one, on=True)
 
-    def _apply(self, one: Disturbance, *, on: bool) -> None:
+    def _apply(self, one: scenario.Disturbance, *, on: bool) -> None:
         match one:
-            case Payload():
-                self._carry([load for _, load in self._active if isinstance(load, Payload)])
-            case BlockedJoint(joint=joint):
-                blocked = any(isinstance(other, BlockedJoint) and other.joint == joint for _, other in self._active)
+            case scenario.Payload():
+                self._carry([load for _, load in self._active if isinstance(load, scenario.Payload)])
+            case scenario.BlockedJoint(joint=joint):
+                blocked = any(
+                    isinstance(other, scenario.BlockedJoint) and other.joint == joint for _, other in self._active
+                )
                 self._hold_joint(joint - 1, blocked)
-            case SlippingBrake(joint=joint):
+            case scenario.SlippingBrake(joint=joint):
                 if self.mode is BodyMode.STOPPED:
                     self._hold_joint(joint - 1, False)
                     self._set_brakes()
-            case EmergencyStop():
+            case scenario.EmergencyStop():
                 if on:
                     self.mode = BodyMode.STOPPED
-                elif not any(isinstance(other, EmergencyStop) for _, other in self._active):
+                elif not any(isinstance(other, scenario.EmergencyStop) for _, other in self._active):
                     self._release_brakes()
                 self._set_brakes()
-            case ClockDrift(rate=rate, jump=jump):
+            case scenario.ClockDrift(rate=rate, jump=jump):
                 own = self.own_time(self.time)
                 self._clock = (self.time, own + jump, rate) if on else (self.time, own, 0.0)
 
-    def _carry(self, loads: Sequence[Payload]) -> None:
+    def _carry(self, loads: Sequence[scenario.Payload]) -> None:
         """Give the last link the masses that the flange carries."""
         mass, centre, inertia = (x[-1] for x in self.inertial[:3])
         for load in loads:
@@ -400,20 +393,20 @@ class MujocoArm:
         """Put the brakes on if it has stopped, and off otherwise."""
         brakes = BRAKE * self.inertial.max_torque if self.mode is BodyMode.STOPPED else np.zeros_like(self._effort)
         for _, one in self._active:
-            if isinstance(one, SlippingBrake):
+            if isinstance(one, scenario.SlippingBrake):
                 brakes[one.joint - 1] = min(brakes[one.joint - 1], one.torque)
         self._m.dof_frictionloss[:] = self.inertial.coulomb + brakes
 
     def _lock_standing(self) -> None:
         """Hold the joints that stand still under brakes that do not slip."""
-        slipping = {one.joint - 1 for _, one in self._active if isinstance(one, SlippingBrake)}
+        slipping = {one.joint - 1 for _, one in self._active if isinstance(one, scenario.SlippingBrake)}
         for i, rate in enumerate(self._d.qvel.tolist()):
             if abs(rate) < STILL and i not in slipping and not self._d.eq_active[i]:
                 self._hold_joint(i, True)
 
     def _release_brakes(self) -> None:
         """Hold by the motors what the brakes have held."""
-        blocked = {one.joint - 1 for _, one in self._active if isinstance(one, BlockedJoint)}
+        blocked = {one.joint - 1 for _, one in self._active if isinstance(one, scenario.BlockedJoint)}
         for i in range(self.model.joint_count):
             if i not in blocked:
                 self._d.eq_active[i] = False
@@ -425,7 +418,7 @@ class MujocoArm:
         return _Brake(self._reference[0], self._reference[1], np.array(self.model.max_acceleration))
 
 
-def _begin(one: Disturbance) -> float:
+def _begin(one: scenario.Disturbance) -> float:
     return 0.0 if one.at is None else one.at
 
 

@@ -20,14 +20,7 @@ from websockets.asyncio.client import ClientConnection as Socket
 from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
-from vrs_cli.bodies.joint_trajectory import (
-    RosJoint,
-    TrajectoryPoint,
-    standing_points,
-    trajectory_begins,
-    trajectory_message,
-    trajectory_points,
-)
+from vrs_cli.bodies import joint_trajectory
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.settings import Settings
@@ -39,14 +32,7 @@ from vrs_cli.net.client import waits
 from vrs_cli.net.timesync import OneWay, TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.measured import BodyMode
-from vrs_cli.wire.body_lines import (
-    JointStates,
-    RosbridgeMessage,
-    read_joint_states,
-    read_message,
-    read_time,
-    write_message,
-)
+from vrs_cli.wire import body_lines
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATES = "sensor_msgs/msg/JointState"
@@ -73,7 +59,7 @@ class Trajectory(NamedTuple):
     """The time of its stamp [s], and its points. `at_once`: it has no stamp, so that it begins whenever it comes."""
 
     begin: float
-    points: list[TrajectoryPoint]
+    points: list[joint_trajectory.TrajectoryPoint]
     at_once: bool = False
 
 
@@ -85,7 +71,7 @@ class RosSettings(Struct, frozen=True):
     """
 
     url: str
-    joints: tuple[RosJoint, ...]
+    joints: tuple[joint_trajectory.RosJoint, ...]
     controller: str = "/joint_trajectory_controller"
     states: str = "/joint_states"
     replaces: bool = False
@@ -196,7 +182,9 @@ class RosArm:
         lasts = max(MIN_JOIN, *(2.0 * abs(v) / a for v, a in slowest))
         age = min(max(now - t, 0.0), MIN_JOIN)
         stands = tuple(q + v * (age + 0.5 * lasts) for q, v in zip(joints, speed, strict=True))
-        points = standing_points(put_inside(stands, self.body.model.lower, self.body.model.upper), now + lasts)
+        points = joint_trajectory.standing_points(
+            put_inside(stands, self.body.model.lower, self.body.model.upper), now + lasts
+        )
         return [Trajectory(begin, points, at_once=begin < now) for begin in self._begins(now, now)]
 
     def _along(self, timeline: Timeline, now: float, cut: float) -> list[Trajectory]:
@@ -206,7 +194,12 @@ class RosArm:
         arm, begins = self.body.mirror.arm, self._begins(now, cut)
         joins = now + max(min(2.0 * (now - cut), MAX_JOIN), self._makes_up())
         found = [
-            Trajectory(begin, trajectory_points(arm, timeline, begin if begin >= now or cut >= now else joins, HORIZON))
+            Trajectory(
+                begin,
+                joint_trajectory.trajectory_points(
+                    arm, timeline, begin if begin >= now or cut >= now else joins, HORIZON
+                ),
+            )
             for begin in begins
         ]
         end = found[-1].points[-1].t
@@ -215,7 +208,7 @@ class RosArm:
 
     def _begins(self, now: float, cut: float) -> list[float]:
         waiting = self._waiting if self._waiting > now else None
-        begins = trajectory_begins(now, cut, waiting, replaces=self.settings.replaces)
+        begins = joint_trajectory.trajectory_begins(now, cut, waiting, replaces=self.settings.replaces)
         self._cut, self._waiting, self._until = inf, begins[-1], inf
         return begins
 
@@ -226,7 +219,7 @@ class RosArm:
     def _message(self, one: Trajectory) -> Mapping[str, Any]:
         settings = self.settings
         offset = None if one.at_once else self._offset(one.begin)
-        trajectory = trajectory_message(one.points, settings.joints, offset, one.begin)
+        trajectory = joint_trajectory.trajectory_message(one.points, settings.joints, offset, one.begin)
         if not settings.by_action:
             return {"op": "publish", "topic": f"{settings.controller}/joint_trajectory", "msg": trajectory}
         self._number += 1
@@ -291,10 +284,10 @@ class RosArm:
         """Take a message of rosbridge."""
         now = self.body.now()
         try:
-            message = read_message(text)
+            message = body_lines.read_message(text)
             match message.op:
                 case "publish" if message.topic == self.settings.states:
-                    self._take_states(read_joint_states(message), now)
+                    self._take_states(body_lines.read_joint_states(message), now)
                 case "service_response" if message.id in self._asked:
                     self._take_time(message, now)
                 case "action_result" if message.id == f"trajectory-{self._number}" or message.id is None:
@@ -305,9 +298,9 @@ class RosArm:
         except IllegalValue as error:
             self.tell("garbage", f"{error} (this and others like it are left out)")
 
-    def _take_time(self, message: RosbridgeMessage, now: float) -> None:
+    def _take_time(self, message: body_lines.RosbridgeMessage, now: float) -> None:
         assert message.id is not None, "it was asked by its id"
-        asked, time = self._asked.pop(message.id), read_time(message)
+        asked, time = self._asked.pop(message.id), body_lines.read_time(message)
         self._answers += 1
         if time is None:
             self.tell(
@@ -316,7 +309,7 @@ class RosArm:
         else:
             self._sync.hear(asked, time, time, now)
 
-    def _take_states(self, states: JointStates, now: float) -> None:
+    def _take_states(self, states: body_lines.JointStates, now: float) -> None:
         """Report the joints, unless they are not all there or their time is none."""
         if self._is_outdated:
             return
@@ -357,7 +350,7 @@ class RosArm:
         self._measured = (t, measured, speed or (0.0,) * len(measured))
         self.body.report(t, measured, speed, force, self.mode)
 
-    def _take_result(self, message: RosbridgeMessage) -> None:
+    def _take_result(self, message: body_lines.RosbridgeMessage) -> None:
         """Take the end of the last goal: one that is refused is sent again from now on, once."""
         values = message.values if isinstance(message.values, Mapping) else {"error_string": message.values}
         if message.result and message.status != ABORTED and not values.get("error_code", 0):
@@ -429,7 +422,7 @@ async def _converse(body: BodyClient, arm: RosArm, socket: Socket) -> None:
 
     arm.begin(body.now())
     for message in arm.opening():
-        await socket.send(write_message(message))
+        await socket.send(body_lines.write_message(message))
     reading = asyncio.create_task(read())
     try:
         async for t in body.ticks():
@@ -437,7 +430,7 @@ async def _converse(body: BodyClient, arm: RosArm, socket: Socket) -> None:
                 await reading
                 return
             for message in arm.due(t):
-                await socket.send(write_message(message))
+                await socket.send(body_lines.write_message(message))
     finally:
         reading.cancel()
         with suppress(asyncio.CancelledError, WebSocketException):

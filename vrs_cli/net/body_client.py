@@ -28,9 +28,9 @@ from vrs_cli.engine.position import joint_state_at
 from vrs_cli.errors import IllegalValue, RequestRefused, VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.net import messages
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.far_end import FIRST_PINGS
-from vrs_cli.net.messages import BodyOrder, BodyReleased, Embodied, Embody, Measured, Refused, ServerMessage, Welcome
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
@@ -67,7 +67,7 @@ class BodyClient:
     ) -> None:
         if not 0.0 < rate <= 2000.0:
             raise IllegalValue(f"{rate:g} reports a second", "more than 0, 2000 at most", value=rate)
-        self.rate, self.order = rate, BodyOrder(BodyMode.FOLLOWS, 0.0)
+        self.rate, self.order = rate, messages.BodyOrder(BodyMode.FOLLOWS, 0.0)
         self.refusal: VrsError | None = None
         self.client = Client(url, hello_of(token, name), ca=ca, told=told)
         self.far = self.client.far
@@ -77,7 +77,7 @@ class BodyClient:
         self.life = ""
         self._sending: Task[None] | None = None
         self._asking: Task[None] | None = None
-        self._orders: list[tuple[deque[BodyOrder], Event]] = []
+        self._orders: list[tuple[deque[messages.BodyOrder], Event]] = []
 
     # --- the connection ---
 
@@ -106,7 +106,7 @@ class BodyClient:
         if self.embodied and self.far.open:
             with suppress(VrsError):
                 self._send_batch(waiting=MAX_MESSAGE_REPORTS * MAX_WAITING)
-                self.client.begin(lambda id: Embody(id, held=False), lambda _end: None)
+                self.client.begin(lambda id: messages.Embody(id, held=False), lambda _end: None)
         await self.client.close()
 
     async def _embody(self) -> None:
@@ -115,13 +115,13 @@ class BodyClient:
         while len(self.far.sync) < FIRST_PINGS and asyncio.get_running_loop().time() < due:
             await asyncio.sleep(SEND_EVERY)
         first = self._first
-        answer = await self.client.ask(lambda id: Embody(id, first=first, rate=self.rate))
-        assert isinstance(answer, Embodied), "it answers Embody"
+        answer = await self.client.ask(lambda id: messages.Embody(id, first=first, rate=self.rate))
+        assert isinstance(answer, messages.Embodied), "it answers Embody"
         while self._sent and self._first + len(self._sent) > answer.next:
             self._fresh.appendleft(self._sent.pop())
         while self._fresh and self._first + len(self._sent) < answer.next:
             self._sent.append(self._fresh.popleft())
-        self.order, self.embodied = BodyOrder(answer.mode, answer.at), True
+        self.order, self.embodied = messages.BodyOrder(answer.mode, answer.at), True
         self._stirred.set()
 
     async def _embody_again(self) -> None:
@@ -136,9 +136,9 @@ class BodyClient:
         self.refusal, self.embodied = why, False
         self._stirred.set()
 
-    def _hear(self, message: ServerMessage) -> None:
+    def _hear(self, message: messages.ServerMessage) -> None:
         match message:
-            case Welcome():
+            case messages.Welcome():
                 self.embodied = False
                 if message.life != self.life:  # the server began anew: its clock may be another one
                     self.life = message.life
@@ -148,15 +148,15 @@ class BodyClient:
                 if self._asking is not None:
                     self._asking.cancel()
                 self._asking = asyncio.create_task(self._embody_again())
-            case BodyOrder():
+            case messages.BodyOrder():
                 self.order = message
                 for orders, stirred in self._orders:
                     orders.append(message)
                     stirred.set()
-            case BodyReleased():
+            case messages.BodyReleased():
                 if self.embodied:
                     self._end(RequestRefused("this client is the body no longer", "BODY says who is"))
-            case Refused(refusal=refusal, id=None):
+            case messages.Refused(refusal=refusal, id=None):
                 self.client.told(f"reports were refused: {refusal.error()}")
 
     # --- what the robot is to do ---
@@ -195,9 +195,9 @@ class BodyClient:
             due = max(due + 1.0 / self.rate, loop.time())
             await asyncio.sleep(due - loop.time())
 
-    async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | BodyOrder]:
+    async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | messages.BodyOrder]:
         """Yield the timeline as it is, then each change of it and each order, as they come. Raises as `ticks` does."""
-        stirred, orders, loop = Event(), deque[BodyOrder](), asyncio.get_running_loop()
+        stirred, orders, loop = Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
         told = orders, stirred
         self._orders.append(told)
 
@@ -272,6 +272,6 @@ class BodyClient:
             if self.far.connection.waiting > waiting:
                 return
             first = self._first + len(self._sent)
-            self.client.send(Measured(first=first, sent=self.now(), round_trip=trip, **row_fields(part)))
+            self.client.send(messages.Measured(first=first, sent=self.now(), round_trip=trip, **row_fields(part)))
             for _ in part:
                 self._sent.append(self._fresh.popleft())

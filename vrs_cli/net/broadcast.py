@@ -25,19 +25,8 @@ from vrs_cli.engine.position import Watched
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages
+from vrs_cli.net import stream as streams
 from vrs_cli.net.course_teller import CourseTeller, Cut, Heard
-from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
-from vrs_cli.net.stream import (
-    TOLD_EVERY,
-    DeflatedPlace,
-    Listening,
-    MeasuredTeller,
-    MessageForm,
-    Packet,
-    StateOfWorld,
-    Stream,
-    packet_of,
-)
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
@@ -49,12 +38,12 @@ HOLD = 0.02  # [s] sending waits so long for an answer to a user
 AGAIN = 0.05  # [s] between two attempts to send to a slow connection
 
 
-Letter = Callable[[MessageForm], Packet]  # a message to many, encoded once in each form
+Letter = Callable[[streams.MessageForm], streams.Packet]  # a message to many, encoded once in each form
 
 
-def letter(message: ServerMessage) -> Letter:
+def letter(message: messages.ServerMessage) -> Letter:
     """Return a function that encodes a message, once in each form."""
-    return cache(partial(packet_of, message))
+    return cache(partial(streams.packet_of, message))
 
 
 class Sink(Protocol):
@@ -64,7 +53,7 @@ class Sink(Protocol):
     def waiting(self) -> int:
         """Bytes that were sent and that the receiver has not taken yet."""
 
-    def send(self, *packets: Packet) -> None:
+    def send(self, *packets: streams.Packet) -> None:
         """Send packets in one write."""
 
 
@@ -73,10 +62,10 @@ class Parcel(NamedTuple):
     are the listener's state after it. `alone`: send it only if nothing else waits; `whole`: it contains everything.
     """
 
-    packets: tuple[Packet, ...]
+    packets: tuple[streams.Packet, ...]
     number: int
     news: int
-    place: DeflatedPlace | None
+    place: streams.DeflatedPlace | None
     heard: Heard | None
     measured: int | None
     alone: bool
@@ -86,12 +75,12 @@ class Parcel(NamedTuple):
 class Listener:
     """One connection. `number`: of the last change that was sent; `news`: of the last news."""
 
-    def __init__(self, sink: Sink, form: MessageForm, deflates: bool) -> None:
+    def __init__(self, sink: Sink, form: streams.MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
         self.deflates = deflates
-        self.listening: Listening | None = None  # how it gets changes
+        self.listening: streams.Listening | None = None  # how it gets changes
         self.number, self.news = NOTHING, 0
-        self.place: DeflatedPlace | None = None
+        self.place: streams.DeflatedPlace | None = None
         self.heard: Heard | None = None  # the known part of the course of the world; None: not wanted
         self.measured: int | None = None  # the number of the next report of the body; None: not wanted
         self.channel: Channel | None = None  # of samples
@@ -179,12 +168,12 @@ class Channel:
         return len(turn)
 
 
-STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # of playback, value, wall time [s]
-    PlayStep.PLAY: lambda it, _, wall: it.play(wall),
-    PlayStep.PAUSE: lambda it, _, wall: it.pause(wall),
-    PlayStep.REWIND: lambda it, _, wall: it.rewind(wall),
-    PlayStep.SEEK: lambda it, t, wall: it.seek(t, wall),
-    PlayStep.RATE: lambda it, rate, wall: it.at_rate(checked_rate(rate, "times as fast", inf), wall),
+STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] = {  # of playback, value, wall time [s]
+    messages.PlayStep.PLAY: lambda it, _, wall: it.play(wall),
+    messages.PlayStep.PAUSE: lambda it, _, wall: it.pause(wall),
+    messages.PlayStep.REWIND: lambda it, _, wall: it.rewind(wall),
+    messages.PlayStep.SEEK: lambda it, t, wall: it.seek(t, wall),
+    messages.PlayStep.RATE: lambda it, rate, wall: it.at_rate(checked_rate(rate, "times as fast", inf), wall),
 }
 
 
@@ -198,10 +187,14 @@ class Broadcast:
         watched: Watched,
         begin: TimelineReplaced,
         wall: Callable[[], float],
-        state: StateOfWorld | None = None,
+        state: streams.StateOfWorld | None = None,
         course: CourseTeller | None = None,
     ) -> None:
-        self.stream, self.course, self.measured = Stream(begin, watched.arm, state), course, MeasuredTeller()
+        self.stream, self.course, self.measured = (
+            streams.Stream(begin, watched.arm, state),
+            course,
+            streams.MeasuredTeller(),
+        )
         self._watched, self._wall = watched, wall
         self._everybody = Round()
         self._hearing: dict[Listener, None] = {}  # the course of the world
@@ -210,7 +203,7 @@ class Broadcast:
         self._measured_due = inf  # [s] and when the next one is due
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order of the last attempts
         self._again = inf  # [s] on the wall: when the next attempt is due
-        self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
+        self._news: dict[type[messages.ServerMessage], tuple[int, Letter]] = {}
         self._parcel = cache(self._pack)  # by the state of a listener, until something happens
         self._last_news = 0
         self._held = self._free = -inf  # [s] on the wall: until when sending is held, and may not be held again
@@ -225,7 +218,7 @@ class Broadcast:
         """Whether the robot has any user, viewer or publisher."""
         return bool(len(self._everybody))
 
-    def join(self, sink: Sink, form: MessageForm, *, deflates: bool = False) -> Listener:
+    def join(self, sink: Sink, form: streams.MessageForm, *, deflates: bool = False) -> Listener:
         """Add a connection, which gets news only until it subscribes."""
         listener = Listener(sink, form, deflates)
         self._everybody.add(listener)
@@ -240,7 +233,7 @@ class Broadcast:
         self._behind.pop(listener, None)
         self._everybody.remove(listener)
 
-    def subscribe(self, listener: Listener, wanted: Subscribe) -> None:
+    def subscribe(self, listener: Listener, wanted: messages.Subscribe) -> None:
         """Send a listener what it subscribes to from now on, in place of its earlier subscription. Raises IllegalValue
         for a wrong rate or tolerance, RequestRefused for `world` without `deltas`.
         """
@@ -253,7 +246,7 @@ class Broadcast:
         self._leave_channel(listener)
         if wanted.rate:
             self._enter_channel(listener, self._following(wanted.rate, wanted.ahead))
-        heard = Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
+        heard = streams.Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
         self._hear(listener, heard)
         self._hear_course(listener, wanted=wanted.world)
         listener.measured = self.measured.count if wanted.measured else None
@@ -272,7 +265,7 @@ class Broadcast:
         listener.number = NOTHING
         self._catch_up(listener)
 
-    def _hear(self, listener: Listener, listening: Listening | None) -> None:
+    def _hear(self, listener: Listener, listening: streams.Listening | None) -> None:
         """Send a listener changes in this way from now on; None: send none."""
         if listener.listening is not None:
             self.stream.end(listener.listening.form)
@@ -294,12 +287,12 @@ class Broadcast:
 
     # --- playback ---
 
-    def play(self, listener: Listener, wish: Play) -> None:
+    def play(self, listener: Listener, wish: messages.Play) -> None:
         """Control the playback of a listener. Raises IllegalValue for a wrong rate."""
         if listener.channel is None:
             return
         viewer = listener.channel.viewer
-        if wish.step is PlayStep.FOLLOW:
+        if wish.step is messages.PlayStep.FOLLOW:
             self._leave_channel(listener)
             self._enter_channel(listener, self._following(viewer.rate, viewer.ahead))
         else:
@@ -374,10 +367,10 @@ class Broadcast:
         """Take reports of the body. Return whether some listener wants them."""
         if not self.measured.take(reports, heard=bool(self._measuring)):
             return False
-        self._measured_due = min(self._measured_due, self._gathered + TOLD_EVERY)
+        self._measured_due = min(self._measured_due, self._gathered + streams.TOLD_EVERY)
         return True
 
-    def announce(self, news: ServerMessage) -> None:
+    def announce(self, news: messages.ServerMessage) -> None:
         """Send news to all listeners, also to later ones. A slow listener gets only the last news of each type."""
         self._last_news += 1
         self._news.pop(type(news), None)  # so that the dictionary is in the order of arrival
@@ -447,21 +440,21 @@ class Broadcast:
         self,
         number: int,
         news: int,
-        place: DeflatedPlace | None,
+        place: streams.DeflatedPlace | None,
         heard: Heard | None,
         measured: int | None,
-        listening: Listening | None,
-        form: MessageForm,
+        listening: streams.Listening | None,
+        form: streams.MessageForm,
     ) -> Parcel:
         """Return the next parcel for listeners in a state: changes (or a snapshot in their place), news, reports of the
         body, and a part of the course; no more than may wait.
         """
-        stream, packets, size, alone = self.stream, list[Packet](), 0, False
+        stream, packets, size, alone = self.stream, list[streams.Packet](), 0, False
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)
             if packet is None:
                 missed = 0 if number == NOTHING else stream.count_missed(number)  # changes that are no longer kept
-                packets = [packet_of(messages.Missed(missed), form)] if missed else []
+                packets = [streams.packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
             elif packets and size + len(packet.data) > MAX_WAITING_BYTES:
                 return Parcel(tuple(packets), number, news, place, heard, measured, alone, whole=False)
@@ -476,11 +469,11 @@ class Broadcast:
         for batch in () if measured is None else self.measured.after(measured):
             if size > MAX_WAITING_BYTES // 2:
                 break
-            packets.append(packet_of(batch.message, form))
+            packets.append(streams.packet_of(batch.message, form))
             measured, size = batch.end, size + len(packets[-1].data)
         whole = size <= MAX_WAITING_BYTES // 2
         if whole and heard is not None and self.course is not None:
             told, heard = self.course.after(heard)
-            packets += [packet_of(one, form) for one in told]
+            packets += [streams.packet_of(one, form) for one in told]
             whole = not told
         return Parcel(tuple(packets), number, news, place, heard, measured, alone, whole)

@@ -11,7 +11,6 @@ from vrs_cli.files.store import EVERYTHING, choose_parts, text_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net import messages
 from vrs_cli.net.client_session import ClientSession, commands
-from vrs_cli.net.messages import ClassState, StudentState
 from vrs_cli.net.tokens import ClassFolder, Grant
 
 MAX_CHARS = 4000  # of what a teacher says to all
@@ -51,7 +50,7 @@ class ClassBoard:
         self._handed_in: dict[str, tuple[str, ...]] = {}
         self._at: dict[str, str] = {}  # the robot at which each student was last
         self._watching: set[ClientSession] = set()
-        self._told: dict[ClientSession, ClassState] = {}
+        self._told: dict[ClientSession, messages.ClassState] = {}
 
     # --- what is said ---
 
@@ -136,13 +135,13 @@ class ClassBoard:
         self._help = {name: at for name, at in self._help.items() if name in students}
         self._at = {name: robot for name, robot in self._at.items() if name in students}
         states = {name: self._state(grant, here.get(name, [])) for name, grant in students.items()}
-        whole = ClassState(bool(self.frozen_by), tuple(states.values()))
-        told = dict[ClientSession, ClassState]()
+        whole = messages.ClassState(bool(self.frozen_by), tuple(states.values()))
+        told = dict[ClientSession, messages.ClassState]()
         for client in clients:
             if client in self._watching:
                 state = whole
             elif client.grant.name in states:
-                state = ClassState(bool(self.frozen_by), (states[client.grant.name],))
+                state = messages.ClassState(bool(self.frozen_by), (states[client.grant.name],))
             else:
                 continue
             told[client] = state
@@ -161,14 +160,16 @@ class ClassBoard:
         if self.lessons is not None:
             self.lessons.enter(client)
 
-    def _state(self, grant: Grant, here: Sequence[ClientSession]) -> StudentState:
+    def _state(self, grant: Grant, here: Sequence[ClientSession]) -> messages.StudentState:
         name, own = grant.name, self._own(grant)
         at = max((client for client in here if client.robot in own), key=lambda one: one.heard_at, default=None)
         if at is not None:
             self._at[name] = at.robot
         robot = self._at.get(name, "")
         lesson, step, of = ("", 0, 0) if self.lessons is None else self.lessons.standing(name)
-        return StudentState(name, own, len(here), robot, self._help.get(name), lesson, step, of, self._files_of(name))
+        return messages.StudentState(
+            name, own, len(here), robot, self._help.get(name), lesson, step, of, self._files_of(name)
+        )
 
     def _files_of(self, student: str) -> tuple[str, ...]:
         if student not in self._handed_in:

@@ -34,7 +34,6 @@ from vrs_cli.files.opening import reason
 from vrs_cli.interfaces.port.port import checked
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
-from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.net.timesync import USUAL_PERCENTILE, Playout
@@ -72,7 +71,7 @@ def address_of(url: str) -> str:
         raise UsageError(f"{url} is no address: {error}", "ws://HOST:PORT or ws://HOST:PORT/robots/NAME") from None
     if parts.scheme not in ("ws", "wss") or not host or parts.username is not None or parts.query or parts.fragment:
         raise UsageError(f"{url} is no address of a robot", "ws://HOST:PORT or ws://HOST:PORT/robots/NAME")
-    return parts.geturl() if port is not None else parts._replace(netloc=f"{parts.netloc}:{PORT}").geturl()
+    return parts.geturl() if port is not None else parts._replace(netloc=f"{parts.netloc}:{messages.PORT}").geturl()
 
 
 def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False) -> messages.Hello:
@@ -123,7 +122,7 @@ class SampleBuffer:
         self._far, self._percentile, self._wall = far, percentile, wall
         self.playout: Playout[messages.Sample] = Playout(percentile)
 
-    def hear(self, message: ServerMessage) -> None:
+    def hear(self, message: messages.ServerMessage) -> None:
         match message:
             case messages.Clock():  # the rate may have changed: measure the delays again
                 self.playout = Playout(self._percentile)
@@ -173,7 +172,7 @@ class Client:
         assert self.far.welcome is not None, "it is open"
         return self.far.welcome
 
-    def begin(self, make: Callable[[int], Request], outlet: Callable[[ServerMessage], None]) -> int:
+    def begin(self, make: Callable[[int], messages.Request], outlet: Callable[[messages.ServerMessage], None]) -> int:
         """Send a request; return its id. The outlet gets its messages, its end last. Raises RequestRefused without a
         connection.
         """
@@ -186,12 +185,12 @@ class Client:
         self.far.send(message)
         self._stirred.set()
 
-    async def ask(self, make: Callable[[int], Request]) -> ServerMessage:
+    async def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
         """Send a request; return its end, which is `Done` or a result. Raises what the robot refuses."""
-        end: Future[ServerMessage] = asyncio.get_running_loop().create_future()
+        end: Future[messages.ServerMessage] = asyncio.get_running_loop().create_future()
 
-        def hear(message: ServerMessage) -> None:
-            if isinstance(message, Done | messages.Result | messages.Refused) and not end.done():
+        def hear(message: messages.ServerMessage) -> None:
+            if isinstance(message, messages.Done | messages.Result | messages.Refused) and not end.done():
                 end.set_result(message)
 
         self.begin(make, hear)
@@ -268,7 +267,7 @@ class Client:
             while self.far.unmeasured < inf:
                 await self._recall_measured()
 
-    def _see(self, message: ServerMessage) -> None:
+    def _see(self, message: messages.ServerMessage) -> None:
         """Fetch missing reports, and missing older parts of the timeline: a snapshot may have only the last part, and
         UNDO may set the clock back to before it.
         """

@@ -18,7 +18,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.engine.position import start_before
-from vrs_cli.net.messages import Contacts, Course, ServerMessage
+from vrs_cli.net import messages
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import MotionKind
@@ -256,24 +256,24 @@ class CourseTeller:
         """Return whether contacts are looked for."""
         return self._computer.looks
 
-    def after(self, heard: Heard) -> tuple[list[ServerMessage], Heard]:
+    def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
         """Return the next messages for a listener, and what it has heard then; none where it has heard all."""
         with self._changed:
             known, cut = self._known, self._cut.first(self._taken)
         if known is None:
             return [], heard
-        told, until = list[ServerMessage](), min(known.until, cut.course)
+        told, until = list[messages.ServerMessage](), min(known.until, cut.course)
         if heard.until < until:
             rows, until = course_part(known.course, heard.until, until)
             since = heard.until if heard.until > known.course.begins else None
-            told.append(Course(rows, since, None if until == inf else until))
+            told.append(messages.Course(rows, since, None if until == inf else until))
             heard = heard._replace(until=until)
         low, high = (inf, -inf) if heard.low < known.low else heard[1:]
         begin, end = known.low, min(known.high, cut.contacts)
         for since, until in ((begin, end),) if low > high else ((high, end), (begin, low)):
             if since < until:
                 touches = tuple(clip_contacts(known.touches, since, until))
-                told.append(Contacts(touches, since, None if until == inf else until))
+                told.append(messages.Contacts(touches, since, None if until == inf else until))
                 low, high = min(low, since), max(high, until)
         return told, heard._replace(low=low, high=high)
 

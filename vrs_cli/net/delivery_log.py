@@ -20,7 +20,7 @@ from typing import Any, TypeVar, cast, get_args, get_origin
 from msgspec import Struct
 from msgspec.structs import fields, replace
 
-from vrs_cli.net.messages import Asked, Clock, Done, Numbered, Outcome, Sample, Status, Told, Withdrawn
+from vrs_cli.net import messages
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
@@ -56,28 +56,28 @@ class DeliveryLog:
         self._told: deque[tuple[float, Frame]] = deque()  # when, and what: the last of them has the number `seq`
         self._size = 0
         self.waiting: set[int] = set()
-        self.ended: dict[int, Done] = {}
+        self.ended: dict[int, messages.Done] = {}
         self._forgotten = -1  # the highest id of a command whose end is forgotten
-        self.questions: dict[int, Asked] = {}
+        self.questions: dict[int, messages.Asked] = {}
 
     # --- messages ---
 
-    def tell(self, message: Numbered, now: float) -> None:
+    def tell(self, message: messages.Numbered, now: float) -> None:
         """Send a message, now or when the connection is resumed."""
         match message:
-            case Done(id) if id in self.waiting:
+            case messages.Done(id) if id in self.waiting:
                 self.waiting.remove(id)
                 short = message.refusal and replace(
                     message.refusal, message=message.refusal.message[:MAX_REFUSAL_CHARS], detail="", hint=""
                 )
-                self.ended[id] = Done(id, message.ok, short, message.version)
+                self.ended[id] = messages.Done(id, message.ok, short, message.version)
                 if len(self.ended) > self.bounds.ended:
                     oldest = next(iter(self.ended))
                     del self.ended[oldest]
                     self._forgotten = max(self._forgotten, oldest)
-            case Asked(number):
+            case messages.Asked(number):
                 self.questions[number] = message
-            case Withdrawn(number):
+            case messages.Withdrawn(number):
                 self.questions.pop(number, None)
         self.seq += 1
         frame = encode(replace(message, seq=self.seq), self.encoding)
@@ -98,13 +98,13 @@ class DeliveryLog:
 
     # --- commands ---
 
-    def outcome(self, id: int) -> Outcome:
+    def outcome(self, id: int) -> messages.Outcome:
         """Return the outcome of the command with this id."""
         if id in self.waiting:
-            return Outcome.TAKEN
+            return messages.Outcome.TAKEN
         if id in self.ended:
-            return Outcome.DONE if self.ended[id].ok else Outcome.REFUSED
-        return Outcome.FORGOTTEN if id <= self._forgotten else Outcome.UNSEEN
+            return messages.Outcome.DONE if self.ended[id].ok else messages.Outcome.REFUSED
+        return messages.Outcome.FORGOTTEN if id <= self._forgotten else messages.Outcome.UNSEEN
 
     def begin(self, id: int, *, always: bool = False) -> bool:
         """Note a new command, which `Done` ends. Return False if too many wait, unless the command is `always` done."""
@@ -126,7 +126,8 @@ class DeliveryLog:
         return self._since is not None and now - self._since > self.bounds.seconds
 
 
-NEWEST_WINS = (Sample, Clock, Status)  # a newer message of these types replaces one that was not sent yet
+# a newer message of these types replaces one that was not sent yet
+NEWEST_WINS = (messages.Sample, messages.Clock, messages.Status)
 
 FRAME_OVERHEAD_BYTES = 100  # that a frame takes in memory, beside its own
 
@@ -197,7 +198,7 @@ def is_long(reply: Reply) -> bool:
     return any(len(getattr(reply, name)) > MAX_PART_ROWS for name in _lists_of(type(reply)))
 
 
-def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
+def parts_of(told: messages.Told, lines: Iterable[StyledLine] = ()) -> Iterator[messages.Told]:
     """Split a long reply and its `lines` into messages; lines are drawn as the messages are taken. All messages but the
     last have `goes_on`, and each list continues where the message before ended.
     """
@@ -205,16 +206,16 @@ def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
     rows = {name: getattr(reply, name) for name in _lists_of(type(reply))}
     none: dict[str, tuple[object, ...]] = dict.fromkeys(rows, ())
 
-    def parts() -> Iterator[Told]:
+    def parts() -> Iterator[messages.Told]:
         for name, there in rows.items():
             for begin in range(0, len(there), MAX_PART_ROWS):
-                yield Told(
+                yield messages.Told(
                     replace(reply, **{**none, name: there[begin : begin + MAX_PART_ROWS]}), told.id, goes_on=True
                 )
         while part := tuple(islice(drawn, MAX_PART_ROWS)):
-            yield Told(replace(reply, **none), told.id, goes_on=True, lines=part)
+            yield messages.Told(replace(reply, **none), told.id, goes_on=True, lines=part)
 
-    last: Told | None = None
+    last: messages.Told | None = None
     for part in parts():
         if last is not None:
             yield last
@@ -223,7 +224,7 @@ def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
         yield replace(last, goes_on=False)
 
 
-def join_parts(parts: Sequence[Told]) -> Told:
+def join_parts(parts: Sequence[messages.Told]) -> messages.Told:
     """Join the parts of a message."""
     reply = parts[-1].reply
     lists = {name: tuple(row for part in parts for row in getattr(part.reply, name)) for name in _lists_of(type(reply))}

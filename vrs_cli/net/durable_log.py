@@ -35,8 +35,8 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_file, print_program
+from vrs_cli.net import messages
 from vrs_cli.net.limits import UNMEASURED, Allowance
-from vrs_cli.net.messages import StoredFile
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Reader, to_json
@@ -374,9 +374,11 @@ class RobotFiles:
             raise FileError(f"{name} has more than {MAX_FETCHED_BYTES} bytes", "fetch it from the server's own disk")
         return data
 
-    def list(self) -> tuple[StoredFile, ...]:
+    def list(self) -> tuple[messages.StoredFile, ...]:
         """List all files, those in subfolders with their paths; hidden ones are left out."""
-        found = [StoredFile(path, it.st_size, it.st_mtime) for path, it in islice(self._files(), MAX_LISTED_FILES)]
+        found = [
+            messages.StoredFile(path, it.st_size, it.st_mtime) for path, it in islice(self._files(), MAX_LISTED_FILES)
+        ]
         return tuple(sorted(found, key=lambda one: one.name))
 
     def check_room(self, *new: int) -> None:

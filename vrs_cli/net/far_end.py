@@ -23,7 +23,6 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
-from vrs_cli.net.messages import Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, ClockReading, LastStatus, Mirror, parting
 from vrs_cli.net.preview import DragTargets, Flags, Preview, changing
 from vrs_cli.net.protocol import ClientConnection, ConnectionState
@@ -52,7 +51,7 @@ NEAR = 0.05  # [s] with a shorter D_f + D_b, a user sees the effect of a command
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between these and between later ones
 
 SAME_VRS = "install the same vrs on both"
-Outlet = Callable[[ServerMessage], None]
+Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Ahead(Enum):
@@ -98,7 +97,7 @@ class FarEnd:
         self._wishes, self._pulled = DragTargets(), PulledState()  # for a tool that is dragged
         self._outlets: dict[int, Outlet] = {}
         # finished commands whose change has not come yet, and until when that is waited for [s]
-        self._ended: dict[int, tuple[Done, float]] = {}
+        self._ended: dict[int, tuple[messages.Done, float]] = {}
         self._clock = messages.Clock(0.0)
         self._resyncs = False  # the mirror is lost, and a snapshot was asked for
         self._cut_at = self._silent_since = inf
@@ -152,11 +151,11 @@ class FarEnd:
         self._release(lambda _done, _until: True)
         lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
         for id in tuple(self._outlets):
-            self._end(id, Done(id, ok=False, refusal=Refusal.of(why or lost)))
+            self._end(id, messages.Done(id, ok=False, refusal=Refusal.of(why or lost)))
 
     # --- asking ---
 
-    def ask(self, make: Callable[[int], Request], outlet: Outlet) -> int:
+    def ask(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
         """Send the request that `make` returns for an id; return the id. The outlet gets all its messages, its end
         last. Raises RequestRefused without a connection.
         """
@@ -166,13 +165,13 @@ class FarEnd:
         self.expect(request)
         return request.id
 
-    def with_issue_time(self, request: Request) -> Request:
+    def with_issue_time(self, request: messages.Request) -> messages.Request:
         """Return the request; a motion without an issue time gets the present one."""
         if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
             return structs.replace(request, issued=self.now)
         return request
 
-    def expect(self, request: Request) -> None:
+    def expect(self, request: messages.Request) -> None:
         """Add a request that is on its way to the preview."""
         if not self._passes or self.preview is None:
             return
@@ -222,9 +221,11 @@ class FarEnd:
 
     # --- what comes ---
 
-    def _take(self, message: ServerMessage) -> None:
+    def _take(self, message: messages.ServerMessage) -> None:
         match message:
-            case Done(id):  # a command ends when its change is in the mirror; the change comes after the answer
+            case messages.Done(
+                id
+            ):  # a command ends when its change is in the mirror; the change comes after the answer
                 if message.status is not None:
                     self.status.see(message.status)
                     self._moves_to(message.status.clock)
@@ -242,11 +243,11 @@ class FarEnd:
                 self.learn(message)
                 self._spread(message)
 
-    def _spread(self, message: ServerMessage) -> None:
+    def _spread(self, message: messages.ServerMessage) -> None:
         for outlet in self.news:
             outlet(message)
 
-    def learn(self, message: ServerMessage) -> None:
+    def learn(self, message: messages.ServerMessage) -> None:
         """Update the mirror, clocks and status by a message."""
         match message:
             case messages.Welcome():
@@ -483,7 +484,7 @@ class FarEnd:
 
     # --- ends ---
 
-    def _is_seen(self, done: Done, change: messages.Change | None) -> bool:
+    def _is_seen(self, done: messages.Done, change: messages.Change | None) -> bool:
         """Return whether the change of a command is in the mirror; `change`: the last one that came after `done`."""
         if self.mirror is None or isinstance(change, messages.Replaced):
             return True
@@ -492,15 +493,15 @@ class FarEnd:
             return timeline.version >= done.version
         return timeline.version == done.version and (done.status is None or done.status.end == timeline.end)
 
-    def _release(self, is_due: Callable[[Done, float], bool]) -> None:
+    def _release(self, is_due: Callable[[messages.Done, float], bool]) -> None:
         """End the commands for which `is_due` returns True."""
         for id, (done, until) in tuple(self._ended.items()):
             if is_due(done, until):
                 del self._ended[id]
                 self._end(id, done)
 
-    def _end(self, id: int, message: ServerMessage) -> None:
-        if self.preview is not None and isinstance(message, Done) and message.ok:
+    def _end(self, id: int, message: messages.ServerMessage) -> None:
+        if self.preview is not None and isinstance(message, messages.Done) and message.ok:
             self.preview.finish(id, message.version)
         elif self.preview is not None:
             self.preview.refuse(id)

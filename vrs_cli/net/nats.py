@@ -23,7 +23,6 @@ from vrs_cli.net import messages
 from vrs_cli.net.broadcast import Listener
 from vrs_cli.net.client import hello_of, reason_of
 from vrs_cli.net.far_end import FarEnd
-from vrs_cli.net.messages import FromServer, Subscribe
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.room import Room
 from vrs_cli.net.stream import MessageForm, Packet, packet_of
@@ -36,7 +35,7 @@ AGAIN = 0.2  # [s] between two attempts to find a published robot
 OPENING = 10.0  # [s] that NATS has to answer, and a robot to be there
 FORM = MessageForm(text=False, full=True)
 
-_reader: Reader[FromServer] = Reader(FromServer)
+_reader: Reader[messages.FromServer] = Reader(messages.FromServer)
 
 
 def subject_of(robot: str) -> str:
@@ -137,7 +136,7 @@ class _Robot:
         self.stir, self.lost = asyncio.Event(), False
         self._listener: Listener = robot.broadcast.join(self, FORM)
         self._task = asyncio.create_task(self._publish())
-        robot.broadcast.subscribe(self._listener, Subscribe(0, deltas=True))
+        robot.broadcast.subscribe(self._listener, messages.Subscribe(0, deltas=True))
         robot.wake()
 
     # --- as a sink of the broadcast ---

@@ -31,7 +31,6 @@ from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
-from vrs_cli.net.messages import Abort, At, Line
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.acts import Execute, FollowChunk, Redo, Say, Steer, Undo
@@ -178,19 +177,19 @@ CHANGING = frozenset(  # words of the monitor, beside all motions
 def changing(request: messages.Request) -> str | None:
     """Return the request as a line, if it may change the timeline; else None."""
     match request:
-        case Line(text=text) | At(act=Say(line=text)):
+        case messages.Line(text=text) | messages.At(act=Say(line=text)):
             return text.strip() if _moves(text) else None
-        case At(act=Undo()):
+        case messages.At(act=Undo()):
             return "UNDO"
-        case At(act=Redo()):
+        case messages.At(act=Redo()):
             return "REDO"
-        case At(act=FollowChunk()):
+        case messages.At(act=FollowChunk()):
             return "FOLLOW"
-        case At(act=Steer()):
+        case messages.At(act=Steer()):
             return "STEER"
-        case At(act=Execute(program)):
+        case messages.At(act=Execute(program)):
             return f"EXECUTE {program}"
-        case Abort():
+        case messages.Abort():
             return "ABORT"
     return None
 

@@ -20,39 +20,9 @@ from math import inf
 from msgspec.structs import replace
 
 from vrs_cli.errors import RequestRefused
+from vrs_cli.net import messages
 from vrs_cli.net.delivery_log import DeliveryLog, Outbox, join_parts
 from vrs_cli.net.limits import USUAL
-from vrs_cli.net.messages import (
-    VERSION,
-    Abort,
-    Answer,
-    Asked,
-    Bye,
-    Change,
-    ClientMessage,
-    Closing,
-    Command,
-    Delta,
-    Done,
-    Fate,
-    FromClient,
-    FromServer,
-    Hello,
-    Numbered,
-    Outcome,
-    Refused,
-    Replaced,
-    Request,
-    Result,
-    Resume,
-    Resync,
-    ServerMessage,
-    Steered,
-    Subscribe,
-    Told,
-    Welcome,
-    Withdrawn,
-)
 from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
 from vrs_cli.wire.messages import Refusal
 from vrs_cli.wire.records import RecordError
@@ -65,8 +35,8 @@ BACKLOG = 4_000_000  # bytes that may wait for a socket
 COMMAND_BACKLOG_FACTOR = 8  # times as many while a command is carried out: programs TYPE fast
 MAX_PENDING = 1000  # requests of a client without an answer, and questions to a client
 
-_from_client: Reader[FromClient] = Reader(FromClient)
-_from_server: Reader[FromServer] = Reader(FromServer)
+_from_client: Reader[messages.FromClient] = Reader(messages.FromClient)
+_from_server: Reader[messages.FromServer] = Reader(messages.FromServer)
 
 
 class ConnectionState(Enum):
@@ -86,7 +56,7 @@ class ServerConnection:
 
     def __init__(self, now: float, most: int = CLIENT_BYTES, backlog: int = BACKLOG) -> None:
         self.state = ConnectionState.HELLO
-        self.hello: Hello | None = None
+        self.hello: messages.Hello | None = None
         self.delivery_log: DeliveryLog | None = None
         self.version, self.why = 0, ""
         self._until, self._most = now + HELLO_SECONDS, most
@@ -95,7 +65,7 @@ class ServerConnection:
 
     # --- what comes ---
 
-    def receive(self, frame: Frame, now: float) -> list[ClientMessage]:
+    def receive(self, frame: Frame, now: float) -> list[messages.ClientMessage]:
         """Read a frame; return the messages to carry out. A command is returned once, however often the client sends
         it.
         """
@@ -113,51 +83,62 @@ class ServerConnection:
             if self.delivery_log is None or marks is None:  # the other end is no client
                 self._refuse(str(error), "see docs/protocol.md")
             else:  # a later client may send such a message
-                self.delivery_log.tell(Refused(_refusal(str(error)), marks.known_id), now)
+                self.delivery_log.tell(messages.Refused(_refusal(str(error)), marks.known_id), now)
             return []
-        if self.delivery_log is not None and not isinstance(message, Hello):
+        if self.delivery_log is not None and not isinstance(message, messages.Hello):
             return self._take_from_client(message, self.delivery_log, now)
-        if not isinstance(message, Hello) or self.state is not ConnectionState.HELLO or isinstance(frame, bytes):
+        if (
+            not isinstance(message, messages.Hello)
+            or self.state is not ConnectionState.HELLO
+            or isinstance(frame, bytes)
+        ):
             self._refuse("hello comes first, as JSON, and once; then the welcome of the server", "")
             return []
-        if VERSION not in message.versions:
+        if messages.VERSION not in message.versions:
             spoken = ", ".join(map(str, message.versions)) or "none"
-            self._refuse(f"the client speaks version {spoken}, this server {VERSION}", "install the same vrs on both")
+            self._refuse(
+                f"the client speaks version {spoken}, this server {messages.VERSION}", "install the same vrs on both"
+            )
             return []
-        self.state, self.version, self.hello = ConnectionState.WELCOME, VERSION, message
+        self.state, self.version, self.hello = ConnectionState.WELCOME, messages.VERSION, message
         return [message]
 
-    def _take_from_client(self, message: ClientMessage, delivery_log: DeliveryLog, now: float) -> list[ClientMessage]:
+    def _take_from_client(
+        self, message: messages.ClientMessage, delivery_log: DeliveryLog, now: float
+    ) -> list[messages.ClientMessage]:
         match message:
-            case Command():
+            case messages.Command():
                 return [message] if self._is_new(message, delivery_log, now) else []
-            case Answer(number, until=until):
+            case messages.Answer(number, until=until):
                 asked = delivery_log.questions.get(number)
                 if asked is None:
                     return []  # the question was withdrawn or answered before
                 if until is not None and now > until:
                     delivery_log.tell(asked, now)
                     return []
-                delivery_log.tell(Withdrawn(number), now)
-            case Bye():
+                delivery_log.tell(messages.Withdrawn(number), now)
+            case messages.Bye():
                 self.state = ConnectionState.CLOSING
         return [message]
 
-    def _is_new(self, command: Command, delivery_log: DeliveryLog, now: float) -> bool:
+    def _is_new(self, command: messages.Command, delivery_log: DeliveryLog, now: float) -> bool:
         """Return whether a command is new. A finished one is answered from the delivery log; one in work is answered
         when it ends. ABORT is taken even if too many commands wait.
         """
         id = command.id
         outcome, done = delivery_log.outcome(id), delivery_log.ended.get(id)
-        if outcome is Outcome.UNSEEN:
-            if delivery_log.begin(id, always=isinstance(command, Abort)):
+        if outcome is messages.Outcome.UNSEEN:
+            if delivery_log.begin(id, always=isinstance(command, messages.Abort)):
                 self._outbox.most = COMMAND_BACKLOG_FACTOR * self._backlog
                 return True
             delivery_log.tell(
-                Refused(_refusal(f"{delivery_log.bounds.waiting} commands wait already", "wait for some"), id), now
+                messages.Refused(_refusal(f"{delivery_log.bounds.waiting} commands wait already", "wait for some"), id),
+                now,
             )
-        elif outcome is Outcome.FORGOTTEN:
-            delivery_log.tell(Refused(_refusal(f"command {id} was there before; its end is forgotten"), id), now)
+        elif outcome is messages.Outcome.FORGOTTEN:
+            delivery_log.tell(
+                messages.Refused(_refusal(f"command {id} was there before; its end is forgotten"), id), now
+            )
         elif done is not None:
             delivery_log.tell(done, now)
         return False
@@ -171,7 +152,7 @@ class ServerConnection:
 
     # --- what is sent ---
 
-    def welcome(self, welcome: Welcome, delivery_log: DeliveryLog, now: float) -> None:
+    def welcome(self, welcome: messages.Welcome, delivery_log: DeliveryLog, now: float) -> None:
         """Answer the hello: complete the caller's `welcome` with the state of the user's connection. Then send the
         messages that the user has missed, the ends of commands that the client still waits for, and open questions.
         """
@@ -180,7 +161,9 @@ class ServerConnection:
         known = resume is not None and resume.connection == delivery_log.key
         missed = delivery_log.since(resume.seq) if resume is not None and known else None
         ids = resume.unanswered if resume is not None else ()
-        fates = tuple(Fate(id, delivery_log.outcome(id) if known else Outcome.FORGOTTEN) for id in ids)
+        fates = tuple(
+            messages.Fate(id, delivery_log.outcome(id) if known else messages.Outcome.FORGOTTEN) for id in ids
+        )
         self.state, self.delivery_log, self._outbox.encoding = ConnectionState.OPEN, delivery_log, encoding
         delivery_log.attach(self._outbox.put, encoding)
         said = replace(welcome, version=self.version, connection=delivery_log.key, seq=delivery_log.seq)
@@ -194,9 +177,9 @@ class ServerConnection:
         for question in tuple(delivery_log.questions.values()):
             delivery_log.tell(question, now)
 
-    def send(self, message: ServerMessage, now: float) -> None:
+    def send(self, message: messages.ServerMessage, now: float) -> None:
         """Send a message. The delivery log keeps a numbered one, so that it arrives even after a cut."""
-        if isinstance(message, Numbered):
+        if isinstance(message, messages.Numbered):
             assert self.delivery_log is not None, "welcome comes first"
             self.delivery_log.tell(message, now)
         elif self.state is ConnectionState.OPEN:
@@ -206,7 +189,7 @@ class ServerConnection:
         """Tell the client why the connection closes; send nothing after that. The user may resume."""
         if self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, why
-            self._outbox.send(Closing(why, refusal))
+            self._outbox.send(messages.Closing(why, refusal))
 
     def _refuse(self, detail: str, hint: str) -> None:
         self.close(detail, _refusal(detail, hint))
@@ -243,17 +226,17 @@ class ClientConnection:
     sent again after a cut: a command that never reached the robot ends with a refusal.
     """
 
-    def __init__(self, hello: Hello, most: int = SERVER_BYTES) -> None:
+    def __init__(self, hello: messages.Hello, most: int = SERVER_BYTES) -> None:
         self.hello, self.state, self.why = hello, ConnectionState.CUT, ""
-        self.welcomed: Welcome | None = None
+        self.welcomed: messages.Welcome | None = None
         self._most = most
         self._outbox = Outbox(BACKLOG)
         self._id = 0
         self._heard = 0  # the number of the last numbered message
-        self._unanswered: dict[int, Request] = {}
+        self._unanswered: dict[int, messages.Request] = {}
         self._questions: dict[int, bool] = {}  # by number: whether its answer was given
-        self._told: list[Told] = []  # the parts that have come of a long reply
-        self.subscription: Subscribe | None = None  # the last one
+        self._told: list[messages.Told] = []  # the parts that have come of a long reply
+        self.subscription: messages.Subscribe | None = None  # the last one
         self._change: int | None = None  # the number of the last change; None: a snapshot is to come
 
     # --- sockets ---
@@ -263,8 +246,8 @@ class ClientConnection:
         self._outbox = Outbox(BACKLOG)
         resume = None
         if self.welcomed is not None:
-            commands = (id for id, request in self._unanswered.items() if isinstance(request, Command))
-            resume = Resume(self.welcomed.connection, self._heard, tuple(commands))
+            commands = (id for id, request in self._unanswered.items() if isinstance(request, messages.Command))
+            resume = messages.Resume(self.welcomed.connection, self._heard, tuple(commands))
         self._outbox.send(replace(self.hello, resume=resume))
         self._outbox.encoding = self.hello.format
         self.state, self.why = ConnectionState.WELCOME, ""
@@ -293,28 +276,28 @@ class ClientConnection:
         self._id += 1
         return self._id
 
-    def send(self, message: ClientMessage) -> None:
+    def send(self, message: messages.ClientMessage) -> None:
         """Send a message. Raises RequestRefused without a connection, for a message longer than a server takes, and if
         too many requests wait for an answer; ABORT is sent even then.
         """
-        if isinstance(message, Answer) and message.question in self._questions:
+        if isinstance(message, messages.Answer) and message.question in self._questions:
             self._questions[message.question] = True
         if self.state is not ConnectionState.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         frame = encode(message, self._outbox.encoding)
         if len(frame) > USUAL.message:  # the server would cut the connection, and nobody would know why
             raise RequestRefused(f"{len(frame)} bytes at once, {USUAL.message} at most", "give it in parts")
-        if isinstance(message, Request):
-            if len(self._unanswered) >= MAX_PENDING and not isinstance(message, Abort):
+        if isinstance(message, messages.Request):
+            if len(self._unanswered) >= MAX_PENDING and not isinstance(message, messages.Abort):
                 raise RequestRefused(f"{MAX_PENDING} requests wait already", "wait for some answers first")
             self._unanswered[message.id] = message
-        if isinstance(message, Subscribe):
+        if isinstance(message, messages.Subscribe):
             self.subscription, self._change = message, message.after
         self._outbox.put(frame)
 
     # --- what comes ---
 
-    def receive(self, frame: Frame) -> list[ServerMessage]:
+    def receive(self, frame: Frame) -> list[messages.ServerMessage]:
         """Return the messages of a frame, each once. `Closing` is the last one, also if a frame could not be read."""
         if self.state not in (ConnectionState.WELCOME, ConnectionState.OPEN):
             return []
@@ -324,27 +307,27 @@ class ClientConnection:
             message = _from_server.read(frame)
         except RecordError as error:
             return self._skip(frame, error)
-        if isinstance(message, Closing):
+        if isinstance(message, messages.Closing):
             self.state, self.why = ConnectionState.CLOSING, message.why
             return [message]
-        if isinstance(message, Welcome) is not (self.state is ConnectionState.WELCOME):
+        if isinstance(message, messages.Welcome) is not (self.state is ConnectionState.WELCOME):
             return self._close("welcome comes first, and once")
-        return self._begin_or_resume(message) if isinstance(message, Welcome) else self._take(message)
+        return self._begin_or_resume(message) if isinstance(message, messages.Welcome) else self._take(message)
 
-    def _skip(self, frame: Frame, error: RecordError) -> list[ServerMessage]:
+    def _skip(self, frame: Frame, error: RecordError) -> list[messages.ServerMessage]:
         """Skip a message of a type that only later servers send. A numbered one is counted, and reported as refused."""
         marks = marks_of(frame)
         if marks is None or self.state is not ConnectionState.OPEN or type(marks.seq) is not int:
             return [] if isinstance(error, UnknownType) else self._close(str(error))
         ended = marks.known_id if marks.type == "done" else None
         refusal = _refusal(f"what the robot says cannot be read here: {error}", "install the same vrs on both")
-        return self._take(Refused(refusal, ended, seq=marks.seq))
+        return self._take(messages.Refused(refusal, ended, seq=marks.seq))
 
-    def _close(self, why: str) -> list[ServerMessage]:
+    def _close(self, why: str) -> list[messages.ServerMessage]:
         self.state, self.why = ConnectionState.CLOSING, why
-        return [Closing(why)]
+        return [messages.Closing(why)]
 
-    def _begin_or_resume(self, welcome: Welcome) -> list[ServerMessage]:
+    def _begin_or_resume(self, welcome: messages.Welcome) -> list[messages.ServerMessage]:
         """Begin or resume the connection. Return the welcome, and a `Done` for each command that the robot never got or
         has forgotten. Requests that change nothing are sent again.
         """
@@ -357,64 +340,68 @@ class ClientConnection:
             self._told.clear()
         if before is not None and before.life != welcome.life:
             self._change = None
-        lost: list[ServerMessage] = []
+        lost: list[messages.ServerMessage] = []
         unseen = _refusal("the connection was cut before it came to the robot: it was not done", "give it again")
         unknown = _refusal("nobody knows whether it was done", "look before you give it again: the server began anew")
-        refusals = {Outcome.UNSEEN: unseen, Outcome.FORGOTTEN: unknown}
+        refusals = {messages.Outcome.UNSEEN: unseen, messages.Outcome.FORGOTTEN: unknown}
         for fate in welcome.fates:
             why = refusals.get(fate.outcome)
-            if why is not None and isinstance(self._unanswered.get(fate.id), Command):
+            if why is not None and isinstance(self._unanswered.get(fate.id), messages.Command):
                 del self._unanswered[fate.id]
-                lost.append(Done(fate.id, ok=False, refusal=why))
+                lost.append(messages.Done(fate.id, ok=False, refusal=why))
         for request in tuple(self._unanswered.values()):
-            if isinstance(request, Subscribe):
+            if isinstance(request, messages.Subscribe):
                 del self._unanswered[request.id]
-            elif not isinstance(request, Command):
+            elif not isinstance(request, messages.Command):
                 self._outbox.send(request)
         if self.subscription is not None:
             self._unanswered[self.subscription.id] = self.subscription
             self._outbox.send(replace(self.subscription, after=self._change))
         return [welcome, *lost]
 
-    def _take(self, message: ServerMessage) -> list[ServerMessage]:
-        if isinstance(message, Numbered):
+    def _take(self, message: messages.ServerMessage) -> list[messages.ServerMessage]:
+        if isinstance(message, messages.Numbered):
             if message.seq <= self._heard:
                 return []
             if message.seq != self._heard + 1:
                 return self._close(f"message {message.seq} came after {self._heard}")
             self._heard = message.seq
-        if isinstance(message, Change) and not self._fits(message):
+        if isinstance(message, messages.Change) and not self._fits(message):
             return []
-        if isinstance(message, Told) and (message.goes_on or self._told):
+        if isinstance(message, messages.Told) and (message.goes_on or self._told):
             self._told.append(message)
             if message.goes_on:
                 return []
             message, self._told = join_parts(self._told), []
         match message:
-            case Done(id) | Refused(id=int(id)) | Result(id):
+            case messages.Done(id) | messages.Refused(id=int(id)) | messages.Result(id):
                 self._unanswered.pop(id, None)
-            case Asked(number):
+            case messages.Asked(number):
                 if self._questions.get(number) is False:
                     return []  # it is known, and waits for its answer
                 self._questions[number] = False
                 if len(self._questions) > MAX_PENDING:
                     del self._questions[next(iter(self._questions))]
-            case Withdrawn(number):
+            case messages.Withdrawn(number):
                 self._questions.pop(number, None)
         return [message]
 
-    def _fits(self, change: Change) -> bool:
+    def _fits(self, change: messages.Change) -> bool:
         """Return whether a change is the next one. If one is missing, ask for a snapshot."""
-        if isinstance(change, Replaced):
+        if isinstance(change, messages.Replaced):
             self._change = change.number
             return True
-        if self._change is None or not isinstance(change, Delta | Steered) or change.number <= self._change:
+        if (
+            self._change is None
+            or not isinstance(change, messages.Delta | messages.Steered)
+            or change.number <= self._change
+        ):
             return False
         if change.number == self._change + 1:
             self._change = change.number
             return True
         self._change = None
-        self._outbox.send(Resync())
+        self._outbox.send(messages.Resync())
         return False
 
 

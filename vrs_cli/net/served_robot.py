@@ -35,12 +35,12 @@ from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.text.ast import Instruction, ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
+from vrs_cli.net import messages
 from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.course_teller import CourseTeller, CourseThread
 from vrs_cli.net.delivery_log import prefixes_of
 from vrs_cli.net.durable_log import Audit, DurableLog, MemoryFile, RobotFiles
 from vrs_cli.net.limits import USUAL, Allowance, Bucket, advice, check_growth
-from vrs_cli.net.messages import BodyStatus, Embodied, Embody, Measured, MeasuredWindow, ShownMeasured
 from vrs_cli.net.timesync import OneWay
 from vrs_cli.net.tokens import Grant
 from vrs_cli.values.commands import SetParameter
@@ -63,22 +63,22 @@ class ServedBody:
         self.body, self._broadcast, self._wall = body, broadcast, wall
         self._clock, self._budget = OneWay(), Bucket(MAX_RATE, MAX_AT_ONCE, wall())
         self._refused_at = self._told_at = -inf
-        self._told = BodyStatus()
+        self._told = messages.BodyStatus()
 
     # --- what a client asks ---
 
-    def embody(self, name: str, message: Embody) -> Embodied:
+    def embody(self, name: str, message: messages.Embody) -> messages.Embodied:
         """Make a client the body, or take that from it. Raises RequestRefused if another one is the body."""
         body = self.body
         if not message.held:
             body.leave(name)
-            return Embodied(message.id, message.first)
+            return messages.Embodied(message.id, message.first)
         if body.name != name:
             self._clock = OneWay()
         next = body.embody(name, message.first)
-        return Embodied(message.id, next, body.order, body.ordered_at)
+        return messages.Embodied(message.id, next, body.order, body.ordered_at)
 
-    def take(self, name: str, message: Measured) -> None:
+    def take(self, name: str, message: messages.Measured) -> None:
         """Take reports of a client. Raises what is wrong with them, once a second."""
         try:
             came = self.body.now()
@@ -105,13 +105,13 @@ class ServedBody:
         delay = age if before == ClockSeen() else before.delay + (age - before.delay) * DELAY_SHARE
         self.body.clock = ClockSeen(known.offset, known.drift, delay)
 
-    def window(self, message: MeasuredWindow) -> ShownMeasured:
+    def window(self, message: messages.MeasuredWindow) -> messages.ShownMeasured:
         """Answer what was measured in a stretch of time, as much as fits into one message."""
         told = self._broadcast.measured.count
         end = inf if message.end is None else message.end
         found = list(islice(self.body.record.view.between(message.begin, end), MAX_MESSAGE_REPORTS + 1))
         parts = tuple(ReportRows(**row_fields(part)) for part in row_parts(found[:MAX_MESSAGE_REPORTS]))
-        return ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_MESSAGE_REPORTS)
+        return messages.ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_MESSAGE_REPORTS)
 
     # --- what all are told ---
 
@@ -123,7 +123,7 @@ class ServedBody:
         if not changed and wall < self._told_at + STATUS_EVERY:
             return
         self._told_at = wall
-        status = BodyStatus(body.seen, unknown)
+        status = messages.BodyStatus(body.seen, unknown)
         if status != self._told:
             self._told = status
             self._broadcast.announce(status)

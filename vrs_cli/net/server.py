@@ -31,23 +31,10 @@ from websockets.typing import ExtensionParameter
 
 from vrs_cli.errors import LimitReached, NonexistentFile, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.net import messages
+from vrs_cli.net import http, messages
 from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.client_session import TYPING, ClientSession
 from vrs_cli.net.durable_log import Audit
-from vrs_cli.net.http import (
-    BODY_SECONDS,
-    REQUEST_SECONDS,
-    ROBOTS,
-    Doorway,
-    HttpAnswers,
-    HttpSocket,
-    OwnNames,
-    ServedPage,
-    path_of,
-    refusal_of,
-    token_of,
-)
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.relay import Relay
@@ -231,8 +218,8 @@ class _Link:
 
 def _robot_in_path(socket: Socket) -> str:
     """Return the robot that the address of a connection names, "" for none."""
-    path = "" if socket.request is None else path_of(socket.request)
-    return unquote(path.removeprefix(ROBOTS)).strip("/") if path.startswith(ROBOTS) else ""
+    path = "" if socket.request is None else http.path_of(socket.request)
+    return unquote(path.removeprefix(http.ROBOTS)).strip("/") if path.startswith(http.ROBOTS) else ""
 
 
 class Server:
@@ -250,7 +237,7 @@ class Server:
         audit: Audit,
         tokens: TokenFile | None,
         tell: Callable[[str], None],
-        pages: ServedPage | None = None,
+        pages: http.ServedPage | None = None,
         relays: Mapping[str, Relay] = NO_RELAYS,
     ) -> None:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
@@ -266,9 +253,9 @@ class Server:
         self.opened: list[Callable[[Room], None]] = []
         self.board: ClassBoard | None = None  # of a class, if it serves one
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
-        names = OwnNames(place.host, tls=place.tls is not None, origins=place.origins)
+        names = http.OwnNames(place.host, tls=place.tls is not None, origins=place.origins)
         tls, wants = place.tls is not None, tokens is not None
-        self._http = HttpAnswers(
+        self._http = http.HttpAnswers(
             pages,
             names,
             place.origins,
@@ -304,9 +291,9 @@ class Server:
             self._place.port,
             ssl=self._place.tls,
             process_request=self._answer_request,
-            create_connection=cast(type[Socket], partial(HttpSocket, doorway=Doorway())),
-            open_timeout=BODY_SECONDS,
-            ssl_handshake_timeout=REQUEST_SECONDS if self._place.tls else None,
+            create_connection=cast(type[Socket], partial(http.HttpSocket, doorway=http.Doorway())),
+            open_timeout=http.BODY_SECONDS,
+            ssl_handshake_timeout=http.REQUEST_SECONDS if self._place.tls else None,
             extensions=[SharedDeflate()],
             compression=None,
             max_size=self._allowance.message,
@@ -338,8 +325,8 @@ class Server:
     async def _answer_request(self, socket: Socket, request: Request) -> Response | None:
         """Answer a request. Refuse a connection to an unknown address, or if there are too many, before it is made."""
         if len(self._links) >= self._allowance.connections:
-            return refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
-        assert isinstance(socket, HttpSocket)
+            return http.refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
+        assert isinstance(socket, http.HttpSocket)
         return await self._http.answer(socket, request)
 
     def _names(self, grant: Grant) -> tuple[str, ...]:
@@ -355,7 +342,7 @@ class Server:
 
     async def _serve(self, socket: Socket) -> None:
         """Serve one connection from its begin to its end."""
-        assert isinstance(socket, HttpSocket)
+        assert isinstance(socket, http.HttpSocket)
         socket.let_in()
         if (relay := self._relays.get(_robot_in_path(socket))) is not None:
             try:
@@ -449,8 +436,8 @@ class Server:
         RequestRefused.
         """
         token, socket = hello.token, link.socket
-        if not token and isinstance(socket, HttpSocket) and socket.same_origin and socket.request is not None:
-            token = token_of(socket.request.headers, self._http.port)
+        if not token and isinstance(socket, http.HttpSocket) and socket.same_origin and socket.request is not None:
+            token = http.token_of(socket.request.headers, self._http.port)
         return self._find(token, link.host)
 
     def _find(self, token: str, host: str) -> Grant:

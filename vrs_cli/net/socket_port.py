@@ -17,9 +17,9 @@ from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.port.port import Previewed
+from vrs_cli.net import messages
 from vrs_cli.net.client import Client
 from vrs_cli.net.far_end import Outlet
-from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Request, ServerMessage, Welcome
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.values.questions import PromptStatus
 from vrs_cli.wire.messages import Refusal
@@ -119,7 +119,7 @@ class SocketPort:
     def connect(
         cls,
         url: str,
-        hello: Hello,
+        hello: messages.Hello,
         *,
         ca: Path | None = None,
         window: float = WINDOW,
@@ -138,7 +138,7 @@ class SocketPort:
     # --- the connection ---
 
     @property
-    def welcome(self) -> Welcome:
+    def welcome(self) -> messages.Welcome:
         """The last answer of the server to an opened connection."""
         assert self.far.welcome is not None, "the port is opened by its constructor"
         return self.far.welcome
@@ -206,19 +206,19 @@ class SocketPort:
 
     # --- messages ---
 
-    def ask(self, make: Callable[[int], Request]) -> ServerMessage:
+    def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
         """Send a request, made for an id, and wait for its end. Raises what is refused, and RequestRefused if there is
         no connection.
         """
         return self._loop.wait(self.client.ask(make))
 
-    def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
+    def begin(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
         """Send a request, made for an id, and return the id. All that comes of it goes to the outlet, in the thread of
         the connection, its end last. Raises RequestRefused if there is no connection.
         """
         return self._loop.do(lambda: self.client.begin(make, outlet))
 
-    def post(self, make: Callable[[int], Request], outlet: Outlet) -> None:
+    def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:
         """Send a request, but do not wait for its sending: safe in a signal handler. The outlet also gets `Refused` if
         there is no connection.
         """
@@ -227,11 +227,11 @@ class SocketPort:
             try:
                 self.client.begin(make, outlet)
             except RequestRefused as error:
-                outlet(Refused(Refusal.of(error)))
+                outlet(messages.Refused(Refusal.of(error)))
 
         self._loop.soon(begin)
 
-    def tell(self, message: ClientMessage) -> None:
+    def tell(self, message: messages.ClientMessage) -> None:
         """Send a message that has no answer, without waiting: safe in a signal handler. If it cannot be sent, the user
         is told by `client.told`.
         """
@@ -244,13 +244,13 @@ class SocketPort:
 
         self._loop.soon(send)
 
-    def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
+    def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
         """Wait for the next message of an inbox, so many seconds at most."""
         return inbox.take(seconds)
 
     def interrupt(self) -> bool:
         """Stop what is waited for, which comes to an end by itself. Safe in a signal handler."""
-        self.tell(Interrupt())
+        self.tell(messages.Interrupt())
         return True
 
     def give_up(self, error: BaseException) -> str:  # noqa: ARG002 (the robot knows nothing of it)

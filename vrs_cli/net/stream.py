@@ -25,7 +25,6 @@ from vrs_cli.engine.feed import Snapshot, TimelineReplaced
 from vrs_cli.engine.settings import Settings
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
-from vrs_cli.net.messages import Measurements, ServerMessage
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.measured import Report
 from vrs_cli.values.world import WorldState
@@ -94,7 +93,7 @@ class DeflateContext:
         return Packet(data[:-_TAIL], packet.text, place)
 
 
-def packet_of(message: ServerMessage, form: MessageForm) -> Packet:
+def packet_of(message: messages.ServerMessage, form: MessageForm) -> Packet:
     """Encode a message in a form."""
     frame = encode(message, Encoding.JSON if form.text else Encoding.MSGPACK)
     return Packet(frame.encode() if isinstance(frame, str) else frame, form.text)
@@ -282,7 +281,7 @@ MAX_REMEMBERED = 4000  # reports; a listener that is farther behind gets no olde
 class Batch(Struct, frozen=True):
     """A message with reports; `end`: the number of the first report after them."""
 
-    message: Measurements
+    message: messages.Measurements
     end: int
 
 
@@ -305,7 +304,7 @@ class MeasuredTeller:
         """Make batches of the reports that came since the last batches."""
         number = self.count - len(self._fresh)
         for part in row_parts(self._fresh):
-            self._batches.append(Batch(Measurements(first=number, **row_fields(part)), number + len(part)))
+            self._batches.append(Batch(messages.Measurements(first=number, **row_fields(part)), number + len(part)))
             number += len(part)
         self._fresh = []
         while self._batches and self._batches[0].end < self.count - MAX_REMEMBERED:
