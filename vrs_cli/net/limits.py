@@ -1,6 +1,6 @@
-"""The limits of one client and of one robot at a server; each has a clear refusal. Pure: clocks are passed in.
+"""Limits of one client and of one robot at a server; each has a clear refusal. Pure: clocks are arguments.
 
-A robot stops only the lines and programs of its own users: nobody waits for what others have used up.
+A robot stops only lines and programs of its own users; users of other robots do not wait for them.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Allowance(Struct, frozen=True):
     steps: int | None = None
 
     def of_run(self, *, realtime: bool) -> Limits:
-        """The limits of one run of a program. In real time it may go on for ever."""
+        """Return the limits of one run of a program; in real time its duration has none."""
         return structs.replace(
             ATTENDED,
             max_time=None if realtime else ATTENDED.max_time,
@@ -65,11 +65,11 @@ class Allowance(Struct, frozen=True):
 
 
 USUAL = Allowance()
-UNMEASURED = 2**62  # bytes of a folder that is its user's own, however much is in it
+UNMEASURED = 2**62  # bytes of a folder without a limit, as it is the user's own
 
 
 class Bucket:
-    """A budget, of messages or seconds of CPU, that grows by `rate` a second up to `most`. It may be overdrawn. Any
+    """A budget of messages or of seconds of CPU, which grows by `rate` a second up to `most`. It may be overdrawn. Any
     thread may spend.
     """
 
@@ -93,14 +93,14 @@ class Bucket:
         return there
 
     def wait(self, now: float) -> float:
-        """Return how long it takes until the budget is not overdrawn [s]."""
+        """Return the time until the budget is not overdrawn [s]."""
         return max(0.0, -self.left(now) / self._rate)
 
 
 class Share:
-    """The CPU time of a user who looks while another one drives. Requests that a line being typed causes (completion,
-    mistakes) have a budget of their own, so that the line itself need not wait for them. `all`: the budget of all who
-    look, for which only those wait who have used more of it than others may.
+    """The CPU time of a user who looks while another one drives. Requests while a line is typed (completion, mistakes)
+    have a budget of their own, so that the line does not wait for them. `all`: the common budget of users who look;
+    only those who have used more than an equal share wait for it.
     """
 
     def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
@@ -109,19 +109,19 @@ class Share:
         self._all = all
 
     def spend(self, seconds: float, now: float, *, typing: bool) -> None:
-        """In any thread."""
+        """Charge CPU time [s]. In any thread."""
         (self._typing if typing else self._lines).spend(seconds, now)
         self._all.spend(seconds, now)
 
     def wait(self, now: float, holders: int, *, typing: bool) -> float:
-        """Return how long the next request has to wait [s]; `holders`: the robot's users who share this budget."""
+        """Return how long the next request has to wait [s]; `holders`: the users who share the common budget."""
         own = self._typing if typing else self._lines
         fair = own.most - own.left(now) <= self._all.most / holders
         return own.wait(now) if fair else max(own.wait(now), self._all.wait(now))
 
 
 class Crowd:
-    """The connections of each name and in all, and the addresses from which wrong tokens came lately."""
+    """Counts of the connections of each name, and the addresses from which wrong tokens came lately."""
 
     def __init__(self, allowance: Allowance) -> None:
         self._allowance = allowance
@@ -132,7 +132,7 @@ class Crowd:
         return sum(self._there.values())
 
     def enter(self, name: str) -> None:
-        """Count one more connection of a name; without a name it has no limit of its own. Raises RequestRefused."""
+        """Count one more connection of a name; the empty name has no limit of its own. Raises RequestRefused."""
         allowance, there = self._allowance, self._there.get(name, 0)
         if len(self) >= allowance.connections:
             raise RequestRefused(f"this server has {allowance.connections} connections", "try again later")
@@ -148,7 +148,7 @@ class Crowd:
     def guess(self, address: str, now: float) -> None:
         """Count a wrong token from an address."""
         if len(self._wrong) >= self._allowance.connections:
-            self._wrong.clear()  # a crowd of addresses: nobody is remembered rather than everybody
+            self._wrong.clear()  # too many addresses to remember: forget all
         self._wrong.setdefault(address, Bucket(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
 
     def guesses(self, address: str, now: float) -> bool:
@@ -158,7 +158,7 @@ class Crowd:
 
 
 class Meter:
-    """The CPU time of one robot's programs: at most a share of a core on average over a while."""
+    """The CPU time of one robot's programs: at most a share of a core, on average over a window."""
 
     def __init__(self, allowance: Allowance, now: float) -> None:
         self._allowance, self._used, self._looked = allowance, 0.0, now
@@ -166,7 +166,7 @@ class Meter:
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """Return why programs have to stop, None if they may go on. `used`: their CPU time so far [s]."""
-        self._bucket.spend(used - self._used, self._looked)  # before what has flowed in meanwhile
+        self._bucket.spend(used - self._used, self._looked)  # at the time of the last look
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
             return None
@@ -179,7 +179,7 @@ class Meter:
 
 
 def check_growth(allowance: Allowance, names: int) -> None:
-    """Raises LimitReached for a robot that has grown too large to take more."""
+    """Check that a robot has no more than the allowed number of names. Raises LimitReached."""
     if names > allowance.names:
         raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", TO_MAKE_ROOM)
 
@@ -191,9 +191,9 @@ SEND_TIMEOUT_S = 5.0  # is not waited for any longer; TCP gives a slow reader hu
 
 
 class SendPace:
-    """Whether a robot waits for a user who has not taken what a program TYPEs: in virtual time a program types as fast
-    as it computes. `waiting`: bytes that wait for the user's socket, as the thread of the connections sees them. A user
-    who does not take a MIN_PROGRESS_BYTES in SEND_TIMEOUT_S is not waited for again before catching up.
+    """Decides whether a robot waits for a user who has not taken the output of TYPE: in virtual time a program types as
+    fast as it computes. `waiting`: bytes that wait for the user's socket. A user who takes less than MIN_PROGRESS_BYTES
+    in SEND_TIMEOUT_S is not waited for again until only LOW_WATER_BYTES wait.
     """
 
     def __init__(self) -> None:

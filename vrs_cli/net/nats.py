@@ -1,8 +1,8 @@
-"""Publish served robots over NATS, for any number of viewers; the server sends everything once.
+"""Publish served robots over NATS for any number of viewers; the server sends each message once.
 
 Each robot has a subject, `vrs.NAME`, and a stream of JetStream that keeps its last messages: a welcome with the robot
-as data, a snapshot, and every change after it. Both are repeated from time to time, so that a late viewer finds a
-beginning. They are the messages of a connection (docs/protocol.md), in MessagePack. Nobody can command here.
+as data, a snapshot, and every change after it. Welcome and snapshot are repeated from time to time, so that late
+viewers can begin. The messages are those of a connection (docs/protocol.md) in MessagePack. Viewers cannot command.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from vrs_cli.wire.records import RecordError
 TAIL = 500  # changes after which a snapshot is repeated
 KEPT = 4 * TAIL  # messages of a robot that JetStream keeps
 AGAIN = 0.2  # [s] between two attempts to find a published robot
-OPENING = 10.0  # [s] that NATS has to answer, and a robot to be there
+OPENING = 10.0  # [s] in which NATS has to answer and a robot has to be found
 FORM = MessageForm(text=False, full=True)
 
 _reader: Reader[messages.FromServer] = Reader(messages.FromServer)
@@ -48,7 +48,7 @@ def _stream_of(robot: str) -> str:
 
 
 async def _connect(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
-    """Connect to NATS. After that, the connection opens itself again. Raises RequestRefused if NATS does not answer."""
+    """Connect to NATS; after a cut the connection opens itself again. Raises RequestRefused if NATS does not answer."""
 
     async def tell_lost() -> None:
         if not connection.is_closed and not connection.is_draining:
@@ -59,7 +59,7 @@ async def _connect(url: str, told: Callable[[str], None], again: Callable[[], No
         again()
 
     async def wrong(error: Exception) -> None:
-        """Give up opening at the first error; later errors show in what comes of them."""
+        """Give up opening at the first error; later errors are ignored here."""
         if opens:
             raise error
 
@@ -76,7 +76,7 @@ async def _connect(url: str, told: Callable[[str], None], again: Callable[[], No
                 connect_timeout=int(OPENING),
             )
     except (Error, OSError, ValueError) as error:
-        with suppress(AssertionError):  # of nats-py, where it could not even begin
+        with suppress(AssertionError):  # of nats-py, if the connection was never opened
             await connection.close()
         raise RequestRefused(f"{url}: NATS does not answer: {_reason(error)}", "is nats-server running?") from None
     opens = False
@@ -88,7 +88,7 @@ def _reason(error: Exception) -> str:
 
 
 class Publisher:
-    """Publishes robots. `told` takes messages about the connection to NATS. For the thread of the loop alone."""
+    """Publishes robots. `told` takes messages about the connection to NATS. For the thread of the event loop."""
 
     def __init__(self, url: str, told: Callable[[str], None]) -> None:
         self._url, self._told = url, told
@@ -111,7 +111,7 @@ class Publisher:
             self._robots[robot.name] = _Robot(robot, self._connection, self._told)
 
     def _begin_anew_all(self) -> None:
-        """Begin anew: messages sent while NATS was gone are lost, and perhaps what it kept."""
+        """Publish all robots from a new beginning: NATS has lost messages, and perhaps its streams."""
         for robot in self._robots.values():
             robot.lost = True
             robot.stir.set()
@@ -127,7 +127,7 @@ class Publisher:
 
 
 class _Robot:
-    """One robot, as a listener of its broadcast. `lost`: NATS has lost messages, and a new beginning is to be sent."""
+    """A published robot: a listener of its broadcast. `lost`: NATS has lost messages, so publish a new beginning."""
 
     def __init__(self, robot: Room, connection: Connection, told: Callable[[str], None]) -> None:
         self._robot, self._connection, self._told = robot, connection, told
@@ -158,7 +158,7 @@ class _Robot:
                 asyncio.get_running_loop().call_soon(self._begin_anew)
 
     def _begin_anew(self) -> None:
-        """Have a snapshot sent next."""
+        """Publish a snapshot next."""
         self._robot.broadcast.resync(self._listener)
         self._robot.wake()
 
@@ -181,11 +181,11 @@ class _Robot:
             while self._waiting:
                 data = self._waiting.popleft()
                 self._size -= len(data)
-                with suppress(Error):  # it begins anew when NATS is there again
+                with suppress(Error):  # all is published again when NATS is back
                     await self._connection.publish(subject_of(self._robot.name), data)
 
     async def _make_stream(self) -> None:
-        """Make a new stream: the messages of another run of the server are of no use."""
+        """Make a new, empty stream in place of that of an earlier run of the server."""
         name, streams = self._robot.name, self._connection.jetstream()
         with suppress(Error, TimeoutError):
             await streams.delete_stream(_stream_of(name))
@@ -245,7 +245,7 @@ class PublishedRobot:
             await self._connection.close()
 
     def _begin(self) -> None:
-        """Follow the robot's messages from the beginning: NATS is there, perhaps again."""
+        """Follow the robot's messages from the beginning, at first and when NATS is back."""
         if self._task is not None:
             self._task.cancel()
         assert self._connection is not None, "it is open"
@@ -256,14 +256,14 @@ class PublishedRobot:
         while subscription is None:
             try:
                 subscription = await streams.subscribe(subject_of(self._robot), ordered_consumer=True)
-            except (Error, TimeoutError):  # there is no such stream so far
+            except (Error, TimeoutError):  # there is no such stream yet
                 await asyncio.sleep(AGAIN)
         async for heard in subscription.messages:
             with suppress(RecordError):  # of a later version
                 self._hear(_reader.read(heard.data))
 
     def _hear(self, message: messages.ServerMessage) -> None:
-        """Take a message. Those before the first welcome belong to a beginning that is not kept any more."""
+        """Take a message. Those before the first welcome are of no use without their beginning."""
         before = self._far.welcome
         if isinstance(message, messages.Welcome):
             self._anew = self._anew or before is None or before.life != message.life
@@ -272,7 +272,7 @@ class PublishedRobot:
         elif isinstance(message, messages.Replaced) and not self._anew:
             mirror = self._far.mirror
             if mirror is not None and not mirror.lost and mirror.seq == message.number:
-                return  # it came for others
+                return  # it was repeated for later viewers
         self._far.learn(message)
         if isinstance(message, messages.Replaced):
             self._anew = False

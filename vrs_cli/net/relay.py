@@ -1,8 +1,9 @@
-"""The connections of pages to a robot that is served elsewhere, through a server of this machine.
+"""Relay connections of pages to a robot that is served elsewhere, through a server of this machine.
 
-Whoever knows the secret of the page's address may open a connection here. Each connection of a page has one to the
-robot, with the token of the robot, which stays here; so each page is a holder of its own. Frames pass unchanged, and
-one message is added: `preview`, what is expected of the commands on their way (`overheard.py`).
+Whoever knows the secret of the page's address may open a connection here. For each page the relay opens a connection to
+the robot with the robot's token, which stays here; so each page is a user of its own. Frames pass unchanged, and one
+message is added: `preview`, the expected effects of the commands on their way. A page holds the timeline but cannot
+plan, so the relay reads the frames of both directions and predicts (`RelayedEnd`).
 """
 
 from __future__ import annotations
@@ -25,15 +26,12 @@ from websockets.asyncio.server import ServerConnection as PageSocket
 from websockets.exceptions import ConnectionClosed
 
 from vrs_cli.errors import NonexistentFile, RequestRefused
-from vrs_cli.interfaces.port.port import Expected
 from vrs_cli.net import messages
 from vrs_cli.net.client import LOOPBACK, OPENING, UNREACHED, address_of, no_answer, open_socket, tls_for
 from vrs_cli.net.course_teller import CourseThread, Cut, Heard
 from vrs_cli.net.delivery_log import Outbox
 from vrs_cli.net.far_end import Ahead, FarEnd
-from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.page_data import MESH
-from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, HELLO_SECONDS, ClientConnection, ConnectionState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
@@ -84,16 +82,16 @@ class LookAhead(ClientMessage, frozen=True, tag="ahead"):
     ahead: str | Number = PRESENT
 
     def value(self) -> float | Ahead | None:
-        """None if it is no choice."""
+        """Return the choice; None if it is not a valid one."""
         if isinstance(self.ahead, str):
             return next((one for one in Ahead if one.value == self.ahead), None)
         return self.ahead if self.ahead >= 0.0 else None
 
 
-class OverheardConnection(ClientConnection):
-    """The client's end of a connection whose requests somebody else sends. It reads what the robot says, and sends
-    pings and requests for a snapshot only. `cell`: put around a robot whose server tells none. `passed`: the last frame
-    as the page is to have it; None: it is the answer to such a ping. `surrounded`: the robot is in that cell.
+class RelayedConnection(ClientConnection):
+    """The client's end of a connection whose requests the page sends. It reads the robot's messages, and sends only
+    pings and requests for a snapshot. `cell`: for a robot whose server has none. `passed`: the last frame, as it is
+    passed on to the page; None: the answer to such a ping. `surrounded`: the robot is in `cell`.
     """
 
     def __init__(self, cell: dict[str, Any] | None = None) -> None:
@@ -103,20 +101,20 @@ class OverheardConnection(ClientConnection):
         self._pings = set[float]()  # when those without an answer were sent
 
     def begin_with(self, hello: messages.Hello) -> None:
-        """Take the hello that somebody else says on a new socket."""
+        """Begin on a new socket with the hello of the page."""
         self.hello, self.state, self.why = hello, ConnectionState.WELCOME, ""
         self._outbox = Outbox(BACKLOG)
         self._outbox.encoding = hello.format
         self._pings.clear()
 
     def send(self, message: ClientMessage) -> None:
-        """Raises RequestRefused without a connection."""
+        """Send a message. Raises RequestRefused without a connection."""
         if isinstance(message, messages.Ping):
             self._pings.add(message.sent)
         super().send(message)
 
     def receive(self, frame: Frame) -> list[ServerMessage]:
-        """Return the message of a frame; none if it cannot be read here. Pongs of others say nothing of clocks here."""
+        """Return the message of a frame; none if it cannot be read, or is the answer to a ping of the page."""
         self.passed = frame
         if self.state not in (ConnectionState.WELCOME, ConnectionState.OPEN):
             return []
@@ -143,27 +141,27 @@ class OverheardConnection(ClientConnection):
         return [message]
 
 
-class OverheardEnd(FarEnd):
-    """The client's side of a robot that a page holds. `ahead`: at first. `cell`: as in OverheardConnection."""
+class RelayedEnd(FarEnd):
+    """The client's side of a robot that a page holds. `ahead`: the first setting. `cell`: as in RelayedConnection."""
 
-    connection: OverheardConnection
+    connection: RelayedConnection
 
     def __init__(
         self, wall: Callable[[], float], ahead: float | Ahead = Ahead.PRESENT, cell: dict[str, Any] | None = None
     ) -> None:
-        connection = OverheardConnection(cell)
+        connection = RelayedConnection(cell)
         super().__init__(connection.hello, wall, connection)
         self.ahead = ahead
         self._told: PreviewMessage | None = None
 
     def begin(self, hello: messages.Hello) -> None:
-        """Hear the page's hello on a new socket."""
+        """Begin on a new socket with the hello of the page."""
         self.connection.begin_with(hello)
         self._told = None
 
     def hear_page(self, message: ClientMessage) -> ClientMessage:
-        """Hear a message of the page, and return what to send to the robot: it says when a motion or a wish for a
-        dragged tool was issued.
+        """Take a message of the page; return it for the robot, with the issue time of a motion or of a target for a
+        dragged tool.
         """
         match message:
             case messages.Request():
@@ -175,12 +173,12 @@ class OverheardEnd(FarEnd):
         return message
 
     def hear_robot(self, frame: Frame) -> Frame | None:
-        """Hear a frame of the robot; return it as the page is to have it, None if it is not for the page."""
+        """Take a frame of the robot; return it for the page, None if it is not for the page."""
         self.receive(frame)
         return self.connection.passed
 
     def learn(self, message: ServerMessage) -> None:
-        """Take what a message says of the robot, and of commands whose ends the page will not hear."""
+        """Update the robot's state by a message; forget commands whose ends the page will not get."""
         if isinstance(message, messages.Welcome) and self.preview is not None:
             for fate in message.fates:
                 if fate.outcome in LOST:
@@ -188,34 +186,37 @@ class OverheardEnd(FarEnd):
         super().learn(message)
 
     def news_of_preview(self) -> PreviewMessage | None:
-        """Return what is expected now; None if that was told already, or nothing is known of the robot."""
-        if self.mirror is None or self.preview is None or self.mirror.lost or self.refusal is not None:
+        """Return the present expectations; None if the page knows them, or nothing is known of the robot."""
+        mirror = self.mirror
+        if mirror is None or self.preview is None or mirror.lost or self.refusal is not None:
             return None
-        now = self._previewed(self.mirror, self.preview)
-        if now == self._told:
-            return None
-        self._told = now
-        return now
-
-    def _previewed(self, mirror: Mirror, preview: Preview) -> PreviewMessage:
-        plan, motions, dragged = preview.plan, Motions(), self._drag_effect
+        plan, motions, dragged = self.preview.plan, Motions(), self._drag_effect
         follows = dragged is not None and dragged.begin is not None and dragged.begin <= self.heard_time
         expected = plan.expected if dragged is None or follows else (*plan.expected, dragged)
-        return PreviewMessage(
+        now = PreviewMessage(
             mirror.seq,
             tuple(delta_record(mirror.whole(delta), motions) for delta in plan.deltas),
-            tuple(_expected_record(one) for one in expected),
+            tuple(
+                ExpectedRecord(
+                    one.id,
+                    one.text,
+                    one.issued,
+                    one.begin,
+                    "" if one.refused is None else str(one.refused),
+                    one.planned,
+                )
+                for one in expected
+            ),
             follows,
             self.flags.windows,
             round(self.round_trip, ROUND_TRIP_DIGITS),
             self.ahead if isinstance(self.ahead, float) else self.ahead.value,
             self.near,
         )
-
-
-def _expected_record(one: Expected) -> ExpectedRecord:
-    refused = "" if one.refused is None else str(one.refused)
-    return ExpectedRecord(one.id, one.text, one.issued, one.begin, refused, one.planned)
+        if now == self._told:
+            return None
+        self._told = now
+        return now
 
 
 MAX_REMEMBERED = 20  # connections of pages that may come back after a cut
@@ -226,16 +227,16 @@ _from_page: Reader[messages.FromClient | LookAhead] = Reader(messages.FromClient
 
 
 class _Direct(HTTPRedirectHandler):
-    """Follows no redirection: a server may not lead this machine elsewhere."""
+    """Follows no redirection, so that a server cannot make this machine ask another one."""
 
     def redirect_request(self, *_: object) -> None:
-        """Have the redirection raised as an HTTPError."""
+        """Return None: the redirection is raised as an HTTPError."""
 
 
 class Relay:
-    """Relays connections to `robot` at `url`. `token`, `name`: as the server there is told. `secret`: what pages say
-    instead of the token. `window`: so many seconds of the past are asked for; None: as many as the page wants. `cell`:
-    what is around the robot, where its server tells nothing; its parts are followed from the begin of the timeline.
+    """Relays connections to `robot` at `url`. `token`, `name`: for the server there. `secret`: pages send it in place
+    of the token. `window`: seconds of the past to ask for; None: as many as the page wants. `cell`: around a robot
+    whose server has none; its parts are computed from the begin of the timeline.
     """
 
     def __init__(
@@ -255,7 +256,7 @@ class Relay:
         self._tls = tls_for(self.url, ca)
         self._secret, self._token, self._name, self._ahead, self._window = secret, token, name, ahead, window
         self._cell = cell
-        self._ends: dict[str, OverheardEnd] = {}  # by the key of the connection, the oldest first
+        self._ends: dict[str, RelayedEnd] = {}  # by the key of the connection, the oldest first
 
     def mesh(self, file: str) -> bytes:
         """Return a mesh of the robot by the last part of its address. In any thread. Raises NonexistentFile."""
@@ -279,7 +280,7 @@ class Relay:
     # --- connections ---
 
     async def serve(self, page: PageSocket) -> None:
-        """Relay one connection of a page from its begin to its end."""
+        """Relay one connection of a page until it ends."""
         with suppress(ConnectionClosed):
             hello = await self._take_hello(page)
             if hello is not None:
@@ -287,7 +288,7 @@ class Relay:
                 await page.send(encode(messages.Closing(why), hello.format))
 
     async def _take_hello(self, page: PageSocket) -> messages.Hello | None:
-        """Return the page's hello; None if it may not enter, which it is told."""
+        """Return the page's hello; if the page may not enter, tell it and return None."""
         try:
             async with asyncio.timeout(HELLO_SECONDS):
                 frame = await page.recv()
@@ -330,25 +331,22 @@ class Relay:
             return no_answer(self.url, error)[0]
         finally:
             end.cut()
-            self._remember(end)
+            if end.welcome is not None:
+                self._ends[end.welcome.connection] = end
+                if len(self._ends) > MAX_REMEMBERED:
+                    del self._ends[next(iter(self._ends))]
 
-    def _end(self, hello: messages.Hello) -> OverheardEnd:
-        """Return what heard the connection before the cut, or a new one."""
+    def _end(self, hello: messages.Hello) -> RelayedEnd:
+        """Return the end of the connection that the hello resumes, or a new one."""
         known = None if hello.resume is None else self._ends.pop(hello.resume.connection, None)
-        return known or OverheardEnd(time.monotonic, self._ahead, self._cell)
-
-    def _remember(self, end: OverheardEnd) -> None:
-        if end.welcome is not None:
-            self._ends[end.welcome.connection] = end
-            if len(self._ends) > MAX_REMEMBERED:
-                del self._ends[next(iter(self._ends))]
+        return known or RelayedEnd(time.monotonic, self._ahead, self._cell)
 
 
 class _Link:
-    """One connection of a page, and that to the robot."""
+    """One connection of a page, and its connection to the robot."""
 
     def __init__(
-        self, page: PageSocket, robot: RobotSocket, end: OverheardEnd, encoding: Encoding, window: float | None
+        self, page: PageSocket, robot: RobotSocket, end: RelayedEnd, encoding: Encoding, window: float | None
     ) -> None:
         self._page, self._robot, self._end, self._encoding, self._window = page, robot, end, encoding, window
         self._wanted = False  # the course of the world
@@ -359,12 +357,12 @@ class _Link:
         self._failed: list[Exception] = []  # in the thread of the course
 
     async def forward(self) -> None:
-        """Pass on what the page sends."""
+        """Pass the page's messages on to the robot."""
         async for frame in self._page:
             try:
                 message = _from_page.read(frame)
             except RecordError:
-                await self._robot.send(frame)  # the robot says what is wrong with it
+                await self._robot.send(frame)  # the server will say what is wrong
                 continue
             match message:
                 case LookAhead():
@@ -378,15 +376,15 @@ class _Link:
             await self._tell()
 
     def _with_window(self, wanted: messages.Subscribe) -> messages.Subscribe:
-        """The timeline has to begin with a snapshot where it is not known here."""
+        """Return a subscription with the window of this relay, and with a snapshot if none is known here."""
         self._wanted = wanted.world
         window = wanted.window if self._window is None else self._window
         if self._end.connection.surrounded:
-            window = None  # where parts are follows from all that was done
+            window = None  # the places of parts follow from the whole timeline
         return replace(wanted, window=window, after=wanted.after if self._end.mirror is not None else None)
 
     async def backward(self) -> None:
-        """Pass on what the robot sends."""
+        """Pass the robot's messages on to the page."""
         async for frame in self._robot:
             passed = self._end.hear_robot(frame)
             if passed is not None:
@@ -396,7 +394,7 @@ class _Link:
             self._woken.set()
 
     async def keep(self) -> None:
-        """Send pings when they are due, and the course of parts."""
+        """Send pings when they are due, and the course of the world."""
         while True:
             self._end.look()
             await self._send()
@@ -413,13 +411,13 @@ class _Link:
             await self._robot.send(frame)
 
     async def _tell(self) -> None:
-        """Tell the page what is expected, if that has changed."""
+        """Send the page the expectations, if they have changed."""
         news = self._end.news_of_preview()
         if news is not None:
             await self._page.send(encode(news, self._encoding))
 
     async def _tell_course(self) -> None:
-        """Tell the page what it has not heard of the parts in the cell that the server does not know."""
+        """Send the page new parts of the course of the world, for a cell that the server does not know."""
         end = self._end
         if not (self._wanted and end.connection.surrounded) or end.mirror is None or end.mirror.world is None:
             return

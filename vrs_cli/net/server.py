@@ -1,4 +1,4 @@
-"""The server: sockets that lead to robots. It moves bytes, and decides nothing."""
+"""Serve robots over sockets: move bytes between connections and rooms, and take no decisions for robots."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from typing import Any, cast
 from urllib.parse import unquote
 
 from msgspec import Struct
-from websockets.asyncio.server import Server as Listening
 from websockets.asyncio.server import ServerConnection as Socket
 from websockets.asyncio.server import broadcast, serve
 from websockets.exceptions import ConnectionClosed, NegotiationError
@@ -260,7 +259,7 @@ class Server:
             names,
             place.origins,
             self._find,
-            self._names,
+            lambda grant: (*self.hub.names(grant),),  # `run` sets the hub
             lambda grant, name: (self.hub.choose(grant, name), *self.hub.own_names(grant)),
             self._mesh,
             tell,
@@ -269,7 +268,7 @@ class Server:
         )
 
     def wake(self, name: str) -> None:
-        """Have a robot's messages sent: it has said something. In any thread."""
+        """Send the new messages of a robot. In any thread."""
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._pump, name)
 
@@ -308,29 +307,22 @@ class Server:
             ticking = asyncio.create_task(self._tick())
             await stop.wait()
             ticking.cancel()
-            await self._take_leave(listening)
-
-    async def _take_leave(self, listening: Listening) -> None:
-        """Tell every client that the server ends."""
-        for task in self._broadcasts.values():
-            task.cancel()
-        for link in tuple(self._links):
-            link.connection.close("the server ends")
-            link.flush()
-        listening.close()
-        await listening.wait_closed()
+            for task in self._broadcasts.values():
+                task.cancel()
+            for link in tuple(self._links):
+                link.connection.close("the server ends")
+                link.flush()
+            listening.close()
+            await listening.wait_closed()
 
     # --- sockets ---
 
     async def _answer_request(self, socket: Socket, request: Request) -> Response | None:
-        """Answer a request. Refuse a connection to an unknown address, or if there are too many, before it is made."""
+        """Answer an HTTP request; None opens a connection. Refuses one to an unknown address, or one too many."""
         if len(self._links) >= self._allowance.connections:
             return http.refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
         assert isinstance(socket, http.HttpSocket)
         return await self._http.answer(socket, request)
-
-    def _names(self, grant: Grant) -> tuple[str, ...]:
-        return self.hub.names(grant)
 
     def _mesh(self, name: str, file: str) -> bytes:
         """Return a mesh of a robot. Raises NonexistentFile, and what makes the mesh fail."""
@@ -341,7 +333,7 @@ class Server:
         raise NonexistentFile(file)
 
     async def _serve(self, socket: Socket) -> None:
-        """Serve one connection from its begin to its end."""
+        """Serve one connection until it ends."""
         assert isinstance(socket, http.HttpSocket)
         socket.let_in()
         if (relay := self._relays.get(_robot_in_path(socket))) is not None:
@@ -400,7 +392,7 @@ class Server:
                 room.leave(client)
 
     async def _wait_for_share(self, client: ClientSession) -> None:
-        """Carry out the waiting requests of a client in their time, whether it is still connected or not."""
+        """Carry out the parked requests of a client when they are due, even after a cut."""
         try:
             while (left := client.unpark()) is not None:
                 client.flush()
@@ -409,7 +401,7 @@ class Server:
             del self._waiting[client]
 
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
-        """Let a client in, or tell why not."""
+        """Add a client to its robot, or tell it why not."""
         try:
             grant = self._grant(link, hello)
             name = self.hub.choose(grant, self._wanted_robot(link, hello))
@@ -432,7 +424,7 @@ class Server:
             self.board.tell()
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
-        """Return what a client may do, by its token or, of a page of this server, by its cookie. Raises
+        """Return the grant of a client, by its token or, for a page of this server, by its cookie. Raises
         RequestRefused.
         """
         token, socket = hello.token, link.socket
@@ -472,11 +464,11 @@ class Server:
                 self._due[name].set()
 
     def _follow(self, name: str) -> None:
-        """Broadcast from a robot from now on, if that has not begun yet."""
+        """Begin to broadcast from a robot, if that has not begun yet."""
         if name not in self._due:
             self._due[name] = asyncio.Event()
             room = self.hub.rooms[name]
-            room.pump()  # what it has said before anybody was there to be woken
+            room.pump()  # messages from before anybody could be woken
             for hear in self.opened:
                 hear(room)
             self._broadcasts[name] = asyncio.create_task(self._broadcast(name))
@@ -515,7 +507,7 @@ class Server:
                     self._guard(self.board.tell)
 
     def _guard(self, act: Callable[[], None]) -> bool:
-        """Call `act`; report an internal error, and let all else go on. Return whether there was none."""
+        """Call `act`; report an internal error and go on. Return whether there was none."""
         try:
             act()
         except Exception as error:
@@ -529,12 +521,17 @@ class Server:
             self._tell(internal_error(error).text)
 
     def _look_at_tokens(self) -> None:
-        """Read the tokens again if their file has changed, and drop the users whose token has ended."""
+        """Read the token file again if it has changed; drop users whose token has ended."""
         tokens = self._tokens
         if tokens is None:
             return
         if tokens.look():
-            self._dropping = asyncio.create_task(self._drop_forgotten())
+
+            async def drop_forgotten() -> None:
+                for room in await asyncio.to_thread(self.hub.drop_forgotten):
+                    await self._end(room)
+
+            self._dropping = asyncio.create_task(drop_forgotten())
         if tokens.wrong and tokens.wrong != self._told:
             self._tell(tokens.wrong)
         self._told = tokens.wrong
@@ -548,13 +545,8 @@ class Server:
                     client.flush()
                 room.leave(client)
 
-    async def _drop_forgotten(self) -> None:
-        """Close the robots of tokens that are no longer in the file."""
-        for room in await asyncio.to_thread(self.hub.drop_forgotten):
-            await self._end(room)
-
     def begin_anew(self, name: str, why: str) -> None:
-        """Close a robot; who holds it is told why, and finds a new one. In any thread."""
+        """Close a robot and open it again: its users are told why, and connect to the new one. In any thread."""
 
         async def begin() -> None:
             room = await asyncio.to_thread(self.hub.take_away, name)
@@ -570,7 +562,7 @@ class Server:
             asyncio.run_coroutine_threadsafe(begin(), self._loop)
 
     async def _end(self, room: Room) -> None:
-        """Close a robot that was taken away."""
+        """Close a robot that was removed from the hub."""
         if (task := self._broadcasts.pop(room.name, None)) is not None:
             task.cancel()
         self._due.pop(room.name, None)
