@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from io import StringIO
 from pathlib import Path
 
@@ -51,15 +50,6 @@ def test_a_transcript_as_a_page(tmp_path: Path) -> None:
     assert page.endswith("</pre></body></html>\n")
     assert "&lt;hallo&gt;" in page
     assert f'<span style="color:#eb0000;">*Undefined value* nowhere ({HINT})</span>' in page
-
-
-def test_a_transcript_as_a_cast(tmp_path: Path) -> None:
-    header, *events = [json.loads(line) for line in logged(tmp_path / "s.cast").splitlines()]
-    assert header["version"] == 2
-    times = [time for time, _, _ in events]
-    assert times == sorted(times)
-    assert {kind for _, kind, _ in events} == {"o"}
-    assert any(text == f"\x1b[38;2;235;0;0m*Undefined value* nowhere ({HINT})\x1b[0m\r\n" for _, _, text in events)
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,9 @@
-"""Write replies as HTML, Markdown and LaTeX, and sessions as transcripts: text, HTML, or a cast for asciinema."""
+"""Write replies as HTML, Markdown and LaTeX, and sessions as transcripts: text or HTML."""
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from html import escape
 from itertools import groupby
 from math import ceil, floor
@@ -178,51 +177,32 @@ def _latex_text(text: str) -> str:
     return "".join(_LATEX.get(one, one) for one in text.strip())
 
 
-CAST_COLUMNS, CAST_ROWS = 100, 30  # size of a cast in characters
-CAST_PAGE = Page(CAST_COLUMNS, unicode=True)
+TRANSCRIPT_PAGE = Page(100, unicode=True)
 
 
 class TranscriptFormat(NamedTuple):
-    """The parts of a transcript: its beginning, its end, and a function that writes a line with its time [s]."""
+    """The parts of a transcript: its beginning, its end, and a function that writes a line."""
 
     begin: str
-    line: Callable[[TextLine, float], str]
+    line: Callable[[TextLine], str]
     end: str
 
 
-def _cast_line(line: TextLine, seconds: float) -> str:
-    """Return an event of asciicast v2 (docs.asciinema.org/manual/asciicast/v2)."""
-    drawn = "".join(_ansi(text, ink) for text, ink in line.pieces)
-    return json.dumps([round(seconds, 3), "o", f"{drawn}\r\n"]) + "\n"
-
-
-def _ansi(text: str, ink: Ink) -> str:
-    colour, bold = COLOURS[ink]
-    codes = ["1"] * bold
-    if colour:
-        codes.append(f"38;2;{int(colour[1:3], 16)};{int(colour[3:5], 16)};{int(colour[5:7], 16)}")
-    return f"\x1b[{';'.join(codes)}m{text}\x1b[0m" if codes else text
-
-
-TEXT_FORMAT = TranscriptFormat("", lambda line, _seconds: f"{line.text}\n", "")
+TEXT_FORMAT = TranscriptFormat("", lambda line: f"{line.text}\n", "")
 HTML_FORMAT = TranscriptFormat(
     '<!DOCTYPE html>\n<html><head><meta charset="utf-8"><title>vrs</title></head><body><pre>\n',
-    lambda line, _seconds: f"{pieces_html(line.pieces)}\n",
+    lambda line: f"{pieces_html(line.pieces)}\n",
     "</pre></body></html>\n",
 )
-CAST_FORMAT = TranscriptFormat(
-    json.dumps({"version": 2, "width": CAST_COLUMNS, "height": CAST_ROWS, "title": "vrs"}) + "\n", _cast_line, ""
-)
-FORMATS: Mapping[str, TranscriptFormat] = {".html": HTML_FORMAT, ".htm": HTML_FORMAT, ".cast": CAST_FORMAT}
 
 
 class Transcript:
     """A transcript file that is being written. Raises OSError."""
 
-    def __init__(self, path: Path, clock: Callable[[], float]) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self._clock, self._begun, self._open_line = clock, clock(), ""
-        self._format = FORMATS.get(path.suffix.lower(), TEXT_FORMAT)
+        self._open_line = ""
+        self._format = HTML_FORMAT if path.suffix.lower() in (".html", ".htm") else TEXT_FORMAT
         self._stream: TextIO = path.open("w", encoding="utf-8", newline="\n")
         self._put(self._format.begin)
 
@@ -230,7 +210,7 @@ class Transcript:
         self._line(TextLine(((prompt, Ink.NOTE), (text, Ink.HEADING))))
 
     def reply(self, reply: Reply) -> None:
-        for one in block_lines(blocks(reply, CAST_PAGE), CAST_COLUMNS):
+        for one in block_lines(blocks(reply, TRANSCRIPT_PAGE), TRANSCRIPT_PAGE.width):
             self._line(one)
 
     def type(self, text: str) -> None:
@@ -247,7 +227,7 @@ class Transcript:
 
     def _line(self, one: TextLine) -> None:
         shown = TextLine(tuple((visible(text), ink) for text, ink in one.pieces))
-        self._put(self._format.line(shown, self._clock() - self._begun))
+        self._put(self._format.line(shown))
 
     def _put(self, text: str) -> None:
         self._stream.write(text)

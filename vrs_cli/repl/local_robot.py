@@ -139,7 +139,7 @@ class LoggedTerminal:
                 self._failed(before.path, error)
         if path is not None:
             try:
-                self.transcript = Transcript(path, time.monotonic)
+                self.transcript = Transcript(path)
             except OSError as error:
                 raise FileError(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
         return None if before is None else before.path

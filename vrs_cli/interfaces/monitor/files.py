@@ -298,7 +298,7 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
         log(path)
         yield Message(f"{path} takes down what is typed and answered; LOG alone ends it")
     elif (done := log(None)) is None:
-        raise UsageError("no LOG is written", "LOG session.txt begins one; .html and .cast are other forms")
+        raise UsageError("no LOG is written", "LOG session.txt begins one; LOG session.html keeps colours")
     else:
         yield Message(f"{done} is complete")
 

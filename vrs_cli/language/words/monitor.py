@@ -173,7 +173,7 @@ _OURS = (
     Word("SAVE file", "", "write the trajectory to a file", "SAVE demo.vrst"),
     Word("REPLAY file", "", "play a trajectory file", "REPLAY demo.vrst"),
     Word("LOG [file]", "",
-        "take down what is typed and answered: text, .html, or .cast for asciinema; bare: no more", "LOG session.html"),
+        "take down what is typed and answered: text or .html; bare: no more", "LOG session.html"),
     _observer("HISTORY [n]", "", "the lines that were typed, or the last n of them", "HISTORY 20"),
     _observer("EXIT", "", "leave the shell", "EXIT"),
     _observer("QUIT", "", "leave the shell", "QUIT"),
