@@ -113,7 +113,7 @@ def test_hand_may_touch_what_it_takes_while_its_fingers_close() -> None:
     session, _ = picked()
     engine = session.engine
     course = World(engine.arm, session.driver.cell).course(engine.timeline)
-    taken = next(t for t, name in course.moves(0.0, engine.end) if course.held(t) == name)
+    taken = next(t for t, name in course.moves(0.0, engine.end) if course.held_part(t) == name)
     *_, last = stages(engine.timeline, course, 0.0, taken - 0.01)
     assert last.gripped == {"cube"}
 
@@ -123,7 +123,7 @@ def test_hand_may_touch_what_it_takes_though_another_part_moves_meanwhile(monkey
     engine = session.engine
     course = World(engine.arm, session.driver.cell).course(engine.timeline)
     moves = course.moves(0.0, engine.end)
-    taken = next(t for t, name in moves if course.held(t) == name)
+    taken = next(t for t, name in moves if course.held_part(t) == name)
     monkeypatch.setattr(course, "moves", lambda *_: [(taken - 0.02, "other"), *moves])
     found = list(stages(engine.timeline, course, 0.0, engine.end))
     assert [stage.gripped for stage in found if stage.end <= taken] == [{"cube"}] * 2

@@ -17,7 +17,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.replies import Message, Reply
 from vrs_cli.values.results import RunResult
 
-LONGEST = 10.0  # [s] that a peer waits: no test comes near
+PEER_TIMEOUT_S = 10.0  # [s] that a peer waits: no test comes near
 Peer = Callable[[socket.socket], None]
 
 
@@ -49,7 +49,7 @@ class Door(RecordingTerminal):
     def leave(self) -> None:
         """All have ended, and nothing has gone wrong with them."""
         for thread in self.threads:
-            thread.join(LONGEST)
+            thread.join(PEER_TIMEOUT_S)
             assert not thread.is_alive()
         assert not self.faults, self.faults
 
@@ -65,7 +65,7 @@ def client(dialogue: Peer) -> Callable[[int], None]:
 
 
 def connected(port: int) -> socket.socket:
-    return socket.create_connection(("127.0.0.1", port), LONGEST)
+    return socket.create_connection(("127.0.0.1", port), PEER_TIMEOUT_S)
 
 
 def exchange(line: socket.socket, said: bytes, size: int) -> bytes:
@@ -83,7 +83,7 @@ def heard(line: socket.socket, size: int) -> bytes:
 
 def live_session(door: Door, outside: Outside | None = None, rate: float = 1.0) -> Session:
     clock = WallClock(time.monotonic, time.sleep, rate)
-    return Session(door, clock=clock, outside=outside or Sockets(patience=LONGEST * rate))
+    return Session(door, clock=clock, outside=outside or Sockets(patience=PEER_TIMEOUT_S * rate))
 
 
 def run(door: Door, *lines: str, outside: Outside | None = None, rate: float = 1.0) -> tuple[Session, RunResult]:

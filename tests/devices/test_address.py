@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.devices.device import LONGEST, Address, read_address
+from vrs_cli.devices.device import MAX_LINE_BYTES, Address, read_address
 from vrs_cli.errors import IllegalValue
 
 
@@ -15,7 +15,7 @@ from vrs_cli.errors import IllegalValue
         ("/LOCAL_PORT11000 /CLIENTS 1 /BUFFER_SIZE 512", Address("", 11000, 1, 512)),  # as $ENCODE may write it
         ("/local_port = 0 /clients=5", Address("", 0, 5)),
         ("127.0.0.1 /REMOTE_PORT 3000", Address("127.0.0.1", 3000)),
-        ("/REMOTE_PORT 3000 cell-7.example", Address("cell-7.example", 3000, 1, LONGEST)),
+        ("/REMOTE_PORT 3000 cell-7.example", Address("cell-7.example", 3000, 1, MAX_LINE_BYTES)),
         ("::1 /REMOTE_PORT 3000", Address("::1", 3000)),
     ],
 )

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from vrs_cli.devices.device import ENOUGH, FULL, YET, Address, Arrival, Device, DeviceEvent, Outside, Waits
+from vrs_cli.devices.device import CONFIRM_BYTES, FULL, YET, Address, Arrival, Device, DeviceEvent, Outside, Waits
 from vrs_cli.errors import DeviceNotReady, FileNotOpened, FileOpened, NetworkClosed, NoDataReceived
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
@@ -25,8 +25,8 @@ class Stand(Outside):
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
         self.asked.append(("ask", device, handle) if ask else ("send", device, handle, data))
 
-    def consumed(self, device: str, handle: int, count: int) -> None:
-        self.asked.append(("consumed", device, handle, count))
+    def confirm_read(self, device: str, handle: int, count: int) -> None:
+        self.asked.append(("confirm_read", device, handle, count))
 
     def release(self, device: str, handle: int) -> None:
         self.asked.append(("release", device, handle))
@@ -45,7 +45,7 @@ def device(stand: Stand) -> Device:
     one = Device("TCP", "TCP", stand)
     one.begin()
     one.open_at("/LOCAL_PORT 7 /CLIENTS 3 /BUFFER_SIZE 16")
-    assert one.dialled() is None
+    assert one.dial_result() is None
     return one
 
 
@@ -161,9 +161,9 @@ def test_nothing_has_come(device: Device) -> None:
 
 def test_what_was_read_makes_room_now_and_then(device: Device, stand: Stand) -> None:
     arrive(device, DeviceEvent.OPENED)
-    come(device, 1, b"123456789012345\n" * (ENOUGH // 16))
+    come(device, 1, b"123456789012345\n" * (CONFIRM_BYTES // 16))
     lines(device)
-    assert stand.asked == [("consumed", NAME, 1, ENOUGH)]
+    assert stand.asked == [("confirm_read", NAME, 1, CONFIRM_BYTES)]
 
 
 def test_a_program_that_writes_more_than_its_peer_takes_waits(device: Device, stand: Stand) -> None:
@@ -199,13 +199,13 @@ def test_opening_and_closing(device: Device, stand: Stand) -> None:
 def test_a_connection_that_is_asked_for(stand: Stand) -> None:
     device = Device("TCP", "TCP", stand)
     device.open_at("h /REMOTE_PORT 7")
-    assert device.dialled() is YET
+    assert device.dial_result() is YET
     device.arrive(Arrival("TCP:h:7", DeviceEvent.REFUSED, code=NetworkClosed.code))
-    assert device.dialled() is None
+    assert device.dial_result() is None
     assert (device.status, device.open) == (NetworkClosed.code, False)
     device.open_at("h /REMOTE_PORT 7")
     device.arrive(Arrival("TCP:h:7", DeviceEvent.OPENED))
-    assert device.dialled() is None
+    assert device.dial_result() is None
     assert device.status == SUCCESS
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.devices.peers import LONGEST, Door, client, run
+from tests.devices.peers import PEER_TIMEOUT_S, Door, client, run
 from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.devices.device import Arrival, DeviceEvent
@@ -113,7 +113,7 @@ def dialogue(line: socket.socket) -> None:
 def test_a_recording_gives_the_same_again(tmp_path: Path) -> None:
     file = str(tmp_path / "units.jsonl")
     door = Door(client(dialogue))
-    live, first = run(door, *SERVER, outside=DeviceRecording(Sockets(patience=LONGEST * 50), file), rate=50.0)
+    live, first = run(door, *SERVER, outside=DeviceRecording(Sockets(patience=PEER_TIMEOUT_S * 50), file), rate=50.0)
     assert first.fault is None
     again = []
     for _ in range(2):
@@ -128,7 +128,9 @@ def test_a_recording_gives_the_same_again(tmp_path: Path) -> None:
 
 def test_a_program_that_writes_something_else_is_told_of_once(tmp_path: Path) -> None:
     file = str(tmp_path / "units.jsonl")
-    run(Door(client(dialogue)), *SERVER, outside=DeviceRecording(Sockets(patience=LONGEST * 50), file), rate=50.0)
+    run(
+        Door(client(dialogue)), *SERVER, outside=DeviceRecording(Sockets(patience=PEER_TIMEOUT_S * 50), file), rate=50.0
+    )
     session = Session(terminal := RecordingTerminal(), outside=read_script(file))
     load(session, *(line.replace('"at ', '"since ') for line in SERVER))
     session.execute("main")

@@ -121,7 +121,7 @@ def everything(course: WorldCourse) -> dict[str, object]:
         changes.append(change)
     found["changes"], found["notes"], found["moves"] = changes, course.notes, course.moves(-inf, end)
     found["states"] = [course.state(name, end) for name in course.parts()]
-    found["held"] = course.held(end)
+    found["held"] = course.held_part(end)
     return found
 
 
@@ -199,7 +199,7 @@ class WorldSession(EventSession):
         r, engine = self.random, self.engine
         course, end = self.world.course(engine.timeline), engine.timeline.end
         standing = sorted(course.standing(end).items())
-        if course.held(end) is None and standing:
+        if course.held_part(end) is None and standing:
             _, T = r.choice(standing)
             self.hand(1.0)
             self.move(
@@ -251,7 +251,7 @@ class WorldSession(EventSession):
             assert part.state(name, t) == whole.state(name, t)
             assert part.T_tool_part(t) == whole.T_tool_part(t)
         for t in [begins, *(self.random.uniform(begins, end) for _ in range(8))]:
-            assert part.held(t) == whole.held(t)
+            assert part.held_part(t) == whole.held_part(t)
             assert [part.signal(number, t) for number in COMPUTED] == [whole.signal(number, t) for number in COMPUTED]
             assert part.next_change(t, end) == whole.next_change(t, end)
             assert part.standing(t) == whole.standing(t)

@@ -128,7 +128,7 @@ class ToldSession(WorldSession):
                 if pose is not None:
                     assert max(abs(a - b) for a, b in zip(pose, state.pose, strict=True)) < 1e-12, (name, t)
             grip = drawn.row("grips", "", t)
-            assert (grip.part if grip else None) == course.held(t)
+            assert (grip.part if grip else None) == course.held_part(t)
             assert (grip.opening if grip else 0.0) == course.opening(t)
             for number in self.world.settings.computed:
                 change = drawn.row("signal", number, t)

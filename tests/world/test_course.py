@@ -38,8 +38,8 @@ def test_a_part_between_the_fingers_is_carried_from_the_moment_they_arrive() -> 
     closed = arm.events[1].time
     assert (rests.kind, held.kind, held.begin) == (SpanKind.RESTS, SpanKind.HELD, closed + 0.05)
     assert course.state("box", closed) == PartState(rests.T, False, "table", True)
-    assert course.held(closed + 0.04) is None
-    assert course.held(closed + 0.05) == "box"
+    assert course.held_part(closed + 0.04) is None
+    assert course.held_part(closed + 0.05) == "box"
     tip = arm.engine.timeline.end
     assert distance(course.pose("box", tip), course.tool(tip)) < 1e-12
 
@@ -49,8 +49,8 @@ def test_a_hand_that_is_told_again_to_close_takes_the_part() -> None:
     closing = arm.events[-1].time
     arm.hand(0, closing + 0.02).do("DELAY 0.1")
     course = course_of(arm, TABLE, BOX)
-    assert course.held(closing + 0.06) is None
-    assert course.held(closing + 0.071) == "box"
+    assert course.held_part(closing + 0.06) is None
+    assert course.held_part(closing + 0.071) == "box"
     assert course.notes == ()
 
 
@@ -134,7 +134,7 @@ def test_the_fingers_stop_at_the_part_that_they_take() -> None:
         wide,
         empty + 0.05,
     )
-    assert [course.held(t) for t in times] == [None, None, "box", "box", "box", None, "box", None, None]
+    assert [course.held_part(t) for t in times] == [None, None, "box", "box", "box", None, "box", None, None]
     assert [course.opening(t) for t in times] == pytest.approx([1.0, 1.0, 0.4, 0.4, 0.4, 1.0, 0.4, 1.0, 0.0])
 
 

@@ -7,7 +7,7 @@ import pytest
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.values.world import BoxShape, CellScene
-from vrs_cli.world.history import balanced, below, floor_height
+from vrs_cli.world.history import below, floor_height, is_balanced
 from vrs_cli.world.solids import Bounds, Solids, bounds, solids_of
 
 BLOCK = solids_of(BoxShape((0.1, 0.1, 0.1)))
@@ -29,9 +29,9 @@ def test_the_highest_body_below_carries_and_bodies_of_one_height_do_so_together(
 
 def test_a_body_is_balanced_above_what_carries_it_or_between() -> None:
     T = translation(0.0, 0.0, 0.1)
-    assert balanced(BLOCK, T, [at(0.04, 0.0)[1:]])
-    assert not balanced(BLOCK, T, [at(0.06, 0.0)[1:]])
-    assert balanced(BLOCK, T, [at(0.06, 0.0)[1:], at(-0.06, 0.0)[1:]])
+    assert is_balanced(BLOCK, T, [at(0.04, 0.0)[1:]])
+    assert not is_balanced(BLOCK, T, [at(0.06, 0.0)[1:]])
+    assert is_balanced(BLOCK, T, [at(0.06, 0.0)[1:], at(-0.06, 0.0)[1:]])
 
 
 def test_the_floor_is_what_the_robot_stands_on() -> None:

@@ -126,7 +126,7 @@ class Batch(Struct, frozen=True):
 
     @property
     def source(self) -> Source:
-        """The first file."""
+        """Return the first file."""
         return self.sources[0]
 
     @property
@@ -247,7 +247,7 @@ class Batch(Struct, frozen=True):
         return station
 
     def _limits(self) -> Limits:
-        """The limits of the options; the usual ones where none is given."""
+        """Return the limits of the options; the usual ones where none is given."""
         options = self.options
         own = OWN if options.realtime is None else ATTENDED
         if options.allow_net or options.serial:
@@ -258,7 +258,7 @@ class Batch(Struct, frozen=True):
         )
 
     def _program(self, station: Station) -> str:
-        """The program asked for, or the first of the file. Raises CommandLineError."""
+        """Return the program asked for, or the first of the file. Raises CommandLineError."""
         environment = station.environment
         if not environment.programs:
             raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
@@ -275,7 +275,7 @@ class Batch(Struct, frozen=True):
             raise CommandLineError(what, hint) from None
 
     def _main(self, station: Station) -> str:
-        """The program main, or the only one that no other calls. Raises CommandLineError."""
+        """Return the program main, or the only one that no other calls. Raises CommandLineError."""
         programs = station.environment.programs
         called = frozenset[str]().union(*(one.analysis.calls - {key} for key, one in programs.items()))
         free = [one.name for key, one in programs.items() if key not in called]
@@ -300,7 +300,7 @@ class Batch(Struct, frozen=True):
         return FAILED
 
     def _file(self, source: Source) -> Object:
-        """The file of an error, where there are several."""
+        """Return the file of an error, where there are several."""
         return {"file": source.path} if len(self.sources) > 1 else {}
 
     def _owner(self, program: str) -> Source:
@@ -441,7 +441,7 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
 
 
 def _contact_object(motion: str, contact: Contact) -> Object:
-    """A contact that was told, with the text of its motion."""
+    """Return a contact that was told, with the text of its motion."""
     return {
         "motion": motion,
         "t": round_to_ns(contact.t),
@@ -453,7 +453,7 @@ def _contact_object(motion: str, contact: Contact) -> Object:
 
 
 def _part_object(course: WorldCourse, name: str, t: float) -> Object:
-    """A part at a time [s]; one that falls then, where it comes to lie."""
+    """Return a part at a time [s]; one that falls then, where it comes to lie."""
     last = course.spans(name, t)[-1]
     state = course.state(name, max(t, last.end) if last.end < inf else t)
     place = pose_object(state.pose) if state.exists else {"xyz_mm": None, "oat_deg": None}
@@ -469,7 +469,7 @@ def _object(
     line: int | None = None,
     numbers: Mapping[str, object] = NO_NUMBERS,
 ) -> Object:
-    """An error or a warning, with the numbers behind it where there are any [m, rad]."""
+    """Return an error or a warning, with the numbers behind it where there are any [m, rad]."""
     place = {"program": program, "step": step, "line": line}
     return {"severity": severity.value, "code": code, "message": message, **place, **numbers}
 

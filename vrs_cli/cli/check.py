@@ -136,7 +136,7 @@ def mended(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> F
 
 
 def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """The mends of which none stands in another: of two such the one that begins first."""
+    """Yield the mends of which none stands in another: of two such the one that begins first."""
     line, end = 0, 0
     for one in found:
         span = one.span
@@ -220,7 +220,7 @@ class Unreadable(Struct, frozen=True):
 
 
 def _groups(options: Namespace) -> Iterable[tuple[Source, ...] | Unreadable]:
-    """The name spaces: each file with those that it names (`; with: lib.v2`), or all files together."""
+    """Return the name spaces: each file with those that it names (`; with: lib.v2`), or all files together."""
     files = program_files(options.files)
     groups, unreadable = list[tuple[Source, ...]](), list[Unreadable]()
     for path in files:
@@ -257,7 +257,7 @@ def _findings(
 def _found(
     source: Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
-    """All errors in a text, and the warnings that are wanted. Programs of files beside it may be called."""
+    """Return all errors in a text, and the warnings that are wanted. Programs of files beside it may be called."""
     parts = inspector.read(text, source.name)
     everything = inspector.inspect(parts, beside)
     if source.is_file and any(one.code == UndefinedName.code for one in everything):
@@ -308,7 +308,7 @@ def _watch(options: Namespace, model: RobotModel) -> int:
 
 
 def _state(named: Sequence[str]) -> object:
-    """A value that is another one when a file has changed."""
+    """Return a value that is another one when a file has changed."""
     try:
         files = [(path, stamp(Path(path))) for path in program_files(named)]
         return [(path, stamp(Path(path))) for file in files for path in (file[0], *_files_named_in(*file))]
@@ -318,7 +318,7 @@ def _state(named: Sequence[str]) -> object:
 
 @cache
 def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
-    """The files that belong to one (`; with: lib.v2`), read again when it has changed."""
+    """Return the files that belong to one (`; with: lib.v2`), read again when it has changed."""
     with suppress(FileError):
         return tuple(source.path for source in sources_of((path,), samples=False)[1:])
     return ()
@@ -361,7 +361,7 @@ def _tell(source: Source, text: str, options: Namespace) -> None:
 
 
 def _difference(path: str, before: str, after: str) -> Iterable[str]:
-    """The lines of `diff -u`, which `patch -p0` takes."""
+    """Yield the lines of `diff -u`, which `patch -p0` takes."""
     from difflib import unified_diff
 
     for line in unified_diff(list(StringIO(before)), list(StringIO(after)), path, path):

@@ -93,7 +93,7 @@ class Parser(argparse.ArgumentParser):
         return formatter.format_help()
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
-        """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
+        """Return the values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
         # `--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number
         pairs = zip(arguments, [*arguments[1:], ""], strict=False)
         bare = ("--realtime=1" if one == "--realtime" and isnan(float_of(next_)) else one for one, next_ in pairs)
@@ -129,7 +129,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
-    """A hint: the known word or option that is near, or where all are listed."""
+    """Return a hint: the known word or option that is near, or where all are listed."""
     names = {one.lstrip("-"): one for one in known}  # their dashes make no two options alike
     near = nearest(word.lstrip("-"), names)
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
@@ -175,15 +175,16 @@ def _described(row: OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
 
 
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
-    """The dialect of the option DIALECT."""
+    """Return the dialect of the option DIALECT."""
     from vrs_cli.values.diagnostics import Dialect
 
     return Dialect[options.dialect.upper()]
 
 
 def chosen_robot(options: argparse.Namespace, named: str | None = None) -> RobotModel:
-    """The robot of the options ROBOT, else the one `named` by a program file, else the usual one; what was
-    decided though its file does not say it is told on standard error. Raises VrsError."""
+    """Return the robot of the options ROBOT, else the one `named` by a program file, else the usual one; what was
+    decided though its file does not say it is told on standard error. Raises VrsError.
+    """
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
     model = load_robot(options.robot or named or USUAL_ROBOT, Ends(options.base, options.tip), options.task)
@@ -210,7 +211,7 @@ def teller(prog: str) -> Callable[[str], None]:
 
 
 def clock_of(rate: float | None) -> WallClock | None:
-    """A clock that keeps real time; None where time is the robot's own."""
+    """Return a clock that keeps real time; None where time is the robot's own."""
     if rate is None:
         return None
     import time

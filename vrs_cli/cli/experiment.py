@@ -215,7 +215,7 @@ def _shares(row: ExperimentRow) -> tuple[str, ...]:
 
 
 def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]:
-    """The errors of each strategy as text; dashes where the robot has not moved."""
+    """Return the errors of each strategy as text; dashes where the robot has not moved."""
     return tuple(f"{of(error):.3f}" if row.moved else "-" for error in row.outcome.errors.values())
 
 
@@ -245,7 +245,7 @@ def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
 
 
 def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: float) -> float:
-    """The value at x, between its neighbours."""
+    """Return the value at x, between its neighbours."""
     right = min(max(bisect_right(at, x), 1), len(at) - 1)
     part = (x - at[right - 1]) / (at[right] - at[right - 1])
     return values[right - 1] + part * (values[right] - values[right - 1])

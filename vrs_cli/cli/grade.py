@@ -61,7 +61,7 @@ def _order(one: Submission) -> tuple[str, str]:
 
 
 def _places(name: str) -> Iterable[Path]:
-    """The files, and the folders of one student, that a word of the command line means."""
+    """Return the files, and the folders of one student, that a word of the command line means."""
     path = Path(name)
     if not os.path.lexists(path) and set(name) & set("*?["):
         found = [one for each in sorted(glob(name, recursive=True)) for one in _places(each)]
@@ -80,7 +80,7 @@ def _places(name: str) -> Iterable[Path]:
 
 
 def _programs_below(folder: Path) -> list[Path]:
-    """The program files of a student's folder; links to folders are not followed."""
+    """Return the program files of a student's folder; links to folders are not followed."""
     return sorted(
         Path(here, name)
         for here, _, names in os.walk(folder)
@@ -90,7 +90,7 @@ def _programs_below(folder: Path) -> list[Path]:
 
 
 def _students(paths: list[Path]) -> list[str]:
-    """A name for each path: as short as can be, so that no two are the same."""
+    """Return a name for each path: as short as can be, so that no two are the same."""
     depth, names = 1, list[str]()
     while depth <= 64:
         names = ["/".join((*path.parts[-depth:-1], _own_name(path))) for path in paths]
@@ -108,7 +108,7 @@ def _own_name(path: Path) -> str:
 
 
 def _text_of_name(name: str) -> str:
-    """A file name as text: bytes that are no characters are told as such."""
+    """Return a file name as text: bytes that are no characters are told as such."""
     return os.fsencode(name).decode(errors="backslashreplace")[-MAX_NAME_CHARS:]
 
 
@@ -246,7 +246,7 @@ def _yielded(options: Namespace, grader: Grader, submissions: Sequence[Submissio
 
 
 def _given(exercise: Exercise) -> Iterator[str]:
-    """The program texts that students get with an exercise."""
+    """Yield the program texts that students get with an exercise."""
     for name in ("given.v2", "start.v2"):
         path = Path(exercise.folder, "exercise", name)
         if path.is_file():

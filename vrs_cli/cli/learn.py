@@ -48,7 +48,7 @@ def learn(options: Namespace) -> int:
 
 
 def _progress_file() -> Path | None:
-    """The file that keeps where the user is; None where there is no home."""
+    """Return the file that keeps where the user is; None where there is no home."""
     try:
         return state_folder(os.environ) / PROGRESS
     except RuntimeError:

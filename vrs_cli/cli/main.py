@@ -87,7 +87,7 @@ def _prepare_streams() -> None:
 
 
 def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
-    """The subcommand, what to call it in messages, and its arguments. Options alone are the shell's."""
+    """Return the subcommand, what to call it in messages, and its arguments. Options alone are the shell's."""
     if not arguments or arguments[0].startswith("-"):
         return "shell", "vrs", arguments
     name = arguments[0]
@@ -147,7 +147,7 @@ PAGES: Mapping[str, Callable[[], int]] = {
 
 
 def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
-    """The status of a subcommand, with every way in which it can end."""
+    """Return the status of a subcommand, with every way in which it can end."""
     try:
         with ending():
             status = subcommand()

@@ -473,7 +473,7 @@ USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
 
 
 def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
-    """The delays of both ways, with a name. Raises CommandLineError."""
+    """Yield the delays of both ways, with a name. Raises CommandLineError."""
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     if options.forward or options.backward:
         if options.delay or options.jitter:

@@ -72,14 +72,16 @@ def _where_measured(options: Namespace, recording: Recording) -> None:
 
 
 def _reports(options: Namespace, recording: Recording) -> MeasuredTimeline:
-    """The reports of a file. Raises CommandLineError if there is none."""
+    """Return the reports of a file. Raises CommandLineError if there is none."""
     if not recording.measured:
         raise CommandLineError(f"{options.file} has no measured reports", "leave --measured out")
     return recording.measured
 
 
 def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
-    """The way that a body reported, as a timeline. Raises CommandLineError if there is none, or it is too long."""
+    """Return the way that a body reported, as a timeline. Raises CommandLineError if there is none, or it is too
+    long.
+    """
     measured = _reports(options, recording)
     if len(measured) > MAX_MEASURED:
         what = f"{options.file} has {len(measured)} reports, and {MAX_MEASURED} are played at most"
@@ -206,7 +208,7 @@ def formats() -> Mapping[str, Exporter]:
 
 
 def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:
-    """The format asked for, or the one that the file's ending says."""
+    """Return the format asked for, or the one that the file's ending says."""
     if asked is not None:
         if asked not in formats:
             raise CommandLineError(f"unknown format {asked}", f"known: {', '.join(formats)}")

@@ -33,8 +33,8 @@ TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # as `vrs class token` tells one: NAM
 
 
 def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0) -> Client:
-    """A client that is to be opened; news of its connection go to stderr. Raises CommandLineError for
-    what is no address, and for a file that cannot be read, FileError.
+    """Return a client that is to be opened; news of its connection go to stderr. Raises CommandLineError for what is no
+    address, and for a file that cannot be read, FileError.
     """
     hello = hello_of(token_of(options.token_file), name=options.name, behind=behind, attended=attended)
     try:

@@ -43,8 +43,8 @@ def run(options: Namespace) -> int:
 
 
 def _files(options: Namespace) -> list[str]:
-    """The files that are named. The last of several words is the name of a program, unless it is a program file, a
-    folder or a pattern. Raises CommandLineError.
+    """Return the files that are named. The last of several words is the name of a program, unless it is a program file,
+    a folder or a pattern. Raises CommandLineError.
     """
     for name in options.files:
         if (kind := _NO_PROGRAMS.get(os.path.splitext(name)[1].lower())) is not None:

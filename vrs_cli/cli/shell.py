@@ -36,7 +36,7 @@ def shell(options: Namespace) -> int:
 
 
 def _source(options: Namespace) -> Source | None:
-    """The program file to load first, if there is one that can be read."""
+    """Return the program file to load first, if there is one that can be read."""
     if options.file is None:
         return None
     try:
@@ -46,7 +46,7 @@ def _source(options: Namespace) -> Source | None:
 
 
 def _robot(options: Namespace, source: Source | None) -> RobotModel | None:
-    """The one that is asked for; None leaves it to the file that is written on."""
+    """Return the one that is asked for; None leaves it to the file that is written on."""
     if options.robot is not None:
         return chosen_robot(options)
     if options.base is not None or options.tip is not None:

@@ -37,7 +37,7 @@ class Source(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """The name of the file without its folder and ending; empty if it is none."""
+        """Return the name of the file without its folder and ending; empty if it is none."""
         return os.path.splitext(os.path.basename(self.path))[0] if self.is_file else ""
 
     def shown(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
@@ -57,8 +57,8 @@ class Source(Struct, frozen=True):
 
 
 def read_source(path: str, *, samples: bool = True) -> Source:
-    """A program file, or standard input for `-`. `samples`: the name of a sample program of vrs is one too, where no
-    file of this name is here. Raises NonexistentFile, FileError, FileDamaged.
+    """Return a program file, or standard input for `-`. `samples`: the name of a sample program of vrs is one too,
+    where no file of this name is here. Raises NonexistentFile, FileError, FileDamaged.
     """
     from vrs_cli.files.opening import FREE
     from vrs_cli.files.program_file import decode_program, find_program_file, read_program_file
@@ -71,8 +71,8 @@ def read_source(path: str, *, samples: bool = True) -> Source:
 
 
 def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = True) -> tuple[Source, ...]:
-    """The files of one name space: those of the paths, and those that comments in them name (`; with: lib.v2`), each
-    once. `closed`: these are in the folder of the file. `samples`: as in `read_source`. Raises FileError.
+    """Return the files of one name space: those of the paths, and those that comments in them name (`; with: lib.v2`),
+    each once. `closed`: these are in the folder of the file. `samples`: as in `read_source`. Raises FileError.
     """
     from vrs_cli.files.program_file import project_of
 
@@ -92,8 +92,8 @@ def are_together(named: Sequence[str], files: Sequence[str], project: bool) -> b
 
 
 def robot_of(prog: str, source: Source) -> str | None:
-    """The built-in robot that a program file names (`; robot: cobra600`). Of any other a note is told: which files are
-    read, the command line says.
+    """Return the built-in robot that a program file names (`; robot: cobra600`). Of any other a note is told: which
+    files are read, the command line says.
     """
     from vrs_cli.kinematics.robot_file import robot_names
     from vrs_cli.language.text.source import named_above
@@ -108,8 +108,8 @@ def robot_of(prog: str, source: Source) -> str | None:
 
 
 def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
-    """The file of the cell of a run, and who names it: --cell, or the program. With --sandbox a program names only
-    files of its own folder. Raises FileOutside.
+    """Return the file of the cell of a run, and who names it: --cell, or the program. With --sandbox a program names
+    only files of its own folder. Raises FileOutside.
     """
     from vrs_cli.files.opening import Folder
     from vrs_cli.files.program_file import cell_of_program
@@ -124,8 +124,8 @@ def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
 
 
 def program_files(named: Iterable[str]) -> tuple[str, ...]:
-    """The files that a command line names, each once: a file as it is, all program files in a folder and below it, all
-    that a pattern fits (`cell/*.v2`, `**/*.pg`). Raises NonexistentFile for a folder or a pattern without any.
+    """Return the files that a command line names, each once: a file as it is, all program files in a folder and below
+    it, all that a pattern fits (`cell/*.v2`, `**/*.pg`). Raises NonexistentFile for a folder or a pattern without any.
     """
     return tuple(dict.fromkeys(path for name in named for path in _meant(name)))
 
@@ -176,7 +176,8 @@ def is_recording(name: str) -> bool:
 
 
 def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = True) -> Recording:
-    """The trajectory of a file, with a bar on a terminal; where it is `told`, stderr hears what is wrong with it.
+    """Return the trajectory of a file, with a bar on a terminal; where it is `told`, stderr hears what is wrong with
+    it.
 
     Raises FileError.
     """
@@ -193,7 +194,9 @@ def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = 
 
 
 def position_object(position: Position, units: JointUnits) -> dict[str, list[float] | list[str]]:
-    """A position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`; `joint_units` where a joint slides."""
+    """Return a position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`; `joint_units` where a joint
+    slides.
+    """
     return {
         "joints_deg": [tidy(number) for number in units.shown(position.joints)],
         **units.told(len(position.joints)),
@@ -202,7 +205,7 @@ def position_object(position: Position, units: JointUnits) -> dict[str, list[flo
 
 
 def pose_object(T: Transform) -> dict[str, list[float]]:
-    """A pose as JSON objects tell it: `xyz_mm`, `oat_deg`."""
+    """Return a pose as JSON objects tell it: `xyz_mm`, `oat_deg`."""
     return {
         "xyz_mm": [tidy(1000.0 * x) for x in (T.px, T.py, T.pz)],
         "oat_deg": [tidy(degrees(angle)) for angle in to_oat(T)],

@@ -81,7 +81,7 @@ def _takes_address(options: Namespace) -> str | None:
 
 @contextmanager
 def _lines(path: str) -> Iterator[Iterable[str]]:
-    """The lines of a file, or of standard input as they come. Raises NonexistentFile."""
+    """Return the lines of a file, or of standard input as they come. Raises NonexistentFile."""
     try:
         stdin = path == STANDARD_STREAM
         opened = nullcontext(sys.stdin) if stdin else open(path, encoding="utf-8", errors="replace")  # noqa: SIM115
@@ -98,7 +98,7 @@ def _read(stream: TextIO) -> Iterator[str]:
 
 
 def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
-    """The joints at which a recording begins at time 0; None (READY) where it does not."""
+    """Return the joints at which a recording begins at time 0; None (READY) where it does not."""
     joints = first.target
     if first.t > 0.0 or isinstance(joints, Transform) or joints_outside(joints, model.lower, model.upper):
         return None
@@ -106,7 +106,7 @@ def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
 
 
 def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[str, float, float]]:
-    """Unit, root mean square and maximum of the errors, for each kind of joint that the robot has [deg, mm]."""
+    """Return unit, root mean square and maximum of the errors, for each kind of joint that the robot has [deg, mm]."""
     told = (
         (JointKind.REVOLUTE, "deg", degrees(1.0), following.turning),
         (JointKind.PRISMATIC, "mm", 1e3, following.sliding),
@@ -130,7 +130,7 @@ class _Run:
 
     @property
     def source(self) -> str:
-        """The name of the stream in messages."""
+        """Return the name of the stream in messages."""
         return "standard input" if self.live else str(self.options.file)
 
     def run(self) -> int:

@@ -74,7 +74,7 @@ def view(options: Namespace) -> int:
 
 
 def _world(options: Namespace, arm: RobotArm) -> World | None:
-    """The world of --cell, for pictures on the terminal. Raises FileError."""
+    """Return the world of --cell, for pictures on the terminal. Raises FileError."""
     if options.cell is None:
         return None
 

@@ -1,12 +1,12 @@
-"""The first contact of an arm, and of what it holds, with itself and with what stands around it.
+"""Find the first contact of an arm and of its held part, with themselves and with the things around them.
 
-The search goes from pose to pose. At each it asks for the distances of all pairs that are near, and goes on to the time
-at which the first of them can have touched, or one that is not near (`Sweep`). So it looks often where something is
-near, and seldom elsewhere. A touch is deeper than `DEEP`, for a solid is known no better than that.
+The search goes from pose to pose. At each pose it asks for the distances of all near pairs. It goes on to the earliest
+time at which one of them can touch, or a pair that is not near can (`Sweep`). So it looks often where something is
+near, and seldom elsewhere. A touch must be deeper than `DEEP`, because solids are not known more exactly.
 
-Some pairs do not count. Neighbours in the arm, and links that touch at READY or at NEST, where the arm may stand. The
-hand and the part that it grips. A pair that touches when the search begins, or when its part is taken, put down or
-comes into the scene, counts once it has come apart.
+Some pairs do not count: neighbours in the arm, links that touch at READY or at NEST, and the hand with the part that it
+grips. A pair that touches when the search begins, or when its part is taken, put down or brought, counts after it has
+come apart.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ BENT = 1e-4  # [m] a body is no farther from where it is on a straight line betw
 CLOSE = 6e-4  # [m] pairs so near to what counts are looked at with the exact joints
 TICK = 5e-4  # [s] the shortest step
 LOOK = 5e-3  # [s] between looks for the deepest touch
-MOST_LOOKS = 50
+MAX_LOOKS = 50
 SLOTS = 32  # for parts near the arm
 
 Pair = tuple[int, int]  # two owners, the smaller one first
@@ -51,8 +51,8 @@ STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
 
 
 class Checker:
-    """Finds contacts of an arm in a scene. `clearance` [m]: two things that come nearer than that count as well.
-    `allow`: the names of pairs that do not count; the last link is also called hand.
+    """Finds contacts of an arm in a scene. `clearance`: things that come nearer than this also count [m]. `allow`: the
+    names of pairs that do not count; the last link is also called hand.
 
     Owners are numbers with `names`: the links, the floor, the fixtures, then the parts, from `first_part` on.
     """
@@ -77,7 +77,7 @@ class Checker:
         self._physics: Physics | None = None
 
     def physics(self, slots: int = 0) -> Physics:
-        """Return the model, with at least so many slots for parts."""
+        """Return the model, with at least `slots` slots for parts."""
         if self._physics is None or slots > self._slots:
             counts = [len(solids) for solids in self.solids.values()]
             self._slots = min(max(slots, 2 * self._slots, SLOTS), sum(counts))
@@ -105,17 +105,17 @@ class Checker:
         return self._physics
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> Contact | None:
-        """Return the first contact between two times [s]; None where there is none. `course`: of the parts."""
+        """Return the first contact between two times [s], None if there is none. `course`: of the parts."""
         return self.first_in(timeline, stages(timeline, course, begin, end))
 
     def first_changed(self, before: Course, after: Course, since: float, shift: float) -> Contact | None:
-        """Return the first contact from `since` [s] on of what is otherwise than before an edit, which shifts motions
-        by `shift` [s].
+        """Return the first contact from `since` [s] on of everything that differs from before an edit, which shifts
+        motions by `shift` [s].
         """
         return self.first_in(after[0], changed_stages(before, after, since, shift))
 
     def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
-        """Return the first contact in stages that come one after the other."""
+        """Return the first contact in consecutive stages."""
         before: _Search | None = None
         for stage in stages:
             follows = before is not None and before.stage.end == stage.begin
@@ -127,20 +127,20 @@ class Checker:
         return None
 
     def touching(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> set[int]:
-        """Return the owners that touch at looks every `LOOK` seconds between two times [s], whatever they touched
+        """Return the owners that touch at looks every `LOOK` seconds between two times [s], also those that touched
         before. The hand may touch a part that it holds, or could take, when its motion begins or ends.
         """
         return {owner for one in self.touches(timeline, begin, end, course) for owner in one.owners}
 
     def touches(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> list[OwnersTouch]:
-        """Return what touches when between two times [s], to `LOOK` seconds, whatever it touched before. The hand may
-        touch a part that it holds or takes in the motion under way, or could take when that begins or ends.
+        """Return the touches between two times [s], to `LOOK` seconds, also of owners that touched before. The hand may
+        touch a part that it holds or takes during the motion, or could take at its beginning or end.
         """
         found: dict[Pair, list[OwnersTouch]] = {}
         while begin < end:
             since, finish = under_way(timeline, begin)
             until = min(finish, end)
-            taken = frozenset[str]() if course is None else _handled(course, since, min(finish, timeline.last))
+            taken = frozenset[str]() if course is None else _held_parts(course, since, min(finish, timeline.last))
             for stage in stages(timeline, course, begin, until):
                 search = _Search(self, timeline, stage._replace(gripped=taken), set())
                 search.excused.clear()
@@ -152,14 +152,14 @@ class Checker:
         return sorted(one for several in found.values() for one in several)
 
 
-def _handled(course: WorldCourse, begin: float, end: float) -> frozenset[str]:
+def _held_parts(course: WorldCourse, begin: float, end: float) -> frozenset[str]:
     """Return the parts that the hand holds between two times [s], or could take at one of them."""
-    held = {course.held(t) for t in (begin, end, *(t for t, _ in course.moves(begin, end)))}
+    held = {course.held_part(t) for t in (begin, end, *(t for t, _ in course.moves(begin, end)))}
     return frozenset(name for name in (*held, course.graspable(begin), course.graspable(end)) if name is not None)
 
 
 def under_way(timeline: Timeline, t: float) -> tuple[float, float]:
-    """Return when the motion under way at t [s] begins and ends, or the time without motion; infinity for never."""
+    """Return the beginning and the end of the motion at t [s], or of the rest; infinity for never."""
     finish = finish_after(timeline, t)
     if t < finish:
         return start_before(timeline, t), finish
@@ -176,8 +176,8 @@ class OwnersTouch(NamedTuple):
 
 
 class _SolidPair(NamedTuple):
-    """Two solids: their owners, the sums of the way that they come towards each other [m], how near they may come [m],
-    how far apart they are when they have come apart [m], and whether contacts of their owners ever count.
+    """Two solids: their owners, the sums of the way by which they approach each other [m], the distance at which they
+    touch [m] and at which they are apart again [m], and whether their contacts ever count.
     """
 
     owners: Pair
@@ -188,7 +188,7 @@ class _SolidPair(NamedTuple):
 
 
 class _Seen(NamedTuple):
-    """A pair of solids in one pose: their distance [m], and their number in what `Physics.near` returned."""
+    """A pair of solids in one pose: their distance [m], and their number in the result of `Physics.near`."""
 
     distance: float
     number: int
@@ -217,8 +217,8 @@ class _Search:
         self._excuse(changed)
 
     def _room(self) -> tuple[Floats, Floats]:
-        """Sum up how far anything comes at most. Return the corners of the box in which the arm moves, in the robot's
-        frame [m].
+        """Bound how far everything comes. Return the corners of the box in which the arm moves, in the robot's frame
+        [m].
         """
         checker, sweep, n, stage = self.checker, self.sweep, self.n, self.stage
         bodies, between = checker.balls, checker.between
@@ -239,7 +239,7 @@ class _Search:
         return (centres.min(axis=1) - radii).min(axis=0), (centres.max(axis=1) + radii).max(axis=0)
 
     def _place(self, room: tuple[Floats, Floats]) -> None:
-        """Put the arm, the held part, and the parts that stand in a room of the robot into the model."""
+        """Put the arm, the held part, and the parts in a room around the robot into the model."""
         checker, stage = self.checker, self.stage
         near, (low, high) = [], (corner.tolist() for corner in room)
         only = self.only
@@ -263,7 +263,7 @@ class _Search:
     # --- looking ---
 
     def _look(self, t: float, *, exact: bool = True) -> list[_Seen]:
-        """Return the pairs of solids that are near at t, without those that never count."""
+        """Return the near pairs of solids at t, without those that never count."""
         if self.moving_hand:
             self.physics.open_hand(float(np.interp(t, *self.stage.hand)))
         near = self.physics.near(self.sweep.exact_joints(t) if exact else self.sweep.joints(t))
@@ -275,7 +275,7 @@ class _Search:
         ]
 
     def _pair(self, key: int) -> _SolidPair:
-        """Find out once what there is to know of a pair of solids."""
+        """Return the facts about a pair of solids, which are computed once."""
         moving, other = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
         owners, of = self.physics.owners_of(key), (moving, other.link)
         counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
@@ -286,14 +286,14 @@ class _Search:
         return found
 
     def _limit(self, owners: Pair) -> float:
-        """Return how near two owners may come [m]. No clearance is kept by a part that is held, nor by the hand from a
-        part: they are there to be taken and put down.
+        """Return the distance [m] at which two owners touch. The clearance does not hold for a held part, nor between
+        the hand and a part, because the hand takes parts.
         """
         handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
         return -DEEP if handled else self.checker.limit
 
     def _way(self, moving: Bounds, other: int) -> Floats:
-        """Return how far a solid comes towards any of another link, 0 for what stands."""
+        """Return how far a solid approaches the solids of another link; 0 for a solid that stands."""
         if other == 0:
             way = self.sweep.ways([moving])[0]
         else:
@@ -301,14 +301,14 @@ class _Search:
         return np.asarray(way + self.opening) if moving.link == self.n else way
 
     def _bounds(self, number: int) -> Bounds:
-        """Return the bounds of a solid: of one that stands, in the base."""
+        """Return the bounds of a solid; those of a standing one are in the base."""
         known = self.checker.bounds.get(number)
         if known is None:
             known = self.held_bounds if self.physics.owners[number] == self.held else STANDS
         return known
 
     def _excuse(self, changed: set[int] | None) -> None:
-        """Excuse the pairs that touch at the beginning: all of them, or those of the owners that have `changed`."""
+        """Excuse the pairs that touch at the beginning: all of them, or those whose owners have `changed`."""
         for distance, _, pair in self._look(self.stage.begin):
             if distance < pair.apart and (changed is None or changed.intersection(pair.owners)):
                 self.excused.add(pair.owners)
@@ -318,8 +318,8 @@ class _Search:
     def run(self) -> Contact | None:
         """Return the first contact of the stage.
 
-        A pair that touched and slides is looked at ever more seldom. When its distance changes after a long way, it may
-        have come apart and touched again between two looks: the search goes back to the first of them.
+        A pair that touched and slides is looked at less and less often. If its distance changes after a long way, it
+        may have come apart and touched again in between, so the search goes back.
         """
         if self.nothing:
             return None
@@ -353,7 +353,7 @@ class _Search:
             )
 
     def _unclear(self, near: Iterable[_Seen]) -> bool:
-        """Return whether the exact joints decide if a pair touches, or if it has come apart."""
+        """Return whether the exact joints decide if a pair touches or has come apart."""
         excused = self.excused
         return any(
             abs(distance - pair.apart) < BENT if pair.owners in excused else distance - pair.limit < CLOSE
@@ -361,7 +361,7 @@ class _Search:
         )
 
     def _deepest(self, near: Iterable[_Seen]) -> dict[Pair, _Seen]:
-        """Return the two solids of each excused pair that overlap the most: the pair comes apart no sooner than they
+        """Return the two solids of each excused pair that overlap the most: the pair comes apart no earlier than they
         do.
         """
         found: dict[Pair, _Seen] = {}
@@ -372,7 +372,7 @@ class _Search:
         return found
 
     def _ways_apart(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
-        """Return the ways [m] that excused pairs have to go to come apart, and `least` at least, with their sums."""
+        """Return the ways [m] that excused pairs must go to come apart, at least `least`, with their sums."""
         return [
             (pair.sums, max(pair.apart - distance - bent, least))
             for owners, (distance, _, pair) in deepest.items()
@@ -380,7 +380,7 @@ class _Search:
         ]
 
     def _next(self, t: float, ways: Iterable[tuple[list[float], float]], earliest: float) -> float:
-        """Return the earliest time at which one of some ways can be done since t, at most `earliest`."""
+        """Return the earliest time since t at which one of some ways can be done, at most `earliest`."""
         sweep = self.sweep
         first, last = sweep.place(t), sweep.place(earliest) + 1
         for sums, way in ways:
@@ -390,8 +390,8 @@ class _Search:
         return earliest
 
     def touches(self) -> list[OwnersTouch]:
-        """Return what touches when in the stage: looks are `LOOK` seconds apart, or more where nothing can have begun
-        or ended to touch between them.
+        """Return the touches in the stage. Looks are `LOOK` seconds apart, or more if no touch can have begun or ended
+        in between.
         """
         t, end = self.stage.begin, self.stage.end
         since, found = dict[Pair, float](), list[OwnersTouch]()
@@ -407,11 +407,11 @@ class _Search:
             t = min(max(self._next(t, ways, reached), t + LOOK), end)
 
     def _contact(self, t: float, pair: _SolidPair, distance: float, place: Vector) -> Contact:
-        """Return the contact that begins at t. It is followed until its pair has come apart, to find how deep it is."""
+        """Return the contact that begins at t. It is followed until its pair has come apart, to find its depth."""
         checker, end, least, (owners, limit) = self.checker, self.stage.end, distance, (pair.owners, pair.limit)
-        step = max(LOOK, (end - t) / MOST_LOOKS)
+        step = max(LOOK, (end - t) / MAX_LOOKS)
         self.physics.margin(max(limit, 0.0))
-        for k in range(1, min(ceil((end - t) / step), MOST_LOOKS) + 1):
+        for k in range(1, min(ceil((end - t) / step), MAX_LOOKS) + 1):
             near = self._look(min(t + k * step, end), exact=False)
             distance = min((one.distance for one in near if one.pair.owners == owners), default=inf)
             if distance >= limit:

@@ -1,10 +1,10 @@
-"""The one file that imports MuJoCo: a compiled model of an arm and of what stands around it, and its nearest pairs.
+"""The compiled MuJoCo model of an arm and of the things around it, and its nearest pairs.
 
-The package is `mujoco-core`; an installed `mujoco` brings the same module. Three ways of MuJoCo decide how the model is
-built. Bodies that no joint moves are never compared with each other, so the links are moved by joints, and mocap bodies
-are not used. A geom at the origin of its body ignores `geom_pos`, so what changes its place has a body of its own (a
-slot), which is moved by `body_pos`. Two solids are compared where they are nearer than the sum of their margins, and
-their bodies too, so `geom_margin` and `body_margin` are set together.
+The package is `mujoco-core`; an installed `mujoco` brings the same module. Three properties of MuJoCo decide how the
+model is built. Bodies that no joint moves are never compared with each other, so joints move the links, and mocap
+bodies are not used. A geom at the origin of its body ignores `geom_pos`, so a solid that changes its place has its own
+body (a slot), whose `body_pos` moves. Two solids are compared if they are nearer than the sum of their margins, and so
+are their bodies, so `geom_margin` and `body_margin` are set together.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Z = (0.0, 0.0, 1.0)
 
 
 class Ball(NamedTuple):
-    """A ball [m] that holds a body, in the frame of the body."""
+    """A ball around a body, in the frame of the body [m]."""
 
     centre: Vector
     radius: float
@@ -61,7 +61,7 @@ class Bounds(NamedTuple):
 
 
 class Standing(NamedTuple):
-    """A part: its owner, its solids, and T_world_part, or T_flange_part of one that is held."""
+    """A part: its owner, its solids, and T_world_part; T_flange_part if it is held."""
 
     owner: int
     solids: Sequence[Solid]
@@ -69,10 +69,10 @@ class Standing(NamedTuple):
 
 
 class Physics:
-    """An arm in a scene. Owners are numbers: of a link its index, of all else what the caller counts on from there.
+    """An arm in a scene. Owners are numbers: that of a link is its index, the caller counts on from there.
 
-    `fixed`: solids that stay where they are. `kinds`: all solids that may come into one of the `slots` of the scene, or
-    of the `grips` of the hand. `apart`: pairs of links that are not compared.
+    `fixed`: solids that stay at their places. `kinds`: all solids that may come into one of the `slots` of the scene,
+    or of the `grips` of the hand. `apart`: pairs of links that are not compared.
     """
 
     def __init__(
@@ -159,11 +159,11 @@ class Physics:
     # --- placing ---
 
     def place_base(self, T_world_robot: Transform) -> None:
-        """Stand the arm there."""
+        """Set the pose of the arm's base."""
         self._move(self._links[0], compose(T_world_robot, self.model.base))
 
     def open_hand(self, hand: float) -> None:
-        """Open the hand (1), close it (0), or between."""
+        """Set how far the hand is open: 1 open, 0 closed."""
         if hand == self._hand:
             return
         self._hand = hand
@@ -171,7 +171,7 @@ class Physics:
             self._move(body, opened(opens, hand))
 
     def fill(self, standing: Iterable[Standing], held: Standing | None = None) -> None:
-        """Put parts into the slots, in the place of those that were there. There are as many slots as solids."""
+        """Put parts into the slots, in place of the earlier ones. There are as many slots as solids."""
         self._fill(self._slots, [(SCENE, one.owner, one.T, solid) for one in standing for solid in one.solids])
         self._fill(self._grips, [] if held is None else [(ARM, held.owner, held.T, solid) for solid in held.solids])
 
@@ -201,12 +201,12 @@ class Physics:
     # --- looking ---
 
     def margin(self, distance: float) -> None:
-        """Find pairs that are nearer than this [m]."""
+        """Set the distance below which pairs are found [m]."""
         self.m.geom_margin[:] = self.m.body_margin[:] = 0.5 * distance
 
     def near(self, joints: Sequence[float] | Floats) -> list[tuple[int, float]]:
-        """Return the pairs of solids that are nearer than the margin with these joints [rad, m], the arm with itself
-        too: the key of each pair, and how far apart they are [m], below 0 where they overlap.
+        """Return the pairs of solids that are nearer than the margin with these joints [rad, m], also within the arm:
+        the key of each pair and its distance [m], below 0 if they overlap.
         """
         m, d = self.m, self.d
         d.qpos[:] = joints
@@ -286,12 +286,12 @@ def _add_body(parent: Any, name: str, T: Transform) -> Any:
 
 
 def _on_axis(T: Transform) -> bool:
-    """Return whether the z axis of a frame is the z axis of the frame that it is seen from."""
+    """Return whether the z axis of a frame lies on the z axis of its parent."""
     return hypot(T.px, T.py) < ALIKE and hypot(T.ax, T.ay) < ALIKE
 
 
 def around(balls: Sequence[Ball]) -> Ball:
-    """Return a ball around balls; one of no size at the origin around none."""
+    """Return a ball around balls; a ball of no size at the origin if there are none."""
     if not balls:
         return Ball((0.0, 0.0, 0.0), 0.0)
     low, high = ([side(x) for x in zip(*(ball.centre for ball in balls), strict=True)] for side in (min, max))
@@ -306,7 +306,7 @@ def _pose(place: Floats, turn: Floats) -> Transform:
 
 
 def _form(mesh: str, solid: Solid) -> dict[str, Any]:
-    """Return the arguments of a geom."""
+    """Return the arguments with which MuJoCo makes a geom of a solid."""
     form = {"type": TYPES[solid.form], "pos": list(position(solid.pose)), "quat": unit_quaternion(solid.pose)}
     return form | ({"meshname": mesh} if solid.form is SolidForm.HULL else {"size": list(solid.sizes)})
 
@@ -319,7 +319,7 @@ def _add_mesh(spec: Any, name: str, solid: Solid) -> None:
 
 
 def _shelf(kinds: dict[Solid, int]) -> Any:
-    """Compile a model with one of each solid, whose rows are copied into slots."""
+    """Compile a model with one solid of each kind. Slots copy its rows."""
     spec = mujoco.MjSpec()
     for solid, number in kinds.items():
         name = f"kind{number}"

@@ -1,10 +1,9 @@
-"""Convex solids that stand for the links of an arm, and for what is in a scene, when contacts are looked for.
+"""Convex solids that stand for the links of an arm and for the things in a scene, to look for contacts.
 
-A link has the solids of its shapes (`RobotModel.collision`, else its looks, `kinematics.bodies`): a cylinder or a
-capsule stands for itself, a box as the hull of its corners (MuJoCo has a way of its own to compare two boxes, which
-misses some that are near); a cone, a slab and a capsule of two radii stand as the convex hull of points on them; a mesh
-file stands as its convex hull. A link whose mesh cannot be read has capsules along it, as every link of a robot of
-which only the links are known.
+A link has the solids of its shapes (`RobotModel.collision`, else `kinematics.bodies`). A cylinder or a capsule stays
+what it is. A box is the hull of its corners, because MuJoCo's own comparison of boxes misses some that are near. A
+cone, a slab and a capsule of two radii become the convex hull of points on them, a mesh file its convex hull. A link
+whose mesh cannot be read gets capsules along it, as does each link of a robot without shapes.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ SHORT = 1e-9  # [m] no length
 
 
 class SolidForm(Enum):
-    """How the sizes of a solid are read: radius, and half the length along z. A hull has none."""
+    """The form of a solid, which says how its sizes are read: radius, and half the length along z. A hull has none."""
 
     BALL = "ball"
     CAPSULE = "capsule"
@@ -63,7 +62,7 @@ class Solid(NamedTuple):
 
 
 class LinkSolids(NamedTuple):
-    """The solids of a link that move alike: with the link alone, or also as the hand opens (`opens`)."""
+    """The solids of a link that move together: with the link alone, or also as the hand opens (`opens`)."""
 
     link: int
     opens: tuple[Opening, ...]
@@ -100,8 +99,8 @@ def solids_of_shape(shape: Shape) -> tuple[Solid, ...]:
 
 
 def solid_of(body: Body) -> Solid:
-    """Return the solid that stands for a body of a link, in the frame of the link. Raises FileError, FileDamaged for a
-    mesh that cannot be read.
+    """Return the solid for a body of a link, in the frame of the link. Raises FileError, FileDamaged for a mesh that
+    cannot be read.
     """
     match body:
         case Box(size, pose):
@@ -135,13 +134,13 @@ def _upright(form: SolidForm, start: Vector, end: Vector, radius: float) -> Soli
 
 
 def _along_z(place: Vector, way: Vector) -> Transform:
-    """Return a frame at a place with z along a way."""
+    """Return a frame at a place whose z axis is along a way."""
     z = unit(way)
     return frame(any_normal(z), z, place)
 
 
 def _hull(start: Vector, end: Vector, points: Sequence[Vector]) -> Solid:
-    """Return the hull of points in a frame at `start` with z towards `end`."""
+    """Return the hull of points that are given in a frame at `start` with z towards `end`."""
     T = _along_z(start, subtracted(end, start))
     return Solid(SolidForm.HULL, points=tuple(moved_point(T, point) for point in points))
 
@@ -154,7 +153,7 @@ def _circle(radius: float, height: float) -> Iterator[Vector]:
 
 
 def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[Vector]:
-    """Yield points on half a ball about a height, below (-1) or above (1) it."""
+    """Yield points on half a ball about a height, below it (-1) or above it (1)."""
     yield 0.0, 0.0, height + side * radius
     for k in range(4):
         latitude = 0.125 * pi * k
@@ -162,7 +161,7 @@ def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[Vector]:
 
 
 def _slab(body: Slab) -> Iterator[Vector]:
-    """Yield the corners of the hull of two discs, as the page draws it without its bevels."""
+    """Yield the corners of the hull of two discs, as the page draws a slab without its bevels."""
     way, (r1, r2), (t1, t2) = subtracted(body.end, body.start), body.radii, body.thickness
     far, x = length(way), unit(way)
     z = unit(along(body.across, x, -dot(body.across, x)))

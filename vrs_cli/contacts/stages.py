@@ -1,4 +1,4 @@
-"""Stretches of time in which no part changes its state, as a search for contacts goes through them."""
+"""Divide a stretch of time into stages in which no part changes its state, for the search for contacts."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class HeldPart(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """From `begin` to `end` [s]: T_world_part of the parts that stand, and the one in the hand.
+    """A stretch from `begin` to `end` [s]: T_world_part of the parts that stand, and the part in the hand.
 
-    `hand`: times [s], and how far the hand is open then. `changed`: parts that were taken, put down or brought when
-    the stage begins. `gripped`: parts that the hand may touch, because it is about to take them. `only`: contacts are
-    looked for of these parts, and of the hand (`hand_too`); None: of everything.
+    `hand`: times [s], and how far the hand is open then. `changed`: parts that were taken, put down or brought at the
+    beginning. `gripped`: parts that the hand may touch, because it is about to take them. `only`: the parts whose
+    contacts are looked for (None: everything), with the hand if `hand_too`.
     """
 
     begin: float
@@ -46,10 +46,10 @@ class Stage(NamedTuple):
 
 
 def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: float) -> Iterator[Stage]:
-    """Yield the stages between two times [s]. `course`: of the parts; None where there are none."""
+    """Yield the stages between two times [s]. `course`: of the parts, None if there are none."""
     moves = [] if course is None else course.moves(begin, end)
     cuts = sorted({begin, end, *(t for t, _ in moves if t < end), *_new_frames(timeline, begin, end)})
-    held_at = [None if course is None else course.held(t) for t in cuts]
+    held_at = [None if course is None else course.held_part(t) for t in cuts]
     taken = _taken_after(held_at, None if course is None else course.graspable(end))
     for k, (since, until) in enumerate(pairwise(cuts)):
         frames, hand = timeline.locate(since)[0].motion.frames, _hand(timeline, since, until)
@@ -64,8 +64,8 @@ def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: fl
 
 
 def changed_stages(before: Course, after: Course, since: float, shift: float) -> Iterator[Stage]:
-    """Yield the stages from `since` [s] on in which parts or the hand are otherwise than before an edit, which shifts
-    the motions from then on by `shift` [s] and leaves their paths as they are. No stage is longer than a motion.
+    """Yield the stages from `since` [s] on in which parts or the hand differ from before an edit. The edit shifts the
+    motions from then on by `shift` [s], and leaves their paths as they are. No stage is longer than a motion.
     """
     if _go_on_alike(before, after, since, shift):
         return
@@ -85,8 +85,8 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
 
 
 def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> bool:
-    """Return whether hand and parts begin alike and change at the same times: as all follows from that and from the
-    motions, it goes on alike.
+    """Return whether hand and parts begin alike and change at the same times. Then everything goes on alike, because it
+    follows from that and from the motions.
     """
     begun = since - shift
     first, other = (next(stages(*of, t, t + SAME)) for of, t in ((before, begun), (after, since)))
@@ -102,7 +102,9 @@ def _same_rows(rows: Iterable[tuple[float, object]], others: Iterable[tuple[floa
 
 
 def _other_parts(one: Stage, other: Stage) -> set[str]:
-    """Return the parts that stand or are held in another place, or that the hand may touch in one of two stages."""
+    """Return the parts that stand or are held at different places in two stages, or that the hand may touch in only one
+    of them.
+    """
     found = set(one.gripped ^ other.gripped)
     if one.standing != other.standing:
         names = {*one.standing, *other.standing}
@@ -116,7 +118,7 @@ def _same_place(T: Transform | None, U: Transform | None) -> bool:
 
 
 def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[str | None]:
-    """Return the part that is taken next after each time: `graspable` after the last."""
+    """Return the part that is taken next after each time; `graspable` after the last."""
     taken = [graspable]
     for held in reversed(held_at[1:]):
         taken.append(held or taken[-1])
@@ -124,7 +126,7 @@ def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[s
 
 
 def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]:
-    """Yield when TOOL or BASE become other ones between two times [s]."""
+    """Yield the times at which TOOL or BASE change between two times [s]."""
     index = timeline.index_at(begin)
     before = timeline[index].motion.frames
     while index + 1 < len(timeline) and (segment := timeline[index + 1]).start < end:
@@ -135,7 +137,7 @@ def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]
 
 
 def _hand(timeline: Timeline, begin: float, end: float) -> tuple[list[float], list[float]]:
-    """Return how far the hand is open at times between which it moves evenly; the first is not after `begin`."""
+    """Return times, and how far the hand is open then. Between them it moves evenly. The first is not after `begin`."""
     moving, before = list[Event](), None
     for event in _of_hand(timeline, end):
         before = event

@@ -1,11 +1,11 @@
-"""The joints over a stretch of time, and how far the bodies that they move can come in it.
+"""Sample the joints over a stretch of time, and bound how far the bodies that they move can come.
 
-Each body has a ball around it. No point of the body moves farther between two samples than the ball's centre does, and
-the angle by which it turns times the radius; how much faster it can be for a moment follows from the change of its
-speed from sample to sample. Two links move towards each other by no more than the joints between them turn, times
-their levers. The sums of these ways grow with time, so that a search by halving tells when a way may be done: steps
-like that reach the first contact and never pass it (conservative advancement; Mirtich, "Impulse-based dynamic
-simulation of rigid body systems", 1996).
+Each body has a ball around it. Between two samples a point of the body moves no farther than the ball's centre plus the
+angle of the turn times the radius. The change of speed from sample to sample bounds how much faster it can be for a
+moment. Two links approach each other by no more than the turns of the joints between them times their levers. The sums
+of these ways grow with time, so halving finds the time at which a way may be done. Steps of this length reach the first
+contact and never pass it (conservative advancement; Mirtich, "Impulse-based dynamic simulation of rigid body systems",
+1996).
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
 
 
 def levers(model: RobotModel, body: Bounds, other: int) -> tuple[float, ...]:
-    """Return how far points of a body are at most from the axis of each joint between another link and its own [m]: 1
-    for a joint that slides, 0 for all other joints.
+    """Return the greatest distance of points of a body from the axis of each joint between another link and its own
+    [m]: 1 for a joint that slides, 0 for all other joints.
     """
     (link, ball), steps = body, _steps(model)
     far, found = length(ball.centre) + ball.radius, [0.0] * model.joint_count
@@ -80,14 +80,14 @@ def levers(model: RobotModel, body: Bounds, other: int) -> tuple[float, ...]:
 
 @lru_cache
 def _steps(model: RobotModel) -> tuple[Vector, ...]:
-    """Return where the frame of each link is in that of the link before."""
+    """Return the pose of each link's frame in the frame of the link before, at joint 0."""
     return tuple(position(link_pose(model, i, 0.0)) for i in range(1, model.joint_count + 1))
 
 
 class Sweep:
-    """A stretch of a timeline, sampled at `times` [s]: joints `q` (N, n) [rad, m], and how far bodies come in it.
+    """A stretch of a timeline, sampled at `times` [s]: joints `q` (N, n) [rad, m], and bounds on how far bodies come.
 
-    A way is a row (N - 1,): how far a body comes from sample to sample at most [m].
+    A way is a row (N - 1,): how far a body comes at most from each sample to the next [m].
     """
 
     def __init__(self, arm: RobotArm, timeline: Timeline, begin: float, end: float) -> None:
@@ -97,12 +97,12 @@ class Sweep:
         self.q = joints_over(arm, timeline, at)
         self.frames = frames_over(arm.model, self.q)
         self._spans = np.diff(at)
-        self._joint_ways = self._inflated(np.abs(self.q[1:] - self.q[:-1]).T)
+        self._joint_ways = self._inflate(np.abs(self.q[1:] - self.q[:-1]).T)
         # twice the sine of half the angle, which no angle of the way exceeds when it is inflated
         self._turned = np.sqrt(0.5 * np.square(np.diff(self.frames.turns, axis=1)).sum(axis=(2, 3)))
 
-    def _inflated(self, ways: Floats) -> Floats:
-        """Return ways (k, N - 1) with what a speed that changes between two samples adds."""
+    def _inflate(self, ways: Floats) -> Floats:
+        """Return ways (k, N - 1) with an allowance for speed that changes between two samples."""
         if ways.shape[1] < 2:
             return ways
         change = np.abs(np.diff(ways / self._spans, axis=1))
@@ -113,7 +113,7 @@ class Sweep:
         return np.asarray(ways + 0.5 * SAFE * self._spans * most)
 
     def centres(self, link: int, ball: Ball) -> Floats:
-        """Return where the centre of a ball of a link is, in the robot's frame (N, 3) [m]."""
+        """Return the positions of the centre of a ball of a link, in the robot's frame (N, 3) [m]."""
         return np.asarray(self.frames.turns[link] @ np.array(ball.centre) + self.frames.places[link])
 
     def ways(self, bodies: Sequence[Bounds]) -> Floats:
@@ -125,11 +125,11 @@ class Sweep:
         moved = np.diff(centres, axis=1)
         far = np.sqrt(np.einsum("kni,kni->kn", moved, moved))
         radii = np.array([one.ball.radius for one in bodies])
-        return self._inflated(far + radii[:, None] * self._turned[[one.link for one in bodies]])
+        return self._inflate(far + radii[:, None] * self._turned[[one.link for one in bodies]])
 
     def way_between(self, levers: Floats) -> Floats:
-        """Return how far two bodies come towards each other, by the levers of the joints between them: a row of (n,),
-        or rows of (k, n).
+        """Return the way by which two bodies approach each other, from the levers of the joints between them: a row
+        (n,), or rows (k, n).
         """
         return np.asarray(levers @ self._joint_ways)
 
@@ -140,12 +140,12 @@ class Sweep:
         return np.asarray(self.q[k] + part * (self.q[k + 1] - self.q[k]))
 
     def exact_joints(self, t: float) -> Sequence[float]:
-        """Return the joints at t as g has them."""
+        """Return the joints at t, as g gives them [rad, m]."""
         return joints_at(self.arm, self.timeline, t)
 
     def reaches(self, sums: Sequence[float], t: float, way: float) -> float:
-        """Return the earliest time at which so much of a way [m] can have been done since t, at most the end. `sums`:
-        the sums of the way's row, 0 first.
+        """Return the earliest time at which `way` metres can be done since t, at most the end. `sums`: the sums of the
+        way's row, beginning with 0.
         """
         times, k = self.times, self.place(t)
         begun = sums[k] + (t - times[k]) / (times[k + 1] - times[k]) * (sums[k + 1] - sums[k])
@@ -155,17 +155,17 @@ class Sweep:
         return times[k] + (begun + way - sums[k]) / (sums[k + 1] - sums[k]) * (times[k + 1] - times[k])
 
     def place(self, t: float) -> int:
-        """Return the number of the last sample before t, or at it; of the last but one at the end."""
+        """Return the number of the last sample up to t; at the end that of the last but one."""
         return min(bisect_right(self.times, t), len(self.times) - 1) - 1
 
 
 def sums_of(way: Floats) -> list[float]:
-    """Return the sums of a way's row, 0 first."""
+    """Return the sums of a way's row, beginning with 0."""
     return [0.0, *np.cumsum(way).tolist()]
 
 
 def _samples(timeline: Timeline, begin: float, end: float) -> list[float]:
-    """Return times from `begin` to `end`: the ends of all segments, and times between where the arm moves."""
+    """Return times from `begin` to `end`: the ends of all segments, and times between them if the arm moves."""
     times, index = [begin], timeline.index_at(begin)
     while times[-1] < end:
         segment = timeline[index]

@@ -1,5 +1,5 @@
-"""Asks for contacts before an engine commits a motion: with ENABLE COLLISION a motion that touches is refused, without
-it contacts are told, once a motion, where a scene is around the robot.
+"""Look for contacts before an engine commits a motion. With ENABLE COLLISION a motion that touches is refused; without
+it, in a scene, contacts are told once a motion.
 """
 
 from __future__ import annotations
@@ -26,13 +26,12 @@ if TYPE_CHECKING:
 
 
 MM = 1e-3  # [m]
-MOST_TOLD = 1000  # contacts that are kept
+MAX_CONTACTS = 1000  # contacts that are kept
 
 
 class ContactWatch:
-    """Checks the motions of an engine.
-
-    `around` returns the scene and its world, None where there is none. `tell` gets a line for people.
+    """Checks the motions of an engine. `around` returns the scene and its world, or None if there is none. `tell` gets
+    a line for people.
     """
 
     def __init__(
@@ -44,12 +43,14 @@ class ContactWatch:
         self._engine, self._around, self._tell = engine, around, tell
         self._last: Checker | None = None
         self._missing = False  # and said
-        self.contacts = deque[tuple[str, Contact]](maxlen=MOST_TOLD)  # that were told, with the texts of their motions
+        self.contacts = deque[tuple[str, Contact]](
+            maxlen=MAX_CONTACTS
+        )  # that were told, with the texts of their motions
         self._number = 0  # of the motion of the last one
         engine.checks.append(self.check)
 
     def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> None:
-        """Raises CollisionAhead for a change after which something touches, where that is refused."""
+        """Raise CollisionAhead for a change after which something touches, if such changes are refused."""
         found, later = self.of_change(timeline, delta, settings)
         if found is None:
             return
@@ -65,8 +66,8 @@ class ContactWatch:
         self._tell(said)
 
     def of_change(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> tuple[Contact | None, str]:
-        """Return the first contact that a change brings, and on which later motion, as words of a sentence; None too
-        where nothing is checked.
+        """Return the first contact that a change brings, and the later motion of it as words of a sentence; None too if
+        nothing is checked.
         """
         if self._around()[1] is None and not settings.switch("COLLISION"):
             return None, ""
@@ -80,8 +81,8 @@ class ContactWatch:
         return found, f" (on {after.locate(found.t)[0].motion.text})" if found is not None else ""
 
     def _later(self, before: Timeline, after: Timeline, delta: TimelineDelta, settings: Settings) -> Contact | None:
-        """Return the first contact of motions that are only shifted, with what a change gives another place: their
-        paths are what they were, but the hand may hold another part, and parts may stand in their way.
+        """Return the first contact of motions that are only shifted, with what a change moves to another place: the
+        paths stay, but the hand may hold another part, and parts may stand in the way.
         """
         times = [delta.segments[-1].finish] if delta.segments else []
         if not times and delta.events is not None:
@@ -94,8 +95,8 @@ class ContactWatch:
         return checker.first_changed((before, old), (after, new), since, delta.shift)
 
     def ahead(self, move: Move) -> Contact | None:
-        """Return the first contact of a motion that would begin now, with its time from then on; None too for one that
-        the arm cannot do.
+        """Return the first contact of a motion that would begin now, timed from now; None too if the arm cannot do the
+        motion.
         """
         try:
             delta = self._engine.trial(move)
@@ -105,7 +106,7 @@ class ContactWatch:
         return None if found is None else structs.replace(found, t=found.t - delta.executed)
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, settings: Settings) -> Contact | None:
-        """Return the first contact between two times [s]; None too where nothing is checked."""
+        """Return the first contact between two times [s]; None too if nothing is checked."""
         checker = self._checker(settings) if end > begin else None
         if checker is None:
             return None
@@ -113,8 +114,8 @@ class ContactWatch:
         return checker.first_contact(timeline, begin, end, world.course(timeline) if world is not None else None)
 
     def prepare(self, checker: Checker | None = None) -> None:
-        """Load MuJoCo now: while it is imported it may start a process, which programs of somebody else may not.
-        `checker`: one that another robot of the same model has used, for the same scene.
+        """Load MuJoCo now: its import may start a process, which programs of others must not. `checker`: the one of
+        another robot of the same model and scene.
         """
         if find_spec("mujoco") is not None:
             import_module("vrs_cli.contacts.checker")
@@ -122,17 +123,17 @@ class ContactWatch:
 
     @property
     def checker(self) -> Checker | None:
-        """Return what looked for contacts last."""
+        """Return the checker that was used last."""
         return self._last
 
     def tell_missing(self) -> None:
-        """Say once that contacts are not checked where MuJoCo is missing."""
+        """Say once that contacts are not checked because MuJoCo is missing."""
         if not self._missing and find_spec("mujoco") is None:
             self._missing = True
             self._tell(f"contacts are not checked: that needs mujoco-core ({how_to_install('mujoco-core')})")
 
     def _checker(self, settings: Settings) -> Checker | None:
-        """Return what looks for contacts; None where nothing does."""
+        """Return the checker for the present scene; None if contacts are not looked for."""
         scene, refused = self._around()[0], settings.switch("COLLISION")
         if scene.empty and not refused:
             return None
@@ -150,7 +151,7 @@ class ContactWatch:
 
 
 def _end(delta: TimelineDelta) -> float:
-    """Return when the last of what a change brings ends [s]; later motions are shifted alone."""
+    """Return the time at which the changed part ends [s]; later motions are only shifted."""
     events = () if delta.events is None else delta.events.events
     ends = [segment.finish for segment in delta.segments] + [event.time + event.duration for event in events]
     return max(ends, default=delta.cut)

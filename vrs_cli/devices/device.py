@@ -1,8 +1,11 @@
-"""A device to which a unit of a task is attached, with all bytes that have arrived and were not read yet.
+"""The devices outside to which units of tasks are attached, and the bytes that have arrived on them.
 
-Bytes are characters here, code for code, so that a string of V+ holds any. A line ends with LF, CR LF or CR, which are
-no part of it; one that is longer than the longest comes in several. What a peer sends without an end of line, before it
-pauses or closes, is a line, too: V+ reads what has come in one packet.
+Bytes arrive at an instant of the robot's clock, before all that programs do at that instant. So programs that get the
+same arrivals at the same times do the same: a recording is a list of arrivals, and a script stands for peers.
+
+Each byte is one character here, so that a string of V+ holds any bytes. A line ends with LF, CR LF or CR, which are not
+part of it. A line that is longer than the maximum comes in several pieces. Bytes without an end of line, after which a
+peer pauses or closes, are a line too: V+ reads the contents of one packet.
 """
 
 from __future__ import annotations
@@ -31,12 +34,12 @@ from vrs_cli.errors import (
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 TCP, SERIAL = "TCP", "SERIAL:"
-LONGEST = 1024  # bytes of a line where BUFFER_SIZE says nothing
-MOST_CLIENTS = 64
+MAX_LINE_BYTES = 1024  # bytes of a line where BUFFER_SIZE says nothing
+MAX_CLIENTS = 64
 RANGES: Mapping[str, tuple[int, int]] = {
     "LOCAL_PORT": (0, 65535),
     "REMOTE_PORT": (1, 65535),
-    "CLIENTS": (1, MOST_CLIENTS),
+    "CLIENTS": (1, MAX_CLIENTS),
     "BUFFER_SIZE": (1, 32768),
 }
 FORM = '"/LOCAL_PORT 11000 /CLIENTS 1" waits for clients, "127.0.0.1 /REMOTE_PORT 3000" connects'
@@ -44,24 +47,26 @@ PIECE = r"/(?P<key>[A-Z_]+)[\s=]*(?P<number>\d*)|(?P<host>[^\s/]+)"
 
 
 class Address(Struct, frozen=True):
-    """`host`: that of the other program, "" where clients are waited for. `longest` [bytes]: of a line."""
+    """The address of a TCP unit. `host`: the other program's machine, "" to wait for clients. `longest`: the maximum
+    length of a line [bytes].
+    """
 
     host: str
     port: int
     clients: int = 1
-    longest: int = LONGEST
+    longest: int = MAX_LINE_BYTES
 
     @property
     def name(self) -> str:
-        """The name of its unit in a recording."""
+        """Return the name of its unit in a recording."""
         return f"TCP:{self.host}:{self.port}" if self.host else f"TCP:{self.port}"
 
 
 def read_address(how: str) -> Address:
-    """The address at which a unit of TCP is opened, from the text of FOPEN in public V+ programs. Raises IllegalValue.
+    """Return the address in the text of FOPEN, as public V+ programs have it. Raises IllegalValue.
 
-    /LOCAL_PORT 11000 /CLIENTS 5 /BUFFER_SIZE 1024      wait for clients
-    192.168.0.7 /REMOTE_PORT 3000                       connect to another program
+    /LOCAL_PORT 11000 /CLIENTS 5 /BUFFER_SIZE 1024 waits for clients; 192.168.0.7 /REMOTE_PORT 3000 connects to another
+    program.
     """
     numbers: dict[str, int] = {}
     host = ""
@@ -81,7 +86,7 @@ def read_address(how: str) -> Address:
     port = numbers.get("REMOTE_PORT" if host else "LOCAL_PORT")
     if port is None or (not host and "REMOTE_PORT" in numbers):
         raise IllegalValue(f"FOPEN {how!r}", FORM)
-    return Address(host, port, numbers.get("CLIENTS", 1), numbers.get("BUFFER_SIZE", LONGEST))
+    return Address(host, port, numbers.get("CLIENTS", 1), numbers.get("BUFFER_SIZE", MAX_LINE_BYTES))
 
 
 class DeviceEvent(Enum):
@@ -97,7 +102,9 @@ class DeviceEvent(Enum):
 
 
 class Arrival(Struct, frozen=True):
-    """`device`: the name by which it was opened; `handle`: of the connection, 0 where there is only one."""
+    """An event on a device. `device`: the name by which it was opened. `handle`: the number of the connection, 0 if
+    there is only one.
+    """
 
     device: str
     event: DeviceEvent
@@ -107,11 +114,11 @@ class Arrival(Struct, frozen=True):
 
 
 class Outside:
-    """The devices that units may be attached to: sockets, serial lines, or what stands for them. This base class has
+    """The devices to which units may be attached: sockets, serial lines, or scripts in their place. This base class has
     none; `hint` says how to get some.
 
-    `live`: what arrives comes from others, in real time. `patience` [s] of the robot's clock: how long a unit waits.
-    `wake` is called, in any thread, when something has come; `tell` is called with messages for whoever runs programs.
+    `live`: arrivals come from others, in real time. `patience`: how long a unit waits, in seconds of the robot's clock.
+    `wake` is called, in any thread, when something has come. `tell` gets messages for the person who runs the programs.
     """
 
     live = False
@@ -122,46 +129,46 @@ class Outside:
         self.tell: Callable[[str], None] = lambda _text: None
 
     def check(self, device: str) -> None:
-        """Check whether a unit may be attached to it. Raises DeviceNotReady."""
+        """Raise DeviceNotReady if no unit may be attached to a device."""
         check_known(device)
         raise DeviceNotReady(f"the device {device}", self.hint)
 
     def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
-        """Open it, or begin to: a connection that is asked for is OPENED or REFUSED later. Without an address it is a
-        serial line. Raises DeviceNotReady, PortTaken.
+        """Open a device, or begin to: OPENED or REFUSED arrives later for a connection to another program. Without an
+        address it is a serial line. Raises DeviceNotReady, PortTaken.
         """
         self.check(device)
 
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
-        """Send bytes to a connection. `ask`: WRITTEN arrives when all that was sent there has left."""
+        """Send bytes to a connection. `ask`: let WRITTEN arrive when all bytes have left."""
 
-    def consumed(self, device: str, handle: int, count: int) -> None:
-        """Tell that `count` bytes were read: as many more may come."""
+    def confirm_read(self, device: str, handle: int, count: int) -> None:
+        """Tell that `count` bytes were read, so that as many more may come."""
 
     def release(self, device: str, handle: int) -> None:
-        """Close a connection; a later one may get the same handle."""
+        """Close a connection. A later one may get the same handle."""
 
     def close(self, device: str) -> None:
-        """Close it with all its connections; its port is free then."""
+        """Close a device with all its connections, and free its port."""
 
     def close_all(self) -> None: ...
     def due(self, clock: RobotClock) -> float:  # noqa: ARG002
-        """The time at which the next arrivals are to be taken [s]; infinity where none are known."""
+        """Return the time of the next arrivals [s]; infinity if none are known."""
         return inf
 
     def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002
-        """Return what has arrived up to `now`, in its order."""
+        """Return the arrivals up to `now`, in their order."""
         return ()
 
 
 def check_known(device: str) -> None:
-    """Raises DeviceNotReady for a name that no device has."""
+    """Raise DeviceNotReady if no device has this name."""
     if device != TCP and not (device.startswith(SERIAL) and device[len(SERIAL) :].isdigit()):
         raise DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
 
 
 FULL = 65536  # bytes that are sent to a peer before the program waits until he has taken them
-ENOUGH = 8192  # bytes
+CONFIRM_BYTES = 8192  # bytes
 CLOSE_CONNECTION, HANDLE = 600, 2  # of FCMND (public V+ programs); a handle has two bytes there
 END_OF_LINE = "\r\n"  # of what is written
 RETURN, LINE_FEED = 13, 10
@@ -169,7 +176,7 @@ _END = re.compile(rb"[\r\n]")
 
 
 class Waits(Enum):
-    """The answer where what is asked for has not come yet."""
+    """The result of a request that is not complete yet."""
 
     YET = "yet"
 
@@ -244,7 +251,7 @@ class Device(Struct, eq=False):
     # --- opening and closing ---
 
     def begin(self) -> None:
-        """Attach it; a serial line is open then. Raises DeviceNotReady."""
+        """Attach the unit; this opens a serial line. Raises DeviceNotReady."""
         self.outside.check(self.name)
         if self.name != TCP:
             self.outside.open(self.name, None)
@@ -252,8 +259,8 @@ class Device(Struct, eq=False):
             self._connections[0] = DeviceConnection(0, told=True)
 
     def open_at(self, how: str, in_use: Collection[str] = ()) -> None:
-        """FOPEN; `dialled` tells what comes of it. `in_use`: names of devices. Raises IllegalValue, FileOpened,
-        FileError, DeviceNotReady, PortTaken.
+        """Carry out FOPEN; `dial_result` tells the outcome. `in_use`: names of devices. Raises IllegalValue,
+        FileOpened, FileError, DeviceNotReady, PortTaken.
         """
         self._check_fault()
         if self.open:
@@ -266,8 +273,8 @@ class Device(Struct, eq=False):
         self.outside.open(name, address)
         self.name, self.address, self.open, self.dialing = name, address, True, bool(address.host)
 
-    def dialled(self) -> Waits | None:
-        """Return YET while a connection is being made; its outcome is the status then."""
+    def dial_result(self) -> Waits | None:
+        """Return YET while a connection is being made; afterwards its outcome is the status."""
         if self.dialing and self._refused is None:
             return YET
         refused, self._refused, self.dialing = self._refused, None, False
@@ -277,7 +284,7 @@ class Device(Struct, eq=False):
         return None
 
     def close_port(self) -> None:
-        """FCLOSE. Raises FileError for a serial line, and as `check_open` does."""
+        """Carry out FCLOSE. Raises FileError for a serial line, and the errors of `check_open`."""
         self.check_open()
         if self.address is None:
             raise FileError(f"{self.name} has no ports", "DETACH closes a serial line")
@@ -294,7 +301,7 @@ class Device(Struct, eq=False):
         self._connections.clear()
 
     def command(self, number: int, data: str) -> None:
-        """FCMND. Raises FileError, and as `check_open` does."""
+        """Carry out FCMND. Raises FileError, and the errors of `check_open`."""
         self.check_open()
         if number != CLOSE_CONNECTION or len(data) < HANDLE:
             raise FileError(f"FCMND {number}", f"{CLOSE_CONNECTION} and $INTB(handle) close a connection")
@@ -304,7 +311,7 @@ class Device(Struct, eq=False):
         self.status = SUCCESS
 
     def check_open(self) -> None:
-        """Raises FileNotOpened, and why it cannot be had."""
+        """Raise FileNotOpened, or the reason why the device is not open."""
         self._check_fault()
         if not self.open:
             raise FileNotOpened(self.name, "FOPEN opens a port")
@@ -320,7 +327,7 @@ class Device(Struct, eq=False):
     # --- what arrives ---
 
     def arrive(self, arrival: Arrival) -> None:
-        """Keep it until it is read."""
+        """Keep an arrival until it is read."""
         self._fresh = True
         handle, event = arrival.handle, arrival.event
         if event is DeviceEvent.REFUSED:
@@ -343,28 +350,30 @@ class Device(Struct, eq=False):
     # --- reading ---
 
     def read(self, notices: bool, wait: bool) -> str | Waits | None:
-        """A line; None where the status says more. Raises NoDataReceived, NetworkClosed, and as `check_open` does."""
+        """Return a line, or None if the status says more. Raises NoDataReceived, NetworkClosed, and the errors of
+        `check_open`.
+        """
         self.check_open()
-        longest = LONGEST if self.address is None else self.address.longest
+        longest = MAX_LINE_BYTES if self.address is None else self.address.longest
         for one in self._in_turn(self.handle + 1):
             if notices and not one.told:
                 one.told = True
-                self._told(one, OPENED)
+                self._set_status(one, OPENED)
                 return None
             before = len(one.data)
             line = one.record(longest)
             if line is not None:
-                self._consumed(one, before - len(one.data))
-                self._told(one, SUCCESS, len(line))
+                self._count_read(one, before - len(one.data))
+                self._set_status(one, SUCCESS, len(line))
                 return line.decode("latin-1")
             if one.ended:
                 self._release(one.handle)
-                self._told(one, CLOSED if notices else NetworkClosed.code)
+                self._set_status(one, CLOSED if notices else NetworkClosed.code)
                 return None
         return self._nothing(wait)
 
     def character(self, wait: bool) -> int | Waits:
-        """The next byte. Raises NetworkTimeout, and as `read` does."""
+        """Return the next byte. Raises NetworkTimeout, and the errors of `read`."""
         self.check_open()
         if self.expired:
             self.expired = False
@@ -372,43 +381,43 @@ class Device(Struct, eq=False):
         for one in self._in_turn(self.handle):
             byte = one.byte()
             if byte is not None:
-                self._consumed(one, 1)
-                self._told(one, SUCCESS)
+                self._count_read(one, 1)
+                self._set_status(one, SUCCESS)
                 return byte
             if one.ended:
                 self._release(one.handle)
-                self._told(one, SUCCESS)
+                self._set_status(one, SUCCESS)
                 raise NetworkClosed(self.name)
         self._fresh = False
         return self._nothing(wait)
 
     def put_back(self, bytes_: Iterable[int]) -> None:
-        """The present step takes these again."""
+        """Put back bytes that the present step reads again."""
         one = self._connections.get(self.handle)
         if one is not None:
             one.data[:0] = bytes(bytes_)
 
     @property
     def has_more(self) -> bool:
-        """Return whether something has come since GETC had to wait; the bytes that a step has taken it takes again."""
+        """Return whether bytes have come since GETC began to wait; the step reads the bytes that it has taken again."""
         return self.expired or self._fresh or not self.open
 
-    def _consumed(self, one: DeviceConnection, count: int) -> None:
-        """Told now and then, as it costs more than a byte."""
+    def _count_read(self, one: DeviceConnection, count: int) -> None:
+        """Count bytes as read, and confirm them now and then: a message for each byte would cost too much."""
         one.taken += count
-        if one.taken >= ENOUGH:
-            self.outside.consumed(self.name, one.handle, one.taken)
+        if one.taken >= CONFIRM_BYTES:
+            self.outside.confirm_read(self.name, one.handle, one.taken)
             one.taken = 0
 
     def _in_turn(self, first: int) -> list[DeviceConnection]:
-        """The connections, so that each has its turn."""
+        """Return the connections, beginning after the last one that was read."""
         return sorted(self._connections.values(), key=lambda one: (one.handle < first, one.handle))
 
-    def _told(self, one: DeviceConnection, status: int, length: int = 0) -> None:
+    def _set_status(self, one: DeviceConnection, status: int, length: int = 0) -> None:
         self.handle, self.status, self.length = one.handle, status, length
 
     def _nothing(self, wait: bool) -> Waits:
-        """Raises NoDataReceived; NetworkClosed where nothing can come."""
+        """Return YET to wait. Raises NoDataReceived, or NetworkClosed if nothing can come."""
         if not self._connections and not self._listens:
             raise NetworkClosed(self.name)
         if not wait:
@@ -422,8 +431,8 @@ class Device(Struct, eq=False):
     # --- writing ---
 
     def write(self, text: str, newline: bool, handle: int | None, wait: bool) -> Waits | None:
-        """Send it to a connection: that of the handle, or of the last READ, or the first. Raises NetworkClosed, and as
-        `check_open` does.
+        """Send text to a connection: the one with the handle, else that of the last READ, else the first. Raises
+        NetworkClosed, and the errors of `check_open`.
         """
         self.check_open()
         one = self._connections.get(self.handle if handle is None else handle)
@@ -450,7 +459,7 @@ class Device(Struct, eq=False):
     # --- waiting in vain ---
 
     def expire(self, *, of_getc: bool) -> None:
-        """Give up waiting for what is asked for."""
+        """Give up the operation that waits."""
         if of_getc:
             self.expired = True
         else:

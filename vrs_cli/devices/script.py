@@ -32,8 +32,8 @@ FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotRe
 
 
 class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True, rename={"within": "in"}):
-    """An event on a device at a `time` [s] of the robot's clock; or `within` so many seconds [s] after the line before,
-    or after the program has written the text `after`. `data`: bytes as characters, code for code.
+    """An event on a device, at a `time` [s] of the robot's clock, or `within` some seconds after the line before or
+    after the program has written the text `after`. `data`: bytes as characters, code for code.
     """
 
     time: float | None = None
@@ -47,8 +47,8 @@ class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=Tr
 
 
 class _Part(Struct):
-    """The lines of one device. `due` [s]: of its next line, None while that is not known. `written`: by the
-    program, since the last text that was waited for. `last` [s]: when the line before was due.
+    """The lines of one device. `due`: the time of its next line [s], None if it is not known. `written`: what the
+    program has written since the last awaited text. `last`: the time of the line before [s].
     """
 
     lines: deque[tuple[int, UnitLine]] = field(default_factory=deque)
@@ -60,7 +60,7 @@ class _Part(Struct):
     written: bytearray = field(default_factory=bytearray)
 
     def look(self, now: float) -> float:
-        """The time at which its next line is due [s], which is later than what the program has done."""
+        """Update and return the time of the next line [s], which is later than what the program has done."""
         if self.due is None and self.open and self.lines:
             _, line = self.lines[0]
             if line.after is None:
@@ -70,8 +70,8 @@ class _Part(Struct):
                 self.due = on_grid(now + line.within) + TICK
         return inf if self.due is None else self.due
 
-    def taken(self, now: float) -> Iterable[tuple[int, UnitLine]]:
-        """The lines that are due."""
+    def due_lines(self, now: float) -> Iterable[tuple[int, UnitLine]]:
+        """Yield the lines that are due."""
         while self.due is not None and self.due <= now:
             yield self.lines.popleft()
             self.last, self.due = self.due, None
@@ -81,7 +81,9 @@ class _Part(Struct):
 
 
 class Script(Outside):
-    """Gives units what a script says. It tells if a program writes something else than when it was recorded."""
+    """Gives units the arrivals of a script. It tells once if a program writes something other than what was
+    recorded.
+    """
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
         super().__init__(patience=patience)
@@ -129,18 +131,18 @@ class Script(Outside):
         return min((part.look(clock.now) for part in self._parts.values()), default=inf)
 
     def take(self, now: float) -> Iterable[Arrival]:
-        lines = [one for part in self._parts.values() for one in part.taken(now)]
+        lines = [one for part in self._parts.values() for one in part.due_lines(now)]
         for _, line in sorted(lines, key=lambda one: one[0]):
             yield Arrival(line.device, EVENTS[line.event], line.handle or 0, _bytes(line.data), line.code)
 
 
 def read_script(path: str, patience: float = inf) -> Script:
-    """Read a script. Raises NonexistentFile, and FileDamaged, which names all wrong lines."""
+    """Return the script of a file. Raises NonexistentFile, and FileDamaged, which names all wrong lines."""
     return Script(parse_script(text_at(path), path), patience)
 
 
 def parse_script(text: str, path: str = "units") -> list[UnitLine]:
-    """Read the lines of a text, each with its device and handle. Raises FileDamaged, which names all wrong lines."""
+    """Return the lines of a text, each with its device and handle. Raises FileDamaged, which names all wrong lines."""
     lines, wrong = list[UnitLine](), list[str]()
     device, handle = "", None
     for number, written in enumerate(text.split("\n"), 1):
@@ -151,7 +153,7 @@ def parse_script(text: str, path: str = "units") -> list[UnitLine]:
             device, handle = line.device or device, handle if line.handle is None and not line.device else line.handle
             if handle is None:
                 handle = 0 if device.startswith(SERIAL) or device.count(":") > 1 else 1
-            lines.append(_checked(structs.replace(line, device=device, handle=handle)))
+            lines.append(_on_grid(structs.replace(line, device=device, handle=handle)))
         except (RecordError, ValueError) as error:
             wrong.append(f"{path}:{number}: {error}")
     if wrong:
@@ -159,8 +161,8 @@ def parse_script(text: str, path: str = "units") -> list[UnitLine]:
     return lines
 
 
-def _checked(line: UnitLine) -> UnitLine:
-    """Check a line, and put its time on the grid. Raises ValueError."""
+def _on_grid(line: UnitLine) -> UnitLine:
+    """Check a line, and put its time on the grid of the clock. Raises ValueError."""
     if not line.device:
         raise ValueError('no device is named: "device": "TCP:11000"')
     if line.event not in (*EVENTS, SENT, OPEN):
@@ -187,16 +189,16 @@ def _bytes(text: str) -> bytes:
 
 
 def line_of(arrival: Arrival, now: float) -> UnitLine:
-    """The line of a recording for an arrival."""
+    """Return the line of a recording for an arrival."""
     data, event = arrival.data.decode("latin-1"), arrival.event.value
     return UnitLine(time=now, device=arrival.device, event=event, handle=arrival.handle, data=data, code=arrival.code)
 
 
 class DeviceRecording(Outside):
-    """Passes everything between units and another outside, and records in a file what arrives."""
+    """Passes everything between units and another outside, and records the arrivals in a file."""
 
     def __init__(self, outside: Outside, path: str) -> None:
-        """Raises FileError."""
+        """Open the file. Raises FileError."""
         super().__init__(patience=outside.patience)
         self.live = outside.live
         outside.wake = lambda: self.wake()  # noqa: PLW0108 (it is set later)
@@ -224,8 +226,8 @@ class DeviceRecording(Outside):
             self._write(UnitLine(device=device, event=SENT, handle=handle, data=data.decode("latin-1")))
         self._outside.send(device, handle, data, ask=ask)
 
-    def consumed(self, device: str, handle: int, count: int) -> None:
-        self._outside.consumed(device, handle, count)
+    def confirm_read(self, device: str, handle: int, count: int) -> None:
+        self._outside.confirm_read(device, handle, count)
 
     def release(self, device: str, handle: int) -> None:
         self._outside.release(device, handle)

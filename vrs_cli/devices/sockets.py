@@ -1,4 +1,4 @@
-"""TCP over real sockets, and serial lines: which programs may use, and when they see what arrives."""
+"""TCP over real sockets, and serial lines. They decide which programs may use them, and when arrivals are seen."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ USUAL_SPEED = 9600
 
 
 class FileEnd:
-    """The end of a serial line, which is open as a file."""
+    """The end of a serial line that is open as a file."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
@@ -47,12 +47,12 @@ class FileEnd:
 
 
 class PseudoEnd(FileEnd):
-    """The end of a pseudo-terminal called `name`. It lasts until `leave`: who has opened it stays, whatever programs
-    do. The other end is held open, so that others may come and go there.
+    """The end of a pseudo-terminal called `name`. It stays open until `leave`, whatever programs do. Its other end is
+    held open too, so that others may come and go.
     """
 
     def __init__(self) -> None:
-        """Raises OSError, termios.error."""
+        """Open a pseudo-terminal. Raises OSError, termios.error."""
         import tty
 
         ours, self._theirs = os.openpty()
@@ -61,23 +61,23 @@ class PseudoEnd(FileEnd):
         super().__init__(ours)
 
     def close(self) -> None:
-        """Do nothing: it stays open."""
+        """Do nothing: the pseudo-terminal stays open."""
 
     def unread(self) -> int:
-        """Bytes that nobody at the other end has read yet."""
+        """Return the number of bytes that nobody has read at the other end."""
         import fcntl
         import termios
 
         return int.from_bytes(fcntl.ioctl(self._theirs, termios.FIONREAD, bytes(4)), sys.byteorder)
 
     def leave(self) -> None:
-        """Close both ends; what is unread is lost."""
+        """Close both ends. Unread bytes are lost."""
         super().close()
         os.close(self._theirs)
 
 
 def open_serial(what: str) -> tuple[FileEnd, str]:
-    """Open `pty`, or a device by its path, perhaps with its speed: /dev/ttyUSB0,115200. Return the line, and its name
+    """Open `pty`, or a device by its path, perhaps with its speed: /dev/ttyUSB0,115200. Return the line and its name
     for the user. Raises DeviceNotReady.
     """
     try:
@@ -113,8 +113,8 @@ def _device(what: str, termios: Any, tty: Any) -> tuple[FileEnd, str]:
 
 
 class Sockets(Outside):
-    """`host`: at which ports are opened. Where that is this machine alone, connections are to this machine alone.
-    `serial`: the number of each serial line and what it is: a device, or a pseudo-terminal.
+    """TCP and serial lines of this machine. `host`: the address at which ports are opened; if it is a loopback address,
+    connections lead to this machine alone. `serial`: the device of each serial line by its number.
     """
 
     live = True
@@ -147,29 +147,29 @@ class Sockets(Outside):
                 if isinstance(ends, PseudoEnd):
                     self._pseudo[device] = ends
                 self.tell(f"{device} is {told}")
-            self._opened(device).do(lambda traffic: traffic.connect(device, 0, ends))
+            self._traffic_of(device).do(lambda traffic: traffic.connect(device, 0, ends))
         elif address.host:
-            host = self._checked(address.host)
-            self._opened(device).do(lambda traffic: traffic.dial(device, host, address.port))
+            host = self._numeric_address(address.host)
+            self._traffic_of(device).do(lambda traffic: traffic.dial(device, host, address.port))
         else:
             listener = self._listener(address)
             where = listener.getsockname()
-            self._opened(device).do(lambda traffic: traffic.listen(device, listener, address.clients))
+            self._traffic_of(device).do(lambda traffic: traffic.listen(device, listener, address.clients))
             self.tell(f"TCP port {where[1]} is open at {where[0]}")
 
-    def _opened(self, device: str) -> Traffic:
+    def _traffic_of(self, device: str) -> Traffic:
         self._open.add(device)
-        self._traffic = self._traffic or Traffic(self._arrived)
+        self._traffic = self._traffic or Traffic(self._keep)
         return self._traffic
 
-    def _arrived(self, arrival: Arrival) -> None:
-        """Keep an arrival, in the thread of the traffic."""
+    def _keep(self, arrival: Arrival) -> None:
+        """Keep an arrival. This runs in the thread of the traffic."""
         with self._coming:
             self._come.append(arrival)
         self.wake()
 
     def _listener(self, address: Address) -> socket.socket:
-        """Raises PortTaken, DeviceNotReady."""
+        """Return a socket that listens at an address. Raises PortTaken, DeviceNotReady."""
         assert self.host is not None
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
         listener = socket.socket(family, socket.SOCK_STREAM)
@@ -183,22 +183,24 @@ class Sockets(Outside):
             listener.close()
             if error.errno == errno.EADDRINUSE:
                 raise PortTaken(f"port {address.port}", "another program has it") from None
-            raise self._told(f"port {address.port} at {self.host}: {error.strerror}", "choose another one") from None
+            raise self._not_ready(
+                f"port {address.port} at {self.host}: {error.strerror}", "choose another one"
+            ) from None
         return listener
 
-    def _checked(self, host: str) -> str:
+    def _numeric_address(self, host: str) -> str:
         """Return a numeric address. Raises DeviceNotReady for a name, as looking it up may take any time, and for
         another machine if only this one is allowed.
         """
         address = address_of(host)
         if address is None:
-            raise self._told(f"a connection to {host}", "give the address in numbers, as 192.168.0.7")
+            raise self._not_ready(f"a connection to {host}", "give the address in numbers, as 192.168.0.7")
         if is_loopback(self.host or LOOPBACK) and not address.is_loopback:
-            raise self._told(f"a connection to {host}", "--net-host 0.0.0.0 allows other machines")
+            raise self._not_ready(f"a connection to {host}", "--net-host 0.0.0.0 allows other machines")
         return str(address)
 
-    def _told(self, what: str, hint: str) -> DeviceNotReady:
-        """Tell why a device is not ready, for its status does not say it; return the error."""
+    def _not_ready(self, what: str, hint: str) -> DeviceNotReady:
+        """Tell why a device is not ready, because its status does not say it. Return the error."""
         fault = DeviceNotReady(what, hint)
         self.tell(str(fault))
         return fault
@@ -206,8 +208,8 @@ class Sockets(Outside):
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
         self._do(lambda traffic: traffic.send(device, handle, data, ask=ask))
 
-    def consumed(self, device: str, handle: int, count: int) -> None:
-        self._do(lambda traffic: traffic.consumed(device, handle, count))
+    def confirm_read(self, device: str, handle: int, count: int) -> None:
+        self._do(lambda traffic: traffic.confirm_read(device, handle, count))
 
     def release(self, device: str, handle: int) -> None:
         self._do(lambda traffic: traffic.release(device, handle))
@@ -262,6 +264,6 @@ def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address can only be this machine."""
+    """Return whether an address belongs to this machine alone."""
     address = address_of(host)
     return address is not None and address.is_loopback

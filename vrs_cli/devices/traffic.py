@@ -1,8 +1,8 @@
-"""All ports and connections that are open, and the one thread that serves them.
+"""All open ports and connections, and the one thread that serves them.
 
-The thread runs an event loop, and owns ports and connections; other threads give it calls. Of each connection it takes
-no more than the unit can hold: a peer that sends more waits. A port has as many clients as it was opened for; others
-wait until one is released. The thread ends with the last device.
+The thread runs an event loop, and owns ports and connections. Other threads give it calls. It takes from each
+connection no more than the unit can hold: a peer that sends more waits. A port has as many clients as it was opened
+for; others wait until one is released. The thread ends with the last device.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s],
 
 
 class NonBlockingEnd(Protocol):
-    """One end of a connection, which does not block."""
+    """One end of a connection that does not block."""
 
     def fileno(self) -> int: ...
     def receive(self, size: int) -> bytes: ...
@@ -63,9 +63,9 @@ class SocketEnd:
 
 
 class _Connection:
-    """`room` [bytes]: how much may come before some is read. `asked`: WRITTEN is to be told when all has left. `ended`:
-    no more comes; `broken`: nothing can be sent either. `closing`: it is closed when all has left. `pause`: tells that
-    a line whose end has not come is a line.
+    """A connection. `room`: how many bytes may come before some are read. `asked`: WRITTEN is wanted when all has left.
+    `ended`: no more bytes come. `broken`: nothing can be sent either. `closing`: close it when all has left. `pause`:
+    the timer after which an unfinished line counts as a line.
     """
 
     def __init__(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
@@ -83,7 +83,7 @@ class _Port(NamedTuple):
 
 
 class Traffic:
-    """Ports and connections in a thread of their own. `arrived` is called in it with what comes."""
+    """Ports and connections in a thread of their own. `arrived` is called there with each arrival."""
 
     def __init__(self, arrived: Callable[[Arrival], None]) -> None:
         self._arrived = arrived
@@ -99,17 +99,17 @@ class Traffic:
     # --- from another thread ---
 
     def do(self, act: Callable[[Traffic], None]) -> None:
-        """Have the thread call `act`, in the order of these calls."""
+        """Let the thread call `act`, in the order of these calls."""
         self._loop.call_soon_threadsafe(act, self)
 
     def close(self, device: str) -> None:
-        """Close a device; nothing of it arrives any more."""
+        """Close a device. Nothing of it arrives any more."""
         done = Done()
         self.do(lambda it: it._close(device, done))
         done.wait(GRACE)
 
     def end(self) -> None:
-        """End the thread once what was written has left."""
+        """End the thread after all that was written has left."""
         self.do(Traffic._end)
         self._thread.join(2 * GRACE)
 
@@ -149,35 +149,35 @@ class Traffic:
         self._watch_port(device)
 
     def connect(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
-        """Serve a connection that is open. The only connection of a device has the handle 0."""
+        """Serve an open connection. The only connection of a device has the handle 0."""
         one = self._connections[device, handle] = _Connection(device, handle, ends)
         self._watch(one)
 
     def dial(self, device: str, host: str, port: int) -> None:
-        """Connect to a numeric address: OPENED or REFUSED arrives."""
+        """Connect to a numeric address. OPENED or REFUSED arrives later."""
         it = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
         it.setblocking(False)
         if it.connect_ex((host, port)) not in (0, errno.EINPROGRESS, errno.EWOULDBLOCK):
-            self._refused(device, it)
+            self._refuse(device, it)
             return
         self._dialling[device] = it
-        self._loop.add_writer(it, self._dialled, device)
+        self._loop.add_writer(it, self._finish_dial, device)
 
-    def _dialled(self, device: str) -> None:
+    def _finish_dial(self, device: str) -> None:
         it = self._dialling.pop(device)
         self._loop.remove_writer(it)
         if it.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
-            self._refused(device, it)
+            self._refuse(device, it)
             return
         self.connect(device, 0, SocketEnd(it))
         self._arrived(Arrival(device, DeviceEvent.OPENED))
 
-    def _refused(self, device: str, it: socket.socket) -> None:
+    def _refuse(self, device: str, it: socket.socket) -> None:
         it.close()
         self._arrived(Arrival(device, DeviceEvent.REFUSED, code=NetworkClosed.code))
 
     def _watch(self, one: _Connection) -> None:
-        """Let the loop look whether a connection can be read and written, where that is of use now."""
+        """Let the loop watch whether a connection can be read and written, if that is of use now."""
         if one.room > 0 and not (one.ended or one.broken or one.closing):
             self._loop.add_reader(one.ends, self._receive, one)
         else:
@@ -209,7 +209,7 @@ class Traffic:
             one.pause.cancel()
 
     def _push(self, one: _Connection) -> None:
-        """Send what can be sent now."""
+        """Send as many bytes as can be sent now."""
         try:
             while one.out:
                 del one.out[: one.ends.send(bytes(one.out[:WINDOW]))]
@@ -236,14 +236,14 @@ class Traffic:
             self._arrived(Arrival(one.device, DeviceEvent.GONE, one.handle))
 
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
-        """Send bytes. `ask`: WRITTEN arrives when all has left."""
+        """Send bytes. `ask`: let WRITTEN arrive when all bytes have left."""
         one = self._connections.get((device, handle))
         if one is not None and not one.broken:
             one.out += data
             one.asked |= ask
             self._push(one)
 
-    def consumed(self, device: str, handle: int, count: int) -> None:
+    def confirm_read(self, device: str, handle: int, count: int) -> None:
         one = self._connections.get((device, handle))
         if one is not None:
             one.room += count
@@ -265,7 +265,7 @@ class Traffic:
             self._watch_port(device)
 
     def _shut(self, one: _Connection) -> None:
-        """Close a released connection: all has left, or its time is over."""
+        """Close a released connection: all bytes have left, or the time is over."""
         if one in self._leaving:
             self._leaving.remove(one)
             one.out.clear()

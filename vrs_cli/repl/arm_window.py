@@ -134,7 +134,7 @@ def _move(out: Output, down: int, x: int) -> None:
 
 
 def _changes(old: TextLine, new: TextLine) -> Iterator[tuple[int, list[Cell]]]:
-    """The columns from which on cells are others, and these cells."""
+    """Yield the columns from which on cells are others, and these cells."""
     if old == new:
         return
     cells = list(_cells(new))

@@ -109,7 +109,7 @@ def vi_mode(app: Application[Any]) -> str:
 
 
 def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
-    """The form of the word that is typed, its present argument marked, and what it does as far as that fits."""
+    """Return the form of the word that is typed, its present argument marked, and what it does as far as that fits."""
     from vrs_cli.render.blocks import shorten
 
     begin, end = found.arguments[found.active]
@@ -127,7 +127,7 @@ def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
 
 
 def _message(last: str, room: int) -> str:
-    """The message, cut where it is too long; nothing where hardly any of it would be seen."""
+    """Return the message, cut where it is too long; nothing where hardly any of it would be seen."""
     from vrs_cli.render.blocks import shorten
 
     room -= len(GAP)
@@ -164,7 +164,7 @@ WORD = re.compile(r"[#$]?[A-Za-z][\w.]*")
 
 
 def asked_about(document: Document) -> str:
-    """The word at the cursor, where there is help on it, else the first of the line."""
+    """Return the word at the cursor, where there is help on it, else the first of the line."""
     from vrs_cli.interfaces.monitor.help import ALL_NAMES
 
     words = list(WORD.finditer(document.current_line))

@@ -59,7 +59,7 @@ def read_config(environment: Mapping[str, str]) -> Config:
 
 
 def config_of(text: str, path: str) -> Config:
-    """The settings of a text."""
+    """Return the settings of a text."""
     import tomllib
 
     try:
@@ -136,7 +136,7 @@ class QuietHistory(FileHistory):
 
 
 def open_history(path: Path) -> tuple[History, str]:
-    """The history of that file, and an empty string; or one in memory, and why."""
+    """Return the history of that file, and an empty string; or one in memory, and why."""
     try:
         path.parent.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
         with path.open("ab"):
@@ -147,6 +147,6 @@ def open_history(path: Path) -> tuple[History, str]:
 
 
 def reason(error: Exception) -> str:
-    """The system's reason in lower case."""
+    """Return the system's reason in lower case."""
     text = (error.strerror if isinstance(error, OSError) else None) or str(error)
     return text[:1].lower() + text[1:]

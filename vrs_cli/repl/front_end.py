@@ -91,7 +91,7 @@ class FrontEnd:
         return not self.port.open or self._breaks != self._count_breaks()
 
     def _count_breaks(self) -> int:
-        """A person expects nothing any more of a line that is quiet for long; a pipe waits."""
+        """Return a person expects nothing any more of a line that is quiet for long; a pipe waits."""
         return self.port.cuts + self.port.stalls * self.terminal.attended
 
     def drop(self, what: str) -> None:
@@ -313,7 +313,7 @@ class FrontEnd:
         return id
 
     def recording(self, question: Playing) -> Recording:
-        """The trajectory of REPLAY: its file comes here, unless the robot of this process has it."""
+        """Return the trajectory of REPLAY: its file comes here, unless the robot of this process has it."""
         if isinstance(self.port.on_screen, Recording):
             return self.port.on_screen
         fetched = self.end_of(lambda id: messages.Get(id, question.path), COMING_BACK)
@@ -325,7 +325,7 @@ class FrontEnd:
             return read_trajectory(path)
 
     def watched(self) -> Watched | None:
-        """The robot, to be looked at as it moves; None where nothing is seen of it."""
+        """Return the robot, to be looked at as it moves; None where nothing is seen of it."""
         try:
             return self.port.follow()
         except RequestRefused:

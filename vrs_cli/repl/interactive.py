@@ -95,11 +95,11 @@ class Backstage(Generic[V]):
 
     @property
     def ready(self) -> V | None:
-        """The value, or None while there is none."""
+        """Return the value, or None while there is none."""
         return self._value
 
     def wait(self) -> V:
-        """The value, begun now if need be."""
+        """Return the value, begun now if need be."""
         self.begin()
         assert self._thread is not None
         self._thread.join()
@@ -193,7 +193,7 @@ class Shell:
         return self.prompts.app.input.closed
 
     def _unhurt_round(self) -> bool:
-        """A round; a signal between two prompts does not end the shell."""
+        """Return a round; a signal between two prompts does not end the shell."""
         try:
             return self._round()
         except Ended:
@@ -318,7 +318,7 @@ class Shell:
         return IDLE if self._status is None else self._status.prompt
 
     def _toolbar(self) -> StyleAndTextTuples:
-        """The form of the word that is typed, if one is, and the state."""
+        """Return the form of the word that is typed, if one is, and the state."""
         state: StyleAndTextTuples = [("", self._state())]
         if self.backstage.ready is None:
             return state
@@ -343,7 +343,7 @@ class Shell:
         self.prompts.app.invalidate()
 
     def _answer(self, question: str) -> str:
-        """A line for PROMPT and `Change?`, with a history of its own."""
+        """Return a line for PROMPT and `Change?`, with a history of its own."""
         if self._answers is None:
             self._answers = PromptSession(
                 history=InMemoryHistory(),

@@ -271,7 +271,7 @@ class Recorder:
 
     @property
     def model(self) -> RobotModel | None:
-        """The robot of the file that is there."""
+        """Return the robot of the file that is there."""
         return None if self._taken.recording is None else self._taken.recording.model
 
     def begin(self, session: Session, terminal: Terminal) -> Message:
@@ -295,8 +295,9 @@ class Recorder:
             self._show(Message(text, Tone.ERROR))
 
     def close(self) -> bool:
-        """The session is over: the last look at the file, which others may write then. Whether all is in the file that
-        was asked for."""
+        """Return the session is over: the last look at the file, which others may write then. Whether all is in the
+        file that was asked for.
+        """
         if self._journal is None:
             self._taken.close()
             return True

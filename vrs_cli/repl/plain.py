@@ -49,6 +49,6 @@ def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
 
 
 def _unmarked(source: Iterable[str]) -> Iterator[str]:
-    """The lines without the byte order mark that some systems put before the first."""
+    """Yield the lines without the byte order mark that some systems put before the first."""
     for number, line in enumerate(source):
         yield line if number else line.removeprefix(BYTE_ORDER_MARK)

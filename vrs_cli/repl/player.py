@@ -250,7 +250,7 @@ class JogPanel(Struct):
 
 
 def _neighbour(row: Iterable[float], value: float, by: int) -> float:
-    """The next greater or smaller one of a row, or the value where there is none."""
+    """Return the next greater or smaller one of a row, or the value where there is none."""
     choose: Callable[..., float] = min if by > 0 else max
     return choose((one for one in row if (one - value) * by > 0), default=value)
 

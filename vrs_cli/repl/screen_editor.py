@@ -394,7 +394,7 @@ class StepMargin(Margin):
 
 
 def _start_of(text: str, row: int) -> int:
-    """The place of the first character of a line that is no blank."""
+    """Return the place of the first character of a line that is no blank."""
     document = Document(text)
     row = min(row, document.line_count - 1)
     line = document.lines[row]

@@ -91,7 +91,7 @@ class PlainTerminal:
         """Nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """The next line of the input, if it is an answer. Raises EndOfInput."""
+        """Return the next line of the input, if it is an answer. Raises EndOfInput."""
         if isinstance(question, LineWanted):
             return self._line(question)
         if not isinstance(question, Confirmation):
@@ -361,7 +361,7 @@ LONG = (
 
 
 def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
-    """The command of a pager; "" where none is wanted, or there is none."""
+    """Return the command of a pager; "" where none is wanted, or there is none."""
     command = wanted if isinstance(wanted, str) else environment.get("PAGER", USUAL) if wanted else ""
     try:
         words = shlex.split(command)

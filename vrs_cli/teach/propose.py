@@ -373,7 +373,7 @@ def _ends(run: Evidence, needs: tuple[str, ...]) -> Iterator[Proposed]:
         lines = ('kind = "part_at"', f"part = {_quote(name)}", 'at = "model"', "mm = 2", "deg = 2", "points = 2")
         yield Proposed(f"{name} is in its place", f"It ended at {_numbers(pose)}.", lines)
     if moved and run.course is not None:
-        held = run.course.held(run.end)
+        held = run.course.held_part(run.end)
         said = "the hand is empty" if held is None else f"the hand holds {held}"
         line = () if held is None else (f"part = {_quote(held)}",)
         yield Proposed(said, "What the hand holds in the end.", ('kind = "held"', *line, *needs))

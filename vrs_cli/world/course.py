@@ -1,6 +1,8 @@
-"""The course of a world: where each part is at any time, and which signals sensors and rules give.
+"""The course of a world (where each part is at any time, and which signals sensors and rules set), and the world that
+computes it.
 
-It follows from a timeline and a scene alone. It is simulated forward as far as somebody asks.
+A course follows from a timeline and a scene alone. It is simulated forward as far as somebody asks. After an edit of
+the timeline only the changed rest is computed again.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from vrs_cli.world.simulation import Simulation
 
 
 class PartState(Struct, frozen=True):
-    """A part at one time: T_world_part, whether the hand holds it, what it stands on, whether it is there at all."""
+    """A part at one time: its T_world_part, whether the hand holds it, what it stands on, and whether it exists."""
 
     pose: Transform
     held: bool
@@ -35,8 +37,8 @@ class PartState(Struct, frozen=True):
 
 
 class WorldCourse:
-    """The course of one timeline, from its start or, if it is the end of a longer one, from `begins` [s]. Any thread
-    may ask.
+    """The course of one timeline. It begins at the timeline's start, or at `begins` [s] if the timeline is the end of a
+    longer one. Any thread may ask.
     """
 
     def __init__(self, settings: WorldSettings, timeline: Timeline) -> None:
@@ -50,8 +52,8 @@ class WorldCourse:
             self._simulation.begin()
         self.begins = self._history.now
 
-    def edited(self, timeline: Timeline, since: float) -> WorldCourse:
-        """The course of another timeline that is the same until `since` [s]."""
+    def for_edit(self, timeline: Timeline, since: float) -> WorldCourse:
+        """Return the course of another timeline that equals this one until `since` [s]."""
         made = WorldCourse.__new__(WorldCourse)
         made._settings, made.timeline, made._lock = self._settings, timeline, RLock()
         made._standing, made.begins = (0, {}), self.begins
@@ -68,7 +70,7 @@ class WorldCourse:
         return tuple(self._settings.parts)
 
     def spans(self, name: str, until: float | None = None) -> tuple[PartSpan, ...]:
-        """All that a part does, up to the end of the timeline or another time [s]. Raises KeyError."""
+        """Return all spans of a part up to the end of the timeline or another time [s]. Raises KeyError."""
         self._advance(self.timeline.end if until is None else until)
         found = self._history.rows(("spans", name))
         if not found:
@@ -78,11 +80,11 @@ class WorldCourse:
         return tuple(PartSpan(one.begin, one.kind, one.T, end, one.on) for one, end in spans)
 
     def pose(self, name: str, t: float) -> Transform:
-        """T_world_part at t [s]. Raises KeyError."""
+        """Return T_world_part at t [s]. Raises KeyError."""
         return self.state(name, t).pose
 
     def state(self, name: str, t: float) -> PartState:
-        """A part at t [s]. Raises KeyError."""
+        """Return the state of a part at t [s]. Raises KeyError."""
         t = self._advance(t)
         span = self._simulation.span(name, t)
         kind, pose = span.kind, span.T
@@ -96,43 +98,43 @@ class WorldCourse:
             on = span.on[0] if span.on else self._settings.stood_on(name)
         return PartState(pose, kind is SpanKind.HELD, on, kind is not SpanKind.ABSENT)
 
-    def held(self, t: float) -> str | None:
-        """The part in the hand at t [s]."""
+    def held_part(self, t: float) -> str | None:
+        """Return the name of the part in the hand at t [s], or None."""
         return self._grip(t)[0]
 
     def opening(self, t: float) -> float:
-        """Return how far the fingers are open at t [s]: 1 open, 0 closed. They stop at the part that they take; until
-        they arrive there, they count as where they were.
+        """Return how far the fingers are open at t [s]: 1 is open, 0 closed. Fingers stop at the part that they take.
+        While they move, this is the opening from which they started.
         """
         return self._grip(t)[1]
 
     def _grip(self, t: float) -> tuple[str | None, float]:
-        """The part in the hand at t [s], and how far the fingers are open."""
+        """Return the name of the part in the hand at t [s], or None, and how far the fingers are open."""
         t = self._advance(t)
         grips = self._history.rows(GRIPS)
         place = bisect_right(grips, t, key=lambda grip: grip[0])
         return grips[place - 1][1:] if place else (None, 0.0)
 
     def T_tool_part(self, t: float) -> Transform | None:
-        """The pose of the part in the hand, as the tool sees it; None where the hand holds none."""
-        name = self.held(t)
+        """Return the pose of the held part in the tool's frame; None if the hand is empty."""
+        name = self.held_part(t)
         if name is None:
             return None
         tool = self.timeline.locate(t)[0].motion.frames.tool
         return compose(inverse(tool), self._simulation.span(name, t).T)
 
     def tool(self, t: float) -> Transform:
-        """T_world_tool."""
+        """Return T_world_tool at t [s]."""
         return self._simulation.tool(t)
 
     def graspable(self, t: float) -> str | None:
-        """Return the part that the hand would take if it closed at t [s], as far open as it is."""
+        """Return the part that the hand would take if it closed at t [s] from its present opening."""
         widths = (self.opening(t) * self._settings.opening, 0.0)
         found = part_between(self._settings, self.standing(t).items(), self.tool(t), widths)
         return None if found is None else found[0]
 
     def standing(self, t: float) -> Mapping[str, Transform]:
-        """The parts that stand at t [s], each with T_world_part."""
+        """Return the parts that stand at t [s], each with its T_world_part."""
         t = self._advance(t)
         with self._lock:
             done, found = self._standing
@@ -152,20 +154,20 @@ class WorldCourse:
             return found
 
     def moves(self, begin: float, end: float) -> list[tuple[float, str]]:
-        """Return when parts begin to do something else, after `begin` and up to `end` [s], and which."""
+        """Return when parts begin a new span, after `begin` and up to `end` [s], and their names."""
         self._advance(end)
         moves = self._history.rows(MOVES)
         first, last = (bisect_right(moves, t, key=lambda move: move[0]) for t in (begin, end))
         return list(moves[first:last])
 
     def last_move(self, until: float) -> float:
-        """Return when a part began to do something else for the last time before `until` [s]."""
+        """Return the last time before `until` [s] at which a part began a new span."""
         moves = self._history.rows(MOVES)
         place = bisect_left(moves, until, key=lambda move: move[0])
         return float(moves[place - 1][0]) if place else self.begins
 
     def signal(self, number: int, t: float) -> bool | None:
-        """An input at t [s], off before the course begins; None where nothing computes it."""
+        """Return the state of an input at t [s]: off before the course begins, None if nothing computes it."""
         if number not in self._settings.computed:
             return None
         self._advance(t)
@@ -174,7 +176,7 @@ class WorldCourse:
         return bool(found[place - 1][1]) if place else False
 
     def next_change(self, after: float, until: float = inf) -> tuple[float, int, bool] | None:
-        """The first change of an input after one time, and not after another [s]: when, which signal, its state. Others
+        """Return the first change of an input after `after` and up to `until` [s]: its time, signal and state. Others
         may change at the same instant.
         """
         while True:
@@ -189,7 +191,7 @@ class WorldCourse:
             self._advance(coming)
 
     def changes_at(self, t: float) -> dict[int, bool]:
-        """Return the inputs that change at t [s], and what they are then."""
+        """Return the inputs that change at t [s], and their new states."""
         self._advance(t)
         changes = self._history.rows(CHANGES)
         first = bisect_left(changes, t, key=lambda change: change[0])
@@ -197,8 +199,9 @@ class WorldCourse:
         return {number: on for _, number, on in changes[first:last]}
 
     def rows(self, begin: float, end: float) -> CourseRows:
-        """Return what begins at `begin` or later, and before `end` [s]; infinity: as far as the course is known, at
-        least to the end of the timeline. What the course begins with counts as begun before all times.
+        """Return the rows that begin at `begin` or later and before `end` [s]. Infinity as `end`: as far as the course
+        is computed, at least to the end of the timeline. Rows with which the course begins count as earlier than all
+        times.
         """
         if self._simulation.next_time < end:
             self._advance(nextafter(end, -inf) if end < inf else self.timeline.last)
@@ -220,8 +223,8 @@ class WorldCourse:
         )
 
     def known_until(self, wanted: float) -> float:
-        """Let what is due at the next instant happen if that is not after `wanted` [s]. Return the time before which
-        all is known then; infinity where nothing is due any more.
+        """Carry out what is due at the next instant if that is not after `wanted` [s]. Return the time before which
+        everything is computed then; infinity if nothing is due any more.
         """
         with self._lock:
             if self._simulation.next_time <= wanted:
@@ -230,14 +233,16 @@ class WorldCourse:
 
     @property
     def notes(self) -> tuple[tuple[float, str, str], ...]:
-        """Return what there is to tell up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand
-        closed on nothing), FALL, EDGE, FEEDER, ENDLESS.
+        """Return the notes up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on
+        nothing), FALL, EDGE, FEEDER, ENDLESS.
         """
         self._advance(self.timeline.end)
         return tuple(self._history.rows(NOTES))
 
     def state_at(self, t: float) -> WorldState | None:
-        """Return all that the world is just before t [s], or what the course begins with; None: as the scene says."""
+        """Return the state of the world just before t [s], or the state with which the course begins; None if that is
+        the scene's own.
+        """
         if t <= self.begins:
             return self.timeline.world
         self._advance(t)
@@ -245,7 +250,9 @@ class WorldCourse:
             return state_at(self._history, self._settings, t)
 
     def _advance(self, until: float) -> float:
-        """Let all happen that is due up to a time [s]; return that time, or if that is later when the course begins."""
+        """Carry out all that is due up to a time [s]. Return that time, or the beginning of the course if that is
+        later.
+        """
         simulation = self._simulation
         if self._history.now < until or simulation.next_time <= until:
             with self._lock:
@@ -253,11 +260,13 @@ class WorldCourse:
         return max(until, self.begins)
 
 
-MOST_COURSES = 6  # of the versions asked for last
+MAX_COURSES = 6  # of the versions asked for last
 
 
 class World:
-    """An arm in a cell. Any thread may ask."""
+    """An arm in a cell. It keeps the courses of the versions of the timeline that were asked for last. Any thread may
+    ask.
+    """
 
     def __init__(self, arm: RobotArm, cell: Cell) -> None:
         self.cell, self.settings = cell, WorldSettings(arm, cell)
@@ -265,26 +274,26 @@ class World:
         self._lock = Lock()
 
     def course(self, timeline: Timeline) -> WorldCourse:
-        """The course of a timeline."""
+        """Return the course of a timeline."""
         with self._lock:
             found = next((one for one in self._courses if one.timeline is timeline), None)
             if found is None:
-                found = self._made(timeline)
+                found = self._continued_course(timeline)
             else:
                 self._courses.remove(found)
-            self._courses = [*self._courses[1 - MOST_COURSES :], found]
+            self._courses = [*self._courses[1 - MAX_COURSES :], found]
             return found
 
     def poses(self, timeline: Timeline, t: float) -> Iterator[tuple[str, Transform]]:
-        """Yield the parts that are there at t [s], each with T_world_part."""
+        """Yield the name and T_world_part of each part that exists at t [s]."""
         course = self.course(timeline)
         for name in course.parts():
             state = course.state(name, t)
             if state.exists:
                 yield name, state.pose
 
-    def _made(self, timeline: Timeline) -> WorldCourse:
-        """Continue from the course that is the same for the longest time."""
+    def _continued_course(self, timeline: Timeline) -> WorldCourse:
+        """Return a new course that continues the kept one with the longest common beginning."""
         best, since = None, timeline.start
         for course in reversed(self._courses):
             if course.timeline.world is not timeline.world:
@@ -294,4 +303,4 @@ class World:
                 best, since = course, same
             if same >= course.timeline.end:  # the timeline goes on from its end
                 break
-        return WorldCourse(self.settings, timeline) if best is None else best.edited(timeline, since)
+        return WorldCourse(self.settings, timeline) if best is None else best.for_edit(timeline, since)

@@ -1,4 +1,6 @@
-"""A state that is computed forward in time and can be taken back to any time before."""
+"""The history of a world: values that are computed forward in time and can be taken back to any earlier time; and the
+bodies that stand in it, found by a grid, with what is below a body.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ CHANGES, GRIPS, MOVES, NOTES, SEES = "changes", "grips", "moves", "notes", "sees
 
 
 class Due(NamedTuple):
-    """Something that happens at a time; of one instant by rank, of one rank in the order in which it was planned."""
+    """Something that happens at a time. At one instant the order is by rank, within one rank by the order of
+    planning.
+    """
 
     time: float
     rank: int
@@ -27,8 +31,8 @@ class Due(NamedTuple):
 
 
 class WorldHistory:
-    """Values by key, what is due, and rows by key that only grow, of tuples that begin with their time. `back_to` takes
-    back what was set and added.
+    """Values by key, planned happenings, and rows by key. Rows are tuples that begin with their time; they are only
+    added. `back_to` takes back what was set and added.
     """
 
     def __init__(self) -> None:
@@ -48,7 +52,7 @@ class WorldHistory:
         return self._values.get(key, default)
 
     def items(self, kind: str) -> dict[Any, Any]:
-        """Return the values whose keys are pairs of a kind and something else, by that."""
+        """Return the values whose keys are pairs of `kind` and something else, by that something."""
         return {key[1]: value for key, value in self._values.items() if isinstance(key, tuple) and key[0] == kind}
 
     def set(self, key: Hashable, value: Any) -> None:
@@ -78,7 +82,7 @@ class WorldHistory:
 
     @property
     def due(self) -> tuple[Due, ...]:
-        """All that is due, the first first."""
+        """Return all planned happenings, the earliest first."""
         found: tuple[Due, ...] = self._values.get("due", ())
         return found
 
@@ -90,13 +94,13 @@ class WorldHistory:
         self.set("due", (*due[:place], one, *due[place:]))
 
     def take(self) -> Due:
-        """The first that is due, which is so no longer."""
+        """Remove and return the earliest planned happening."""
         first, *later = self.due
         self.set("due", tuple(later))
         return first
 
     def drop(self, is_dropped: Callable[[Happening], bool]) -> None:
-        """Let some of what is due not happen."""
+        """Remove the planned happenings that `is_dropped` selects."""
         left = tuple(one for one in self.due if not is_dropped(one.what))
         if len(left) < len(self.due):
             self.set("due", left)
@@ -106,7 +110,7 @@ _MISSING = object()
 
 
 CELL = 0.1  # [m] between the lines of the grid
-MOST_CELLS = 100  # of a body; a larger one is looked at always
+MAX_CELLS = 100  # of a body; a larger one is looked at always
 PRESSED = 0.005  # [m] so far a body may be pressed into what it stands on
 LEVEL = 1e-4  # [m] bodies below whose heights differ less carry together
 FALLS = 1e-3  # [m] a fall of less is not worth a word
@@ -114,14 +118,16 @@ FLOOR = "floor"
 
 
 class Below(NamedTuple):
-    """What a body would stand on: how far it is lowered until then [m], and the names of what carries it."""
+    """The surface on which a body would stand: how far the body sinks to it [m], and the names of the bodies that carry
+    it.
+    """
 
     drop: float
     on: tuple[str, ...]
 
 
 def floor_height(scene: CellScene, model: RobotModel) -> float:
-    """The height of the floor in the world [m]: as the cell says, or what the robot stands on."""
+    """Return the height of the floor in the world [m]: the cell's, or that on which the robot stands."""
     if scene.floor is not None:
         return scene.floor
     heights = [0.0]
@@ -138,9 +144,9 @@ def floor_height(scene: CellScene, model: RobotModel) -> float:
 
 
 def cells(area: Bounds) -> Iterator[tuple[int, int]] | None:
-    """The cells of the grid that a body covers, seen from above; None if they are too many."""
+    """Return the cells of the grid that a body covers, seen from above; None if they are too many."""
     first_x, last_x, first_y, last_y = (floor(edge / CELL) for edge in area[:4])
-    if (last_x - first_x + 1) * (last_y - first_y + 1) > MOST_CELLS:
+    if (last_x - first_x + 1) * (last_y - first_y + 1) > MAX_CELLS:
         return None
     return ((x, y) for x in range(first_x, last_x + 1) for y in range(first_y, last_y + 1))
 
@@ -151,7 +157,7 @@ def below(
     others: Iterable[tuple[str, Solids, Transform, Bounds]],
     floor_at: float,
 ) -> Below:
-    """Return what is below a body: the floor, or the highest of the others."""
+    """Return the surface below a body: the floor, or the highest of the others."""
     area = bounds(solids, T_world_body)
     found = [(max(0.0, area[4] - floor_at), FLOOR)]
     for name, shape, T, room in others:
@@ -165,8 +171,8 @@ def below(
     return Below(least, tuple(name for lowered, name in sorted(found) if lowered <= least + LEVEL))
 
 
-def balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tuple[Solids, Transform, Bounds]]) -> bool:
-    """Return whether the middle of a body stands above what carries it, or between several bodies that do."""
+def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tuple[Solids, Transform, Bounds]]) -> bool:
+    """Return whether the middle of a body is above one of its carriers, or between several of them."""
     middles = [moved_point(T_world_body, one.middle) for one in solids]
     x, y = (sum(middle[axis] for middle in middles) / len(middles) for axis in (0, 1))
     area, rooms = bounds(solids, T_world_body), []
@@ -208,14 +214,14 @@ def lift(history: WorldHistory, name: str) -> None:
     history.set(("place", name), None)
 
 
-def placed(history: WorldHistory, name: str) -> tuple[Solids, Transform, Bounds]:
-    """Return a body that stands: T_world_body and its bounds, too."""
+def standing_body(history: WorldHistory, name: str) -> tuple[Solids, Transform, Bounds]:
+    """Return a standing body: its solids, T_world_body and bounds."""
     solids, T, area, _ = history.get(("place", name))
     return solids, T, area
 
 
 def near(history: WorldHistory, area: Bounds) -> list[str]:
-    """The bodies that stand and whose bounds overlap an area, by name."""
+    """Return the names of the standing bodies whose bounds overlap an area."""
     found = set(history.get(("cell",), ()))
     covered = cells(area)
     if covered is None:
@@ -226,7 +232,9 @@ def near(history: WorldHistory, area: Bounds) -> list[str]:
 
 
 def below_in(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform, floor_at: float) -> Below:
-    """Return what would be below a body at a place, of all that stands."""
+    """Return the surface below a body at a place, among all standing bodies."""
     x, X, y, Y, _, top = bounds(solids, T_world_body)
-    others = ((other, *placed(history, other)) for other in near(history, (x, X, y, Y, -inf, top)) if other != name)
+    others = (
+        (other, *standing_body(history, other)) for other in near(history, (x, X, y, Y, -inf, top)) if other != name
+    )
     return below(solids, T_world_body, others, floor_at)

@@ -1,8 +1,8 @@
-"""When a moving body enters and leaves the region of a sensor: conservative advancement with bounds on speeds.
+"""Find when a moving body enters and leaves the region of a sensor, by conservative advancement with bounds on speeds.
 
 No step is longer than the distance allows at the greatest possible speed (Mirtich and Canny, Impulse-based simulation
-of rigid bodies, 1995). A segment is searched in its own time and remembered with its path: where an edit only shifts
-it, nothing is searched again, and no bit changes.
+of rigid bodies, 1995). A segment is searched in its own time, and the result is kept with its path. If an edit only
+shifts the segment, the result is used again, so no bit changes.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from vrs_cli.values.world import Beam, Proximity, Zone
 from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 
 GRAVITY = 9.81  # [m/s2]
-SHORTEST = 2.0**-11  # [s] half a millisecond: the shortest step, so that nothing that lasts 1 ms is missed
+MIN_STEP_S = 2.0**-11  # [s] half a millisecond: the shortest step, so that nothing that lasts 1 ms is missed
 FINEST = 2.0**-22  # [s] the instants found are multiples of it, after the start of their segment
-MOST_KEPT = 100_000  # searches remembered
+MAX_PASSAGES = 100_000  # searches remembered
 
 
 class Crossing(NamedTuple):
-    """A body enters or leaves a region, by its number. `time`: in seconds since its motion began."""
+    """A body enters or leaves a region, which is given by its number. `time`: seconds since the motion began."""
 
     time: float
     region: int
@@ -38,14 +38,16 @@ class Crossing(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """In which regions a body is when its motion begins, and what it crosses, in order of time."""
+    """The regions in which a body is when its motion begins, and its crossings in order of time."""
 
     begins_in: frozenset[int]
     crossings: tuple[Crossing, ...]
 
 
 class Region(NamedTuple):
-    """The region of a sensor: a solid, T_region_world, and how far a point is from the solid, in the region's frame."""
+    """The region of a sensor: a solid, its T_region_world, and a function that returns the distance of a point from the
+    solid in the region's frame.
+    """
 
     solid: Solid
     T_region_world: Transform
@@ -72,7 +74,7 @@ def _from_box(size: Vector) -> Callable[[Vector], float]:
 
 
 def _from_rod(end: Vector, rod: Solid) -> Callable[[Vector], float]:
-    """`end`: one end of its axis."""
+    """Return the distance of a point from a cylinder with round ends. `end`: one end of its axis."""
     mx, my, mz = rod.middle
     ax, ay, az = subtracted(end, rod.middle)
     square = ax * ax + ay * ay + az * az
@@ -86,7 +88,7 @@ def _from_rod(end: Vector, rod: Solid) -> Callable[[Vector], float]:
 
 
 class SeenBody(NamedTuple):
-    """A body as sensors see it: fixed at the flange, or (`at_tool`) at the tool's tip, at this pose."""
+    """A body as sensors see it, at a pose that is fixed at the flange, or at the tool's tip (`at_tool`)."""
 
     body: str
     T: Transform
@@ -94,8 +96,8 @@ class SeenBody(NamedTuple):
 
 
 class Way(NamedTuple):
-    """How a body, by its name, moves in a stretch of time: its pose by the time since the start [s], and a bound on the
-    speed of all its points [m/s]; that bound grows no faster than `growth` [m/s2].
+    """The motion of a named body over a stretch of time: its pose by the time since the start [s], and a bound on the
+    speed of all its points [m/s], which grows no faster than `growth` [m/s2].
     """
 
     body: str
@@ -106,7 +108,7 @@ class Way(NamedTuple):
 
 
 class Sensing:
-    """Searches crossings of bodies (by name) and regions (by number), and remembers them."""
+    """Searches crossings of bodies (by name) and regions (by number), and keeps the results."""
 
     def __init__(self, arm: RobotArm, bodies: Mapping[str, Solids], regions: Sequence[Region]) -> None:
         self._arm, self._bodies, self.regions = arm, bodies, regions
@@ -115,40 +117,42 @@ class Sensing:
         self.looks = 0  # at poses, in all
 
     def standing(self, body: str, T_world_body: Transform) -> frozenset[int]:
-        """The regions in which a body is that stands there."""
-        return self._remembered(
+        """Return the numbers of the regions that a body at a fixed pose is in."""
+        return self._recall(
             (body, T_world_body), None, Way(body, lambda _: T_world_body, lambda _: 0.0, 0.0, 0.0)
         ).begins_in
 
     def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
-        """Return what a body at the arm crosses in a segment, since the segment's start."""
+        """Return the passage of a body at the arm through a segment, timed from the segment's start."""
         path = segment.path
         known = self._known.get((id(path), segment.duration, sight))
         if known is not None:
             return known[1]
-        return self._remembered((id(path), segment.duration, sight), path, self._way(sight, segment))
+        return self._recall((id(path), segment.duration, sight), path, self._way(sight, segment))
 
     def in_fall(self, body: str, T_world_body: Transform, duration: float) -> Passage:
-        """Return what a body crosses that falls from rest for so long [s]."""
+        """Return the passage of a body that falls from rest for `duration` [s]."""
 
         def pose(s: float) -> Transform:
             return T_world_body._replace(pz=T_world_body.pz - 0.5 * GRAVITY * s * s)
 
         way = Way(body, pose, lambda s: GRAVITY * s, GRAVITY, duration)
-        return self._remembered((body, T_world_body, duration), None, way)
+        return self._recall((body, T_world_body, duration), None, way)
 
-    def _remembered(self, key: object, kept: object, way: Way) -> Passage:
-        """`kept`: an object whose id is in the key."""
+    def _recall(self, key: object, kept: object, way: Way) -> Passage:
+        """Return the kept passage, or search it now and keep it. `kept`: an object whose id is in the key, kept alive
+        with it.
+        """
         found = self._known.get(key)
         if found is None:
-            if len(self._known) >= MOST_KEPT:
-                for old in list(self._known)[: MOST_KEPT // 2]:
+            if len(self._known) >= MAX_PASSAGES:
+                for old in list(self._known)[: MAX_PASSAGES // 2]:
                     del self._known[old]
             found = self._known[key] = (kept, self._passage(way))
         return found[1]
 
     def _passage(self, way: Way) -> Passage:
-        """Search the regions that the body can reach."""
+        """Search the crossings of a way with all regions that the body can reach."""
         T, inside, found = way.pose(0.0), set[int](), list[Crossing]()
         far = _farthest(way)
         for number, region in enumerate(self.regions):
@@ -193,10 +197,10 @@ class Sensing:
             tool = frames.tool if sight.at_tool else IDENTITY
             mounted, held = Frames(frames.base, tool), sight.T
 
-            def searched(s: float) -> Transform:
+            def pose_at(s: float) -> Transform:
                 return compose(world_pose(self._arm, mounted, segment_joints(self._arm, segment, s)), held)
 
-            return Way(sight.body, searched, lambda _: inf, 0.0, duration)
+            return Way(sight.body, pose_at, lambda _: inf, 0.0, duration)
         base = inverse(frames.base)
         at_tip = sight.T if sight.at_tool else compose(inverse(frames.tool), sight.T)
         far = max(length(moved_point(at_tip, solid.middle)) + solid.reach for solid in solids)
@@ -213,18 +217,18 @@ class Sensing:
     # --- the search ---
 
     def _search(self, way: Way, region: int, *, still: bool) -> Iterator[tuple[float, bool]]:
-        """Yield when the body is in a region or not: first at the start, then each change."""
+        """Yield whether the body is in a region: first at the start, then after each change."""
         s, gap = 0.0, self._clearance(way, 0.0, region)
         yield 0.0, gap <= 0.0
         while s < way.duration and not still:
-            later = min(s + max(_safe(abs(gap), way.pace(s), way.growth), SHORTEST), way.duration)
+            later = min(s + max(_safe(abs(gap), way.pace(s), way.growth), MIN_STEP_S), way.duration)
             after = self._clearance(way, later, region)
             if (after <= 0.0) is not (gap <= 0.0):
                 yield self._instant(way, region, (s, later), gap <= 0.0), after <= 0.0
             s, gap = later, after
 
     def _instant(self, way: Way, region: int, between: tuple[float, float], before: bool) -> float:
-        """Return when the state changes, by bisection."""
+        """Return the instant of a change between two times, found by bisection."""
         low, high = int(between[0] / FINEST), ceil(between[1] / FINEST)
         while high - low > 1:
             middle = (low + high) // 2
@@ -236,21 +240,21 @@ class Sensing:
 
 
 def _farthest(way: Way) -> float:
-    """Return how far a point of the body goes at most [m]."""
+    """Return a bound on how far a point of the body moves [m]."""
     if not way.duration:
         return 0.0
     return way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2
 
 
 def _safe(gap: float, pace: float, growth: float) -> float:
-    """Return how long the way is at least within a gap: pace h + growth h^2 / 2 <= gap."""
+    """Return a time [s] in which the body moves at most `gap` [m]: pace h + growth h^2 / 2 <= gap."""
     if growth > 0.0:
         return (sqrt(pace * pace + 2.0 * growth * gap) - pace) / growth
     return gap / pace if pace > 0.0 else inf
 
 
 def _most(row: Polynomial, duration: float, order: int) -> float:
-    """A bound on a derivative of a polynomial from 0 to `duration`."""
+    """Return a bound on a derivative of a polynomial from 0 to `duration`."""
     found = 0.0
     for power in range(order, len(row)):
         factor = abs(row[power])
@@ -261,20 +265,20 @@ def _most(row: Polynomial, duration: float, order: int) -> float:
 
 
 def _rate(row: Polynomial, s: float) -> float:
-    """The magnitude of the derivative of a polynomial."""
+    """Return the magnitude of the derivative of a polynomial at s."""
     return abs(sum(power * row[power] * s ** (power - 1) for power in range(1, len(row))))
 
 
 def clearance(solids: Solids, T_world_body: Transform, region: Region) -> float:
-    """Return how far a body is from a region [m], at least; 0 or less: it is in it, at least so deep. Its sign is
-    exact.
+    """Return a lower bound of the distance of a body from a region [m]. If it is 0 or negative, the body is in the
+    region, at least so deep. The sign is exact.
     """
     T_region_body = compose(region.T_region_world, T_world_body)
     return min([_clearance(solid, T_region_body, region) for solid in solids])
 
 
 def _far_apart(solids: Solids, T_world_body: Transform, region: Region) -> float:
-    """A bound from below of the distance, found quickly."""
+    """Return a quick lower bound of the distance."""
     T = compose(region.T_region_world, T_world_body)
     return min([region.distance(moved_point(T, one.middle)) - one.reach for one in solids])
 

@@ -1,4 +1,6 @@
-"""What a world is made of, prepared once: solids by name, regions of sensors, rules by the signal that they follow."""
+"""The parts of a world that never change (solids by name, regions of sensors, rules by signal); what the hand takes;
+and states that are read from a history and written into a new one.
+"""
 
 from __future__ import annotations
 
@@ -32,9 +34,9 @@ OPENING = 0.1  # [m] of a hand of which nobody says how wide it opens
 
 
 class WorldSettings:
-    """An arm in a cell. `opening`: of the hand [m]. `fed`: the parts that feeders bring. `rules`: those that the world
-    applies, with their places, by the signal that they follow. `computed`: the inputs that the world drives; `sensed`:
-    those of them that sensors drive. `at_start`: a history in which all stands that is there at the start.
+    """An arm in a cell. `opening`: the width of the open hand [m]. `fed`: the parts that feeders bring. `rules`: the
+    rules that the world applies, with their numbers, by the signal that they follow. `computed`: the inputs that the
+    world sets; `sensed`: those that sensors set. `at_start`: a history that has the bodies at the start.
     """
 
     def __init__(self, arm: RobotArm, cell: Cell) -> None:
@@ -65,7 +67,7 @@ class WorldSettings:
         self.computed = frozenset(self.sensed | followed)
 
     def fits(self, state: WorldState) -> bool:
-        """Return whether a state is one of this world, and not of another cell."""
+        """Return whether a state belongs to this cell."""
         named = {one.what.part if isinstance(one.what, PartLands) else "" for one in state.due} | {state.held or ""}
         bodies = named | {*state.stack, *state.inside}
         regions = [region for several in state.inside.values() for region in several]
@@ -81,7 +83,7 @@ class WorldSettings:
         )
 
     def stood_on(self, name: str) -> str:
-        """Return what a part stands on at the start; "" if nothing is just below it."""
+        """Return the body on which a part stands at the start; "" if nothing is just below it."""
         known = self._stood_on.get(name)
         if known is None:
             found = below_in(self.at_start, name, self.solids[name], self.parts[name].T_world_part, self.floor)
@@ -99,8 +101,8 @@ def part_between(
     gap: tuple[float, float],
     tell: Callable[[str, str], None] | None = None,
 ) -> tuple[str, float] | None:
-    """Return the part between fingers whose gap goes from one width to another, and its own width [m]; of several,
-    the nearest to the tip. `tell` hears why there is none.
+    """Return the part between fingers whose gap changes from one width to another, and the part's width [m]. Of several
+    parts it is the one nearest to the tip. `tell` gets the reason if there is none.
     """
     tip, axis = position(tool), (tool.nx, tool.ny, tool.nz)
     tolerance, found, wide = settings.scene.gripper.tolerance, list[tuple[float, str, float]](), ""
@@ -126,8 +128,8 @@ def part_between(
 
 
 def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
-    """Write down which part the hand holds from now on, and how far it is open: its fingers stop at the part, and count
-    as where they were while they are on their way.
+    """Record the held part, and how far the hand is open from now on. Fingers stop at the part. While they move, their
+    old opening counts.
     """
     name, opening = history.get("held"), history.get("hand")
     if name is not None:
@@ -139,8 +141,8 @@ def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
 
 
 def _hold_of(part: ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector) -> tuple[float, float, float]:
-    """Return how far the tool's tip is from where a part can be taken, and from where to where it reaches there along
-    the closing axis, seen from the tip [m].
+    """Return the distance of the tool's tip from where a part can be taken, and the part's extent along the closing
+    axis there: both ends, seen from the tip [m].
     """
     if not part.grasp:
         low, high = spread(solids, T, axis)
@@ -178,7 +180,7 @@ def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> WorldS
 
 
 def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -> None:
-    """Let a new history, in which all stands as at the start of the scene, begin with a state."""
+    """Begin a new history with a state. The history has all bodies as at the start of the scene."""
     history.now = state.time
     for key in ALONE:
         history.set(key, getattr(state, key))

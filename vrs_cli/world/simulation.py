@@ -1,5 +1,5 @@
-"""The simulation of a world, forward in time from cause to cause: what the hand takes and lets go, what falls, what
-feeders bring and sinks take, what sensors see, and what rules make of it.
+"""Simulate a world forward in time, from cause to cause: parts that the hand takes and releases, falls, feeders, sinks,
+sensors, and the signals that rules set.
 """
 
 from __future__ import annotations
@@ -34,24 +34,24 @@ from vrs_cli.world.history import (
     NOTES,
     SEES,
     WorldHistory,
-    balanced,
     below,
     below_in,
+    is_balanced,
     lift,
     near,
-    placed,
     put,
+    standing_body,
 )
 from vrs_cli.world.sensing import GRAVITY, Passage, SeenBody
 from vrs_cli.world.settings import SLACK, WorldSettings, add_grip, part_between, restore
 from vrs_cli.world.solids import bounds, point_apart
 
 STANDS = 1e-7  # [m] what would fall less stands
-MOST_AT_ONCE = 1000  # of one instant: rules that drive each other for ever end there
+MAX_AT_ONE_INSTANT = 1000  # of one instant: rules that drive each other for ever end there
 
 
 class ArmEnters(Happening, frozen=True):
-    """The arm enters a segment, by its index, of which the part `since` a time [s] counts."""
+    """The arm enters a segment, given by its index. The part of the segment after `since` [s] counts."""
 
     segment: int
     since: float
@@ -62,7 +62,7 @@ class ArmEnters(Happening, frozen=True):
 
 
 class StackFalls(Happening, frozen=True):
-    """What stood on the part in the hand falls, as the arm moves away with it."""
+    """The bodies that stood on the held part fall, because the arm moves away with it."""
 
     @property
     def rank(self) -> int:
@@ -70,7 +70,9 @@ class StackFalls(Happening, frozen=True):
 
 
 class Simulation:
-    """The simulation of one timeline, of which `history` has what was computed so far. One thread at a time."""
+    """The simulation of one timeline. `history` has all that was computed so far. Only one thread may use it at a
+    time.
+    """
 
     def __init__(self, settings: WorldSettings, timeline: Timeline, history: WorldHistory) -> None:
         self._settings, self._timeline, self.history = settings, timeline, history
@@ -79,14 +81,14 @@ class Simulation:
 
     @property
     def next_time(self) -> float:
-        """When the next thing happens [s]; infinity if nothing does."""
+        """Return when the next thing happens [s]; infinity if nothing does."""
         history, timeline = self.history, self._timeline
         index = history.get("events")
         event = timeline.event(index).time if index < timeline.event_count else inf
         return min(event, history.due[0].time if history.due else inf)
 
     def advance(self, until: float) -> None:
-        """Let all happen that is due up to a time."""
+        """Carry out all that is due up to a time [s]."""
         history, timeline = self.history, self._timeline
         instant, count = -inf, 0
         while (coming := self.next_time) <= until and coming < inf:
@@ -98,7 +100,7 @@ class Simulation:
                 continue
             count = count + 1 if coming == instant else 0  # of what follows: events have an end
             instant = coming
-            if count > MOST_AT_ONCE:
+            if count > MAX_AT_ONE_INSTANT:
                 self._note("ENDLESS", "rules of the cell drive each other without end")
                 history.set("due", tuple(one for one in history.due if one.time > coming))
             else:
@@ -106,7 +108,7 @@ class Simulation:
         history.now = max(history.now, until) if until < inf else history.now
 
     def begin(self) -> None:
-        """Begin as the scene says, at the start of the timeline."""
+        """Begin with the scene, at the start of the timeline."""
         settings, history = self._settings, self.history
         start = history.now = self._timeline.start
         history.set("events", 0)
@@ -123,13 +125,13 @@ class Simulation:
         self.follow_arm()
 
     def resume(self, state: WorldState) -> None:
-        """Begin with the state that the timeline has at its start."""
+        """Begin with a state at the start of the timeline."""
         restore(self.history, self._settings, state)
         self.history.set("events", self._timeline.events_by(state.time, before=True))
         self.follow_arm()
 
     def follow_arm(self) -> None:
-        """Plan what follows from the motion of the arm from now on, in place of what was planned of it."""
+        """Plan the happenings that follow from the motion of the arm from now on, in place of those planned before."""
         history = self.history
         history.drop(lambda what: what.follows_arm)
         if self._settings.sensing.regions:
@@ -166,25 +168,25 @@ class Simulation:
     # --- where things are ---
 
     def span(self, name: str, t: float) -> PartBegin:
-        """What a part does at a time [s], or the first that is known of it. Raises KeyError."""
+        """Return what a part does at a time [s], or its first known span. Raises KeyError."""
         spans: Sequence[PartBegin] = self.history.rows(("spans", name))
         if not spans:
             raise KeyError(name)
         return spans[max(bisect_right(spans, t, key=lambda span: span.begin) - 1, 0)]
 
     def flange(self, t: float) -> Transform:
-        """T_world_flange."""
+        """Return T_world_flange."""
         arm, frames = self._settings.arm, self._timeline.locate(t)[0].motion.frames
         return world_pose(arm, Frames(frames.base), joints_at(arm, self._timeline, t))
 
     def tool(self, t: float) -> Transform:
-        """T_world_tool."""
+        """Return T_world_tool."""
         return compose(self.flange(t), self._timeline.locate(t)[0].motion.frames.tool)
 
     # --- signals ---
 
     def _set_channel(self, event: Event) -> None:
-        """Let an event of the timeline take effect."""
+        """Carry out an event of the timeline."""
         if event.observed:
             return
         if event.channel != HAND:
@@ -206,7 +208,7 @@ class Simulation:
         add_grip(history, self._settings)
 
     def _switch(self, signal: int, on: bool) -> None:
-        """A signal takes a state: what follows of it is planned."""
+        """Set the state of a signal, and plan the happenings that follow from it."""
         history, settings = self.history, self._settings
         if history.get(("signal", signal), False) is on:
             return
@@ -234,20 +236,20 @@ class Simulation:
                 history.plan(now + on_grid(sink.after), PartsGo(place))
 
     def _show(self, signal: int, on: bool) -> None:
-        """The state of a sensor goes to its signal; a negative one shows the opposite. 0: to none."""
+        """Pass the state of a sensor to its signal. A negative signal shows the opposite; 0 is none."""
         if signal:
             self._switch(abs(signal), on is (signal > 0))
 
     # --- the hand ---
 
     def _arrive(self, before: float, after: float) -> None:
-        """The fingers have arrived: their gap has gone from one width to another [m]."""
+        """Let the fingers arrive: their gap has changed from one width to another [m]."""
         if self.history.get("held") is None:
             self._take(before, after)
         add_grip(self.history, self._settings)
 
     def _take(self, before: float, after: float) -> None:
-        """Take the part between fingers whose gap has gone from one width to another [m]."""
+        """Take the part between fingers whose gap has changed from one width to another [m]."""
         history = self.history
         t = history.now
         tool = self.tool(t)
@@ -294,7 +296,7 @@ class Simulation:
         self.history.add(MOVES, (t, name))
 
     def _let_go(self, name: str, T: Transform) -> None:
-        """A part is at T and nothing holds it: it stands, or falls straight down."""
+        """Let a part at T stand if something is below it, else let it fall straight down."""
         history, settings = self.history, self._settings
         found = below_in(history, name, settings.solids[name], T, settings.floor)
         if found.drop <= STANDS:
@@ -315,11 +317,13 @@ class Simulation:
         self._span_begins(name, SpanKind.RESTS, T, on)
         put(history, name, solids, T)
         self._stand(name, T)
-        if on[0] != FLOOR and not balanced(solids, T, (placed(history, other) for other in on if other != FLOOR)):
+        if on[0] != FLOOR and not is_balanced(
+            solids, T, (standing_body(history, other) for other in on if other != FLOOR)
+        ):
             self._note("EDGE", f"{name} rests on an edge of {on[0]}")
 
     def _plan_unstack(self) -> None:
-        """Plan the fall of what stood on the part in the hand, for when the arm moves next."""
+        """Plan the fall of what stands on the held part, for when the arm moves next."""
         history, timeline = self.history, self._timeline
         history.drop(lambda what: isinstance(what, StackFalls))
         t = history.now
@@ -330,7 +334,7 @@ class Simulation:
                 return
 
     def _fall_from(self, names: Iterable[str]) -> None:
-        """Let parts fall whose support has gone, and those that stand on them."""
+        """Let parts fall that have lost their support, and the parts that stand on them."""
         history, settings = self.history, self._settings
         waiting = sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name))
         for name in waiting:
@@ -344,7 +348,7 @@ class Simulation:
             self._fall_from(above)
 
     def _standing_on(self, name: str, T: Transform) -> tuple[str, ...]:
-        """The parts that stand on a body at T."""
+        """Return the parts that stand on a body at T."""
         settings, history = self._settings, self.history
         x, X, y, Y, low, top = bounds(settings.solids[name], T)
         found = []
@@ -373,12 +377,12 @@ class Simulation:
         self._let_go(name, feeder.T_world_part or self._settings.parts[name].T_world_part)
 
     def _clear(self, place: int) -> None:
-        """Take away the parts whose middle is in the zone of a sink."""
+        """Remove the parts whose middle is in the zone of a sink."""
         history, (zone, region) = self.history, self._settings.sinks[place]
         gone, above = [], list[str]()
         for name in near(history, bounds((region.solid,), zone)):
             if name in self._settings.parts and self.span(name, history.now).kind is SpanKind.RESTS:
-                solids, T, _ = placed(history, name)
+                solids, T, _ = standing_body(history, name)
                 if point_apart((region.solid,), zone, moved_point(T, solids[0].middle)) == 0.0:
                     gone.append(name)
                     above += self._standing_on(name, T)
@@ -391,7 +395,7 @@ class Simulation:
     # --- sensors ---
 
     def _enter(self, index: int, since: float) -> None:
-        """Plan what the hand and the part that it holds cross in a segment, from a time on [s]."""
+        """Plan the crossings of the hand and of the held part in a segment, from a time on [s]."""
         self._watch(self._settings.hand, index, since)
         held = self.history.get("held")
         if held is not None:
@@ -406,7 +410,9 @@ class Simulation:
         self._pass(sight.body, passage, segment.start - since, segment.finish - since, moved=True)
 
     def _pass(self, body: str, passage: Passage, offset: float, until: float, *, moved: bool) -> None:
-        """Plan crossings that come `offset` seconds later than they say, seen from now, and the state until then."""
+        """Plan the crossings of a passage, `offset` seconds later than they say, and set the present state until
+        then.
+        """
         history = self.history
         inside = set(passage.begins_in)
         for crossing in passage.crossings:
@@ -425,7 +431,7 @@ class Simulation:
             self._see(name, self._settings.sensing.standing(name, T))
 
     def _see(self, body: str, inside: frozenset[int]) -> None:
-        """A body is in these regions from now on."""
+        """Record that a body is in these regions from now on."""
         history = self.history
         before = history.get(("in", body), frozenset[int]())
         if inside == before:

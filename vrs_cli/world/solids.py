@@ -1,8 +1,8 @@
-"""Convex solids: how far they are apart, how wide they are, how far one falls onto another.
+"""Convex solids: their distance, their width, and how far one falls onto another.
 
-The distance is that of Gilbert, Johnson and Keerthi (A fast procedure for computing the distance between complex
-objects, IEEE J. Robotics and Automation 4, 1988): that of the origin from the set of differences of points of both
-solids, by way of simplexes of at most four points. Metres.
+The distance is found by the method of Gilbert, Johnson and Keerthi (A fast procedure for computing the distance between
+complex objects, IEEE J. Robotics and Automation 4, 1988): it is the distance of the origin from the set of differences
+of points of both solids, searched with simplexes of at most four points. All lengths are in metres.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
-MOST_STEPS = 64  # of a search: smooth solids take about twenty, others five
+MAX_STEPS = 64  # of a search: smooth solids take about twenty, others five
 CLOSE = 1e-12  # [m] the error with which a search ends
 NOTHING = 1e-11  # [m] two solids that are nearer touch each other
 EDGE = 1e-4  # [m] two solids that overlap less, seen from above, lie beside each other
@@ -35,9 +35,9 @@ Support = Callable[[Vector], Vector]
 
 
 class Solid(NamedTuple):
-    """A convex solid in its own frame: all points not farther than `radius` from a core. `support`: the point of the
-    core that is farthest along a direction. `middle`: a point of the core; `reach`: the farthest any point of the solid
-    is from it; `depth`: a ball of this radius about it lies in the solid.
+    """A convex solid in its own frame: all points within `radius` of a core. `support` returns the point of the core
+    that is farthest along a direction. `middle`: a point of the core. `reach`: the greatest distance of a point of the
+    solid from it. `depth`: the radius of a ball about it that lies in the solid.
     """
 
     support: Support
@@ -51,7 +51,7 @@ Solids = tuple[Solid, ...]  # of one body, in its frame
 
 
 def solids_of(shape: Shape | Beam | Zone | Proximity) -> Solids:
-    """The solids of a shape, in its frame, or those of the region of a sensor, in its own frame (`frame_of`)."""
+    """Return the solids of a shape in its frame. For the region of a sensor that is the frame of `frame_of`."""
     match shape:
         case BoxShape() | Zone():
             x, y, z = (0.5 * side for side in shape.size)
@@ -90,7 +90,7 @@ def _cylinder(r: float, h: float) -> Support:
 
 
 def _rod(begin: Vector, end: Vector, radius: float) -> Solid:
-    """A cylinder with round ends."""
+    """Return a cylinder with round ends."""
     x, y, z = subtracted(end, begin)
     middle = (begin[0] + 0.5 * x, begin[1] + 0.5 * y, begin[2] + 0.5 * z)
 
@@ -116,8 +116,8 @@ def _piece(points: Sequence[Vector]) -> Solid:
 
 
 class Separation(NamedTuple):
-    """How far two solids are apart [m]; 0 or less: they touch. `toward`: from the first solid to the second, of length
-    1, in the frame of the second; (0, 0, 0) where they touch.
+    """The distance of two solids [m], 0 or less if they touch. `toward`: the unit vector from the first solid to the
+    second, in the frame of the second; (0, 0, 0) if they touch.
     """
 
     distance: float
@@ -125,8 +125,8 @@ class Separation(NamedTuple):
 
 
 def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
-    """Return how far solid a, whose frame stands at T_b_a in the frame of b, is from b. Where only the rims overlap
-    (the cores, without `radius`, are apart) the distance is negative, and exact.
+    """Return the separation of solid a from solid b. `T_b_a` is the pose of a in the frame of b. If only the rims
+    overlap (the cores, without `radius`, are apart), the distance is negative and exact.
     """
     rims = a.radius + b.radius
     v = subtracted(b.middle, moved_point(T_b_a, a.middle))  # from a to b
@@ -134,7 +134,7 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
         v = (1e-9, 0.0, 0.0)
     simplex: list[Vector] = []
     gap, best = inf, -inf
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         far_a = moved_point(T_b_a, a.support(rotated_back(T_b_a, v)))
         w = subtracted(b.support((-v[0], -v[1], -v[2])), far_a)
         size = sqrt(dot(v, v))
@@ -154,7 +154,7 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
 
 
 def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
-    """The point of a simplex that is nearest to the origin, and the corners that it lies between."""
+    """Return the point of a simplex that is nearest to the origin, and the corners between which it lies."""
     match simplex:
         case [a]:
             return a, simplex
@@ -171,7 +171,7 @@ def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
 
 
 def _same_side(a: Vector, b: Vector, c: Vector, d: Vector) -> bool:
-    """Return whether the origin lies on that side of the plane of a, b, c on which d lies; not if all four are in a
+    """Return whether the origin and d lie on the same side of the plane of a, b, c; False if all four points are in a
     plane.
     """
     normal = cross(subtracted(b, a), subtracted(c, a))
@@ -191,7 +191,7 @@ def _on_edge(a: Vector, b: Vector) -> tuple[Vector, list[Vector]]:
 
 
 def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
-    """Of a triangle (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    """Return the nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5), and its corners."""
     ab, ac = subtracted(b, a), subtracted(c, a)
     d1, d2 = -dot(ab, a), -dot(ac, a)
     if d1 <= 0.0 and d2 <= 0.0:
@@ -222,7 +222,7 @@ Bounds = tuple[float, float, float, float, float, float]  # least and greatest x
 
 
 def bounds(solids: Solids, T: Transform) -> Bounds:
-    """The box in the axes of the world around a body at T_world_body."""
+    """Return the box around a body at T_world_body, along the axes of the world."""
     (x, X), (y, Y), (z, Z) = (spread(solids, T, axis) for axis in _AXES)
     return (x, X, y, Y, z, Z)
 
@@ -232,7 +232,7 @@ _DOWN: Vector = (0.0, 0.0, -1.0)
 
 
 def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
-    """From where to where a solid at T reaches along an axis of the world."""
+    """Return the lower and upper end of a solid at T along an axis of the world."""
     d = rotated_back(T, axis)
     high = dot(axis, moved_point(T, solid.support(d))) + solid.radius
     low = dot(axis, moved_point(T, solid.support(scaled(d, -1.0)))) - solid.radius
@@ -240,7 +240,7 @@ def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
 
 
 def spread(solids: Solids, T: Transform, axis: Vector) -> tuple[float, float]:
-    """From where to where a body at T reaches along a unit vector of the world [m]."""
+    """Return the lower and upper end of a body at T along a unit vector of the world [m]."""
     spans = [_span(solid, T, axis) for solid in solids]
     return min(low for low, _ in spans), max(high for _, high in spans)
 
@@ -257,12 +257,12 @@ def overlap(a: Bounds, b: Bounds, margin: float = 0.0) -> bool:
 
 
 def frame_of(region: Beam | Zone | Proximity) -> Transform:
-    """T_world_region: the frame in which `solids_of` describes the region of a sensor."""
+    """Return T_world_region: the frame in which `solids_of` describes the region of a sensor."""
     return region.T_world_zone if isinstance(region, Zone) else IDENTITY
 
 
 def point_apart(solids: Solids, T: Transform, point: Vector) -> float:
-    """Return how far a point of the world is from a body at T; 0: inside."""
+    """Return the distance of a point of the world from a body at T [m]; 0 inside it."""
     T_body_point = compose(inverse(T), IDENTITY._replace(px=point[0], py=point[1], pz=point[2]))
     return max(0.0, min(separation(_POINT, T_body_point, solid).distance for solid in solids))
 
@@ -271,20 +271,24 @@ _POINT = Solid(lambda _: _ORIGIN, 0.0, _ORIGIN, 0.0, 0.0)
 
 
 def point_drop(point: Vector, b: Solids, T_world_b: Transform) -> float:
-    """Return how far a point can be lowered to meet a body [m]; negative: it has to be raised; infinite: never."""
+    """Return how far a point must be lowered to meet a body [m]; negative if it must be raised; infinite if it never
+    does.
+    """
     T = IDENTITY._replace(px=point[0], py=point[1], pz=point[2])
-    return min(_lowered(_POINT, T, other, T_world_b) for other in b)
+    return min(_lower_onto(_POINT, T, other, T_world_b) for other in b)
 
 
 def drop(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform) -> float:
-    """Return how far body a can be lowered until it comes to stand on b [m]; negative: it has to be raised. Infinite
-    where it would pass b, or only brush it.
+    """Return how far body a must be lowered to stand on b [m]; negative if it must be raised; infinite if it passes b
+    or only brushes it.
     """
     return min(_drop(one, T_world_a, other, T_world_b) for one in a for other in b)
 
 
 def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform, by: float) -> bool:
-    """Return whether body a is in body b by more than a length [m]: still so when a is smaller by that."""
+    """Return whether body a overlaps body b by more than a length [m]: a body that is smaller by that length still
+    overlaps.
+    """
     T_b_a = compose(inverse(T_world_b), T_world_a)
     smaller = [one._replace(support=_shrunk(one, by), radius=max(one.radius - by, 0.0)) for one in a]
     return any(separation(one, T_b_a, other).distance <= 0.0 for one in smaller for other in b)
@@ -292,13 +296,15 @@ def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform,
 
 def _drop(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
     thinner = a._replace(support=_shrunk(a, EDGE))  # a body beside another one does not stand on it
-    if _lowered(thinner, T_world_a, b, T_world_b) == inf:
+    if _lower_onto(thinner, T_world_a, b, T_world_b) == inf:
         return inf
-    return _lowered(a, T_world_a, b, T_world_b)
+    return _lower_onto(a, T_world_a, b, T_world_b)
 
 
 def _shrunk(solid: Solid, by: float) -> Support:
-    """Return the support of a solid whose core is smaller, about its middle: its farthest points by a length [m]."""
+    """Return the support of a solid whose core is smaller about its middle: its farthest points move in by a length
+    [m].
+    """
     factor = 1.0 - min(0.5, by / solid.reach)
     mx, my, mz = solid.middle
 
@@ -309,14 +315,16 @@ def _shrunk(solid: Solid, by: float) -> Support:
     return support
 
 
-def _lowered(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    """Conservative advancement: lowered by what the distance allows, a body passes nothing."""
+def _lower_onto(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
+    """Return how far a solid is lowered to touch another [m], by conservative advancement: each step is as long as the
+    distance allows.
+    """
     low, top = _span(a, T_world_a, _AXES[2])[0], _span(b, T_world_b, _AXES[2])[1]
     raised = max(0.0, top - low) + 1e-3
     T_b_a = compose(inverse(T_world_b), T_world_a._replace(pz=T_world_a.pz + raised))
     down, way = rotated_back(T_world_b, _DOWN), 0.0
     limit = 2.0 * (a.reach + b.reach) + 2.0 * raised + abs(low - top)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         found = separation(a, T_b_a, b)
         if found.distance < 1e-10:
             break

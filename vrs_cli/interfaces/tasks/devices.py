@@ -141,7 +141,7 @@ class Devices(Struct, eq=False):
                 case OpenDevice():
                     if not device.dialing:
                         device.open_at(effect.how, [one.name for one in self._devices.values() if one.open])
-                    return device.dialled()
+                    return device.dial_result()
                 case CommandDevice():
                     device.command(effect.command, effect.data)
                 case ReadRecord():

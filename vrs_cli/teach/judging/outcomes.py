@@ -75,7 +75,7 @@ def _nearness(
 def judge_held(check: checks.HeldCheck, run: basis.JudgedRun) -> basis.Verdict:
     """Judge what the hand holds at the end."""
     course, end = run.evidence.course, run.evidence.end
-    held = "" if course is None else course.held(end) or ""
+    held = "" if course is None else course.held_part(end) or ""
     text = f"the hand holds the {held} at the end" if held else "the hand holds nothing at the end"
     if held == check.part:
         return basis.Verdict(1.0, text, end)
