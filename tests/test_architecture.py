@@ -65,7 +65,7 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
     ),
 }
 LIVES_IN = {
-    "lark": {"language/text/lalr.py"},
+    "lark": {"language/text/line_parser.py"},
     "prompt_toolkit": {"repl"},
     "websockets": {
         "bodies/rosbridge.py",
@@ -141,7 +141,7 @@ DEFERRED = (
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
     Deferred(("files/atomic.py", "files/disk.py", "files/disk.py"), ("tempfile", "shutil"), "most runs write nothing"),
     Deferred(("cli/check.py", "cli/batch.py"), ("json",), "only --json needs it"),
-    Deferred(("language/text/lalr.py",), ("lark",), "the table that lark makes is kept between runs"),
+    Deferred(("language/text/line_parser.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         (
             *("kinematics", "trajectory", "engine", "files"),

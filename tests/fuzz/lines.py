@@ -11,8 +11,7 @@ from functools import cache
 from random import Random
 
 from vrs_cli.engine.settings import IDLE_PARAMETERS, IDLE_SWITCHES, PARAMETERS, SWITCHES
-from vrs_cli.language.text.meaning import ORDER
-from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.functions import FUNCTIONS, ORDER, Function
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind

@@ -9,8 +9,8 @@ import msgspec
 from hypothesis import strategies as st
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.meaning import FUNCTION_NAMES, ORDER, RELATIONS
-from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.text.ast import FUNCTION_NAMES
+from vrs_cli.language.words.functions import FUNCTIONS, ORDER, RELATIONS, WITH_BY
 from vrs_cli.language.words.instructions import RESERVED
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values.diagnostics import Span

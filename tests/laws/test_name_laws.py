@@ -16,8 +16,7 @@ from tests.examples import USUAL, some
 from tests.language.running import run
 from vrs_cli.errors import WordAsName
 from vrs_cli.language.analysis.analyzer import analyze, check_line
-from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.meaning import FUNCTION_NAMES
+from vrs_cli.language.text.ast import FUNCTION_NAMES, Program
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS

@@ -13,10 +13,9 @@ from vrs_cli.errors import UsageError, VrsError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.text.meaning import FUNCTION_NAMES
+from vrs_cli.language.text.ast import FUNCTION_NAMES
 from vrs_cli.language.words.instructions import RESERVED
-from vrs_cli.lsp.document import Document
-from vrs_cli.lsp.occurrences import SymbolKind
+from vrs_cli.lsp.document import Document, SymbolKind
 
 PUMA = load_robot("puma560")
 TEXT = """\

@@ -96,7 +96,7 @@ def robot_of(prog: str, source: Source) -> str | None:
     files are read, the command line says.
     """
     from vrs_cli.kinematics.robot_file import robot_names
-    from vrs_cli.language.text.source import named_above
+    from vrs_cli.language.text.parser import named_above
 
     name, span = named_above(source.text, "robot") or (None, None)
     if name is None or span is None or name.lower() in robot_names():

@@ -14,7 +14,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.extras import shipped_folder
 from vrs_cli.files.atomic import HeldLock, hold, write_atomically
 from vrs_cli.files.opening import FREE, Folder, check_length, neighbours, text_of, unreadable
-from vrs_cli.language.text.source import DISK_END, files_named_above, named_above, program_name, programs_headed
+from vrs_cli.language.text.parser import DISK_END, files_named_above, named_above, program_name, programs_headed
 from vrs_cli.language.words.values import key_of
 
 EXTENSION = ".v2"

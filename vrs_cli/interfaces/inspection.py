@@ -24,13 +24,16 @@ from vrs_cli.language.run.operations import trans
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.parser import Part, Placed, parts_of, programs_of
-from vrs_cli.language.text.source import (
+from vrs_cli.language.text.parser import (
     IN_ANOTHER_FILE,
     JOINTS_HIGH,
+    Part,
+    Placed,
     foreign_file,
     has_program,
     heeded,
+    parts_of,
+    programs_of,
     repeated,
     repeated_programs,
 )

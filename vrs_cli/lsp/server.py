@@ -33,8 +33,7 @@ from vrs_cli.errors import FileError, VrsError
 from vrs_cli.files.opening import stamp
 from vrs_cli.files.program_file import PROGRAM_SUFFIXES, read_program_file
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.lsp.document import Document, Symbol
-from vrs_cli.lsp.occurrences import Colour, Modifier, SymbolKind
+from vrs_cli.lsp.document import Colour, Document, Modifier, Symbol, SymbolKind
 from vrs_cli.lsp.workspace import FileSpan, Workspace
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 from vrs_cli.version import __version__

@@ -16,10 +16,9 @@ from urllib.parse import unquote
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.inspection import Beside, Inspector
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.text.source import files_named_above, program_name, programs_headed
+from vrs_cli.language.text.parser import files_named_above, program_name, programs_headed
 from vrs_cli.language.words.values import key_of
-from vrs_cli.lsp.document import Document, Symbol
-from vrs_cli.lsp.occurrences import SymbolKind
+from vrs_cli.lsp.document import Document, Symbol, SymbolKind
 from vrs_cli.values.diagnostics import Diagnostic, Span
 
 MAX_SYMBOLS = 500  # that are found for a query

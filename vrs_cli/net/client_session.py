@@ -23,7 +23,7 @@ from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
-from vrs_cli.language.text.source import MAX_LINE_CHARS
+from vrs_cli.language.text.parser import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
 from vrs_cli.net.broadcast import Listener, Sink

@@ -22,9 +22,8 @@ from vrs_cli.files.opening import FREE
 from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, length, position
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.text.parser import named_above, parse_file
 from vrs_cli.language.text.printer import print_file
-from vrs_cli.language.text.source import named_above
 from vrs_cli.language.words.values import numbers_of
 from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.findings import item_text, mutants_of

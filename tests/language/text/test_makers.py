@@ -9,8 +9,7 @@ import pytest
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.parser import parse_file
-from vrs_cli.language.text.source import foreign_file
+from vrs_cli.language.text.parser import foreign_file, parse_file
 
 KAWASAKI = ".PROGRAM pg1()\n  SPEED 100 ALWAYS\n  JMOVE a\n  LMOVE b\n  SWAIT 1001\n.END\n.TRANS\na 0 0 0 0 0 0\n.END\n"
 KUKA = "&ACCESS RVP\nDEF main( )\n;FOLD INI\nPTP HOME\nLIN {X 10}\nEND\n"

@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.language.analysis.expressions import val_grouping
+from vrs_cli.language.text.builder import Grouping
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.line_parser import grammar_dir
-from vrs_cli.language.text.meaning import ORDER, VAL_ORDER, Grouping, Order
 from vrs_cli.language.text.parser import parse_step
+from vrs_cli.language.words.functions import ORDER, VAL_ORDER, Order
 from vrs_cli.values.diagnostics import Span
 
 

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.text.parser import parse_file, program_name
 from vrs_cli.language.text.printer import print_file
-from vrs_cli.language.text.source import program_name
 from vrs_cli.values.diagnostics import Severity
 
 SMALL = ".PROGRAM a()\nMOVE x\n.END\n"

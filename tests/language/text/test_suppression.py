@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.language.text.source import heeded
+from vrs_cli.language.text.parser import heeded
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 
 LINES = 6

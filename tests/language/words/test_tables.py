@@ -7,7 +7,7 @@ import re
 import pytest
 
 from vrs_cli.language.analysis.analyzer import check_line
-from vrs_cli.language.analysis.lineage import IN_VAL2
+from vrs_cli.language.analysis.structure import IN_VAL2
 from vrs_cli.language.run.environment import HANDLERS
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_prompt, parse_step

@@ -19,11 +19,19 @@ from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.run.memory import Memory
-from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Step, Variable
-from vrs_cli.language.text.meaning import resolve_line, resolve_program
-from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
+from vrs_cli.language.text.ast import (
+    BadLine,
+    Expression,
+    Program,
+    ProgramCall,
+    ProgramHeader,
+    Step,
+    Variable,
+    resolve_line,
+    resolve_program,
+)
+from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt, parse_step, variables_in
 from vrs_cli.language.text.printer import program_header, step_texts
-from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span, error, errors, first_error, in_order
 from vrs_cli.values.numbers import count

@@ -35,8 +35,8 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Program, Unary, Variable
-from vrs_cli.language.text.meaning import LOGICAL, RELATIONS
 from vrs_cli.language.text.printer import expression_text, program_header
+from vrs_cli.language.words.functions import LOGICAL, RELATIONS
 from vrs_cli.language.words.values import Kind, key_of, kind_of_value, whole
 from vrs_cli.values import replies
 from vrs_cli.values.numbers import Value

@@ -30,7 +30,7 @@ from vrs_cli.interfaces.station.operands import HANDLERS, handles, own_variables
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
 from vrs_cli.language.analysis.analyzer import check_line, hidden_statement
-from vrs_cli.language.analysis.lineage import line_beyond
+from vrs_cli.language.analysis.structure import line_beyond
 from vrs_cli.language.text.ast import (
     DoInstruction,
     ExplainCommand,
@@ -39,8 +39,7 @@ from vrs_cli.language.text.ast import (
     Show,
     Statement,
 )
-from vrs_cli.language.text.parser import parse_prompt
-from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
+from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error

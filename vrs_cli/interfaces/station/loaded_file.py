@@ -14,14 +14,14 @@ from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.store import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.analyzer import Surroundings, analyze_among
-from vrs_cli.language.analysis.lineage import beyond
+from vrs_cli.language.analysis.structure import beyond
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Item, Variables
 from vrs_cli.language.text.ast import AXES, Entry, File, Program, Section
 from vrs_cli.language.text.collector import free_in_parts
+from vrs_cli.language.text.parser import heeded
 from vrs_cli.language.text.printer import print_program
-from vrs_cli.language.text.source import heeded
 from vrs_cli.language.words.values import Kind, kind_of_value, rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 from vrs_cli.values.numbers import Value

@@ -53,8 +53,7 @@ from vrs_cli.language.text.ast import (
     Statement,
 )
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.language.text.parser import parse_file
-from vrs_cli.language.text.source import IN_ANOTHER_FILE, repeated
+from vrs_cli.language.text.parser import IN_ANOTHER_FILE, parse_file, repeated
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, first_error

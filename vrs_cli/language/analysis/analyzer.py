@@ -43,7 +43,6 @@ from vrs_cli.errors import (
     WordAsName,
 )
 from vrs_cli.language.analysis.expressions import SHAPES, Expressions, is_truth, miscounted, numbers_meant
-from vrs_cli.language.analysis.lineage import beyond, waits_for_signals
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
     LOOPS,
@@ -59,21 +58,20 @@ from vrs_cli.language.analysis.names import (
     own_variables,
     with_article,
 )
-from vrs_cli.language.analysis.structure import structure_of
+from vrs_cli.language.analysis.structure import beyond, structure_of, waits_for_signals
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
-from vrs_cli.language.text.meaning import (
+from vrs_cli.language.text.ast import (
     FUNCTION_NAMES,
+    Expression,
+    Program,
+    ProgramHeader,
+    Statement,
     definitions,
-    giving,
-    meant_by,
-    text_meant,
-    value_given,
     variables_given_by,
 )
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import form_of, own_word
+from vrs_cli.language.words.foreign import form_of, giving, meant_by, own_word, text_meant, value_given
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name

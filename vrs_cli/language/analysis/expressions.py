@@ -39,12 +39,12 @@ from vrs_cli.language.analysis.names import (
     kind_of,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression
+from vrs_cli.language.text.ast import FUNCTION_NAMES, Expression
+from vrs_cli.language.text.builder import Grouping
 from vrs_cli.language.text.lexer import Token
-from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.foreign import form_of, own_function
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LOGICAL, ORDER, RELATIONS, VAL_ORDER
 from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, ON_AND_OFF, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
 from vrs_cli.values.diagnostics import Span, did_you_mean

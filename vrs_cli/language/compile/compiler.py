@@ -32,8 +32,8 @@ from typing import Any, cast
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
-from vrs_cli.language.analysis.lineage import waits_for_signals
 from vrs_cli.language.analysis.names import Analysis
+from vrs_cli.language.analysis.structure import waits_for_signals
 from vrs_cli.language.compile import lowering
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library

@@ -15,8 +15,8 @@ from msgspec import Struct
 
 from vrs_cli import errors
 from vrs_cli.engine.settings import FULL_SPEED
-from vrs_cli.language.analysis.lineage import waits_for_signals
 from vrs_cli.language.analysis.names import VARIABLES
+from vrs_cli.language.analysis.structure import waits_for_signals
 from vrs_cli.language.compile.expressions import WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
 from vrs_cli.language.run.environment import HANDLERS, evaluator, for_step

@@ -17,7 +17,7 @@ from msgspec import Struct
 from vrs_cli.errors import ArgumentMismatch, ArithmeticOverflow, IllegalValue, ProgramNotExecutable, UndefinedValue
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.kinematics.transform import compose
-from vrs_cli.language.analysis.lineage import beyond
+from vrs_cli.language.analysis.structure import beyond
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
 from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait

@@ -67,7 +67,7 @@ from vrs_cli.language.run.memory import Context, Definable, StoredProgram
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement, Step, Variable
-from vrs_cli.language.text.meaning import text_meant, value_given
+from vrs_cli.language.words.foreign import text_meant, value_given
 from vrs_cli.language.words.values import Kind, key_of, kind_of_value
 from vrs_cli.values.commands import Brake, Break
 from vrs_cli.values.numbers import Value

@@ -16,7 +16,7 @@ from weakref import ref
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Entry, Number
-from vrs_cli.language.text.meaning import giving, value_given
+from vrs_cli.language.words.foreign import giving, value_given
 from vrs_cli.language.words.values import (
     Kind,
     key_of,

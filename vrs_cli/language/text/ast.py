@@ -7,12 +7,17 @@ typed; two names are the same when their first 15 characters agree without regar
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Container, Iterable, Iterator, Sequence
+from operator import is_
+from typing import TypeVar, cast
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED
 from vrs_cli.language.words.values import INPUTS, NAME_LENGTH, OUTPUTS
+from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.values.diagnostics import Dialect, Span
 
 ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with three axes, as controllers write it
@@ -455,3 +460,83 @@ def trim(items: list[Expression | None]) -> list[Expression | None]:
     while items and items[-1] is None:
         items = items[:-1]
     return items
+
+
+# --- names of functions that are variables ---
+
+Tree = TypeVar("Tree")
+
+# the key of the variable of that name
+FUNCTION_NAMES = {name.lower(): name for name, row in FUNCTIONS.items() if row.constant and name not in RESERVED}
+DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
+_CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
+
+
+def resolve_program(program: Program) -> Program:
+    """Return the program with variables in place of functions that bear the name of one of its own variables."""
+    names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
+    return replace(program, steps=_replace(program.steps, names)) if names else program
+
+
+def resolve_line(statement: Statement, known: Container[str]) -> Statement:
+    """Resolve one line. `known`: the keys of variables; at the prompt those that have a value."""
+    inner = statement.statement if isinstance(statement, DoInstruction | ExplainCommand) else statement
+    names = variables_named_like_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
+    return _replace(statement, names) if names else statement
+
+
+def variables_named_like_functions(parameters: Iterable[Variable], statements: Iterable[Statement | None]) -> set[str]:
+    """The keys of the variables that bear the name of a function, among those that a program has by these."""
+    named = {parameter.key for parameter in parameters}
+    for statement in statements:
+        named.update(variables_given_by(statement))
+    return named & FUNCTION_NAMES.keys()
+
+
+def variables_given_by(statement: Statement | None) -> Iterator[str]:
+    """The keys of the variables that a statement declares or gives a value to, by itself or through a CALL."""
+    for variable in definitions(statement):
+        yield variable.key
+    for called in _arguments(statement, _CALLED):
+        if isinstance(called, ProgramCall | Applied):
+            yield from (argument.key for argument in called.arguments if isinstance(argument, Variable))
+
+
+def definitions(statement: Statement | None) -> Iterator[Variable]:
+    """The variables that a statement itself declares or gives a value to."""
+    if isinstance(statement, Assignment):
+        yield statement.target
+    elif isinstance(statement, For):
+        yield statement.variable
+    for given in _arguments(statement, DEFINING):
+        last = given.right if isinstance(given, Binary) else given  # HERE a:b defines b
+        if isinstance(last, Variable):
+            yield last
+
+
+def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterator[Expression]:
+    """The arguments of an instruction that have one of these shapes."""
+    row = INSTRUCTIONS.get(statement.word) if isinstance(statement, Instruction) else None
+    if row is not None and isinstance(statement, Instruction) and not row.wanted.isdisjoint(shapes):
+        for place, given in enumerate(statement.arguments):
+            argument = argument_at(row, place)
+            if argument is not None and given is not None and argument.shape in shapes:
+                yield given
+
+
+def _replace(tree: Tree, names: Collection[str]) -> Tree:
+    """Return a tree with variables in place of the functions of these names that stand without parentheses."""
+    if isinstance(tree, Call) and not tree.parenthesised and tree.name.lower() in names:
+        return cast(Tree, tree.variable)
+    if isinstance(tree, tuple):
+        children = tuple(_replace(child, names) for child in tree)
+        return cast(Tree, tree if all(map(is_, children, tree)) else children)
+    if not isinstance(tree, Struct) or isinstance(tree, Span):
+        return tree
+    changed: dict[str, Any] = {}
+    for name in tree.__struct_fields__:
+        before = getattr(tree, name)
+        after = _replace(before, names)
+        if after is not before:
+            changed[name] = after
+    return cast(Tree, replace(cast(Any, tree), **changed)) if changed else tree

@@ -8,7 +8,7 @@ is; the analyzer checks the counts and kinds of arguments.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -18,8 +18,7 @@ from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, Inva
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token, label_value
-from vrs_cli.language.text.meaning import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
-from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.words.functions import FUNCTIONS, LOGICAL, ORDER, RELATIONS, VAL_ORDER, WITH_BY, Order
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Argument, Shape, Word, WordRow
 from vrs_cli.values.diagnostics import LineRefused, Span, refusal
@@ -305,6 +304,39 @@ class _Given(Struct):
         if token.type in _FIELDS and _FIELDS[token.type][0] in instruction.modifiers - row.modifiers:
             hint = f"DO {row.name} takes it: {instruction.form}"
         return refusal(CannotInterpret, token.span, f"{row.name} takes no {token.value} here", hint)
+
+
+N = TypeVar("N")
+
+
+class Grouping(Struct, Generic[N]):
+    """The tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*`, by precedence climbing."""
+
+    order: Order
+    unary: Callable[[Token, N], N]
+    binary: Callable[[Token, N, N], N]
+
+    def tree(self, items: Sequence[Token | N]) -> N:
+        root, _ = self._climb(items, 0, 0)
+        return root
+
+    def _climb(self, items: Sequence[Token | N], at: int, rank: int) -> tuple[N, int]:
+        """The tree that begins at an item and takes what binds tighter than `rank`, and where it ends."""
+        first = items[at]
+        if isinstance(first, Token):
+            operand, at = self._climb(items, at + 1, self.order.prefix[first.value])
+            left = self.unary(first, operand)
+        else:
+            left, at = first, at + 1
+        while at < len(items):
+            sign = items[at]
+            assert isinstance(sign, Token)
+            its_rank = self.order.infix[sign.value]
+            if its_rank <= rank:
+                break
+            right, at = self._climb(items, at + 1, its_rank)
+            left = self.binary(sign, left, right)
+        return left, at
 
 
 # --- the rules -----------------------------------------------------------------------------------------------------

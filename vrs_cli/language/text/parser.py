@@ -7,36 +7,521 @@ is read for itself and all findings come together.
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, cached_property
+from itertools import pairwise
+from typing import Any, Final, NamedTuple, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vrs_cli.errors import (
+    CannotInterpret,
+    ControlStructure,
+    FileDamaged,
+    ProgramExists,
+    TypeMismatch,
+)
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import (
+    ANGLES,
+    AXES,
+    FUNCTION_NAMES,
+    BadLine,
+    Comment,
+    Entry,
     File,
     Program,
     ProgramHeader,
     Section,
     Statement,
     Step,
+    resolve_program,
+    variables_named_like_functions,
 )
 from vrs_cli.language.text.builder import ValBuilder
 from vrs_cli.language.text.line_parser import LineParser
-from vrs_cli.language.text.meaning import FUNCTION_NAMES, variables_named_like_functions
-from vrs_cli.language.text.source import (
-    FileReader,
-    cut,
-    dialect_in,
-    end_of,
-    foreign_file,
-    has_program,
-    header_end,
-    lines_of,
+from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
+from vrs_cli.language.words.values import NAME_LENGTH, key_of
+from vrs_cli.values.diagnostics import (
+    DIALECTS,
+    Diagnostic,
+    DiagnosticCollector,
+    Dialect,
+    LineRefused,
+    Severity,
+    Span,
+    did_you_mean,
+    error,
+    in_order,
 )
-from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span
+from vrs_cli.values.numbers import count
+
+V = TypeVar("V")
+
+PROGRAM, END = ".PROGRAM", ".END"
+IN_ANOTHER_FILE = "is in another of these files too"
+MAX_TRIED = 200  # lines that tell whether a file without a heading holds steps
+MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
+JOINTS_HIGH = 12  # joints of a precision point in a file
+SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
+
+_DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
+_LINE_END = re.compile(r"\r\n|\n|\r")
+_BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
+_LABEL = r"[ \t]*([0-9]+)(?![\w.])[ \t]*"
+_STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
+_GOTO = r"(?i)\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)"
+DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
+
+
+def header_end(text: str) -> int | None:
+    """The index after `.PROGRAM`, where a line begins with it."""
+    match = _DIRECTIVE.match(text)
+    return match.end() if match is not None and match[1].upper() == PROGRAM else None
+
+
+class SourceLine(NamedTuple):
+    """`number` counts from 1; `directive`: `.PROGRAM` and its like, in upper case, or ""."""
+
+    number: int
+    text: str
+    directive: str
+
+    @property
+    def span(self) -> Span:
+        """The text of the line, without the blanks round it."""
+        begin = len(self.text) - len(self.text.lstrip())
+        return Span(self.number, begin + 1, max(len(self.text.rstrip()), begin) + 1)
+
+
+def lines_of(text: str) -> list[SourceLine]:
+    """A text as lines, whatever system it comes from."""
+    texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
+    if texts and not texts[-1]:
+        texts.pop()
+    found = (_DIRECTIVE.match(line) if "." in line else None for line in texts)
+    return [
+        SourceLine(number, line, "" if match is None else match[1].upper())
+        for number, (line, match) in enumerate(zip(texts, found, strict=True), 1)
+    ]
+
+
+def cut(lines: Sequence[SourceLine]) -> Iterator[Sequence[SourceLine]]:
+    """Cut a file before each heading of a program or a section: the lines above the first, then part by part."""
+    headings = (i for i, line in enumerate(lines) if i and (line.directive == PROGRAM or line.directive in SECTIONS))
+    return (lines[begin:end] for begin, end in pairwise((0, *headings, len(lines))))
+
+
+def end_of(lines: Iterable[SourceLine]) -> int | None:
+    """The index of the first `.END`."""
+    return next((i for i, line in enumerate(lines) if line.directive == END), None)
+
+
+def named_above(text: str, what: str) -> tuple[str, Span] | None:
+    """Find what a comment above the first program names (`; dialect: val2`, `; robot: cobra600`), and its place."""
+    return next(_named_above(text, what, r"\S+"), None)
+
+
+def files_named_above(text: str) -> Iterator[tuple[str, Span]]:
+    """The files that comments above the first program name as those that belong to it: `; with: lib.v2, grip.v2`."""
+    for names, span in _named_above(text, "with", r"[^\s,]+(?:[ \t]*,[ \t]*[^\s,]+)*"):
+        yield from ((name.strip(), span) for name in names.split(","))
+
+
+def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span]]:
+    if what not in text.lower():
+        return
+    comment = re.compile(rf"(?i)\s*;[ \t]*{what}[ \t]*[:=][ \t]*({pattern})")
+    for line in lines_of(text):
+        if line.directive:
+            return
+        match = comment.match(line.text)
+        if match is not None:
+            yield match[1], line.span
+
+
+def programs_headed(text: str) -> frozenset[str]:
+    """The keys of the programs that a text has headings of, found without reading the rest."""
+    return frozenset(key_of(name) for name in re.findall(r"(?im)^[ \t]*\.PROGRAM[ \t]+([A-Z][\w.]*)", text))
+
+
+def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
+    """The dialect that a file names, else the usual one; and what is wrong with that line."""
+    word, span = named_above(text, "dialect") or (usual.name, None)
+    if span is None or word.lower() in DIALECTS:
+        return Dialect[word.upper()], ()
+    return usual, (error(CannotInterpret, span, f"there is no dialect {word}", f"there are {', '.join(DIALECTS)}"),)
+
+
+class FileReader(DiagnosticCollector):
+    """Reads a file line by line, and goes on after each mistake. `remembered`: its steps stay in memory."""
+
+    def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
+        super().__init__()
+        self._parser, self._dialect = parser, dialect
+        self._read_step = parser.step if remembered else parser.new_step
+        self._damaged = False  # there are characters that no text has
+
+    def read(self, text: str, name: str = "") -> tuple[File, tuple[Diagnostic, ...]]:
+        """Return the file and everything that is wrong with its lines. `name`: of the file; a file that has steps, and
+        no heading of a program, is the program of that name.
+        """
+        self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
+        lines = lines_of(text)
+        bare = bool(name) and self._has_bare_steps(lines)
+        parts = self._bare_program(lines, name) if bare else self._all_parts(lines)
+        file = File(tuple(parts))
+        self.diagnostics += repeated_programs((part, 0) for part in file.parts if isinstance(part, Program))
+        return file, in_order(self.diagnostics)
+
+    # --- parts ---
+
+    def _all_parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
+        return (part for some in cut(lines) if some for part in self._parts(some))
+
+    def _parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
+        """A program or a section, if the lines begin with the heading of one, and what stands outside."""
+        head, end = lines[0], -1
+        if head.directive == PROGRAM or head.directive in SECTIONS:
+            found = end_of(lines)
+            if found is None:
+                self.warn(ControlStructure, head.span, f"{head.directive} has no .END")
+            end = len(lines) if found is None else found
+            yield (self._program if head.directive == PROGRAM else self._section)(head, lines[1:end])
+        stray = damaged = False
+        for line in lines[end + 1 :]:
+            text = line.text.strip()
+            if not text or text.startswith(";"):
+                yield Comment(text[1:].rstrip() if text else None, span=line.span)
+            else:
+                damage = self._damage_in(line)
+                if damage is None:
+                    self._refuse_outside(line, stray)
+                elif not damaged:  # a file that is no text at all has many
+                    self.diagnostics.append(damage)
+                damaged = damaged or damage is not None
+                yield BadLine(text, span=line.span)
+            stray = bool(text) and not text.startswith((";", "."))
+
+    def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
+        """Tell of a line outside of programs; of a run of them (`stray`: so was the line before) once."""
+        if line.directive == END:
+            self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
+        elif line.directive or not stray:
+            near = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) if line.directive else ""
+            foreign = re.match(FOREIGN_COMMENT, line.text.lstrip())
+            self.fault(
+                CannotInterpret,
+                line.span,
+                "this stands outside of programs",
+                near or (OWN_COMMENT if foreign else "a program begins with .PROGRAM name"),
+            )
+
+    def _damage_in(self, line: SourceLine) -> Diagnostic | None:
+        """The first character that no text has."""
+        found = _BINARY.search(line.text) if self._damaged else None
+        if found is None:
+            return None
+        span = Span(line.number, found.start() + 1, found.start() + 2)
+        return error(FileDamaged, span, f"character {ord(found[0])} in a text", "a program file is VAL-II text")
+
+    def _check_text(self, line: SourceLine) -> None:
+        """Raises LineRefused for a line with characters that no text has, and for one that is too long."""
+        if len(line.text) > MAX_LINE_CHARS:
+            raise LineRefused(
+                error(
+                    CannotInterpret,
+                    line.span,
+                    f"a line of {len(line.text)} characters",
+                    f"{MAX_LINE_CHARS} at most: give it in parts",
+                )
+            )
+        damage = self._damage_in(line)
+        if damage is not None:
+            raise LineRefused(damage)
+
+    # --- programs ---
+
+    def _has_bare_steps(self, lines: Sequence[SourceLine]) -> bool:
+        """Return whether a file is the body of a program, as an editor has it: no heading, and most lines are steps."""
+        if any(line.directive == PROGRAM for line in lines):
+            return False
+        steps = [line for line in _body(lines) if line.text.strip() and not line.text.lstrip().startswith(";")]
+        read = 0
+        for line in steps[:MAX_TRIED]:
+            with suppress(LineRefused):
+                self._check_text(line)
+                self._read_step(line.text, line.number)
+                read += 1
+        return 2 * read > min(len(steps), MAX_TRIED)
+
+    def _bare_program(self, lines: Sequence[SourceLine], name: str) -> Iterator[Program | Section | Comment | BadLine]:
+        """Read a program without a heading, and what stands after it."""
+        called = program_name(name)
+        body = _body(lines)
+        heading = SourceLine(1, f"{PROGRAM} {called}()", PROGRAM)
+        span = next(line for line in body if line.text.strip()).span
+        self.warn(
+            ControlStructure,
+            span,
+            f"no {PROGRAM} before this: it is the program {called}",
+            "a program begins with .PROGRAM name",
+        )
+        yield self._program(heading, body)
+        behind = len(body) + (len(body) < len(lines) and lines[len(body)].directive == END)
+        yield from self._all_parts(lines[behind:])
+
+    def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
+        """A program; where its heading cannot be read, its steps are only checked."""
+        header = self._checked(line, self._parser.header, line.text, line.number, header_end(line.text))
+        numbered = step_numbers([inner for inner in body if len(inner.text) <= MAX_LINE_CHARS])
+        written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
+        steps = tuple(self._step(inner, numbered) for inner in body[:written])
+        if header is None:
+            return BadLine(line.text.strip(), span=line.span)
+        program = Program(header.name, header.parameters, steps, header.comment, self._dialect, span=header.span)
+        return resolve_program(program)
+
+    def _checked(self, line: SourceLine, read: Callable[..., V], *given: Any) -> V | None:
+        """Return what `read` makes of a line; None if the line is refused, which is noted."""
+        try:
+            self._check_text(line)
+            return read(*given)
+        except LineRefused as refused:
+            self.diagnostics.append(refused.diagnostic)
+            return None
+
+    def _step(self, line: SourceLine, numbered: bool) -> Step:
+        text = line.text
+        if not text or text.isspace():
+            return Step(None, None, None, span=Span(line.number, 1, 1))
+        if numbered:
+            text = _STEP_NUMBER.sub(lambda match: " " * len(match[0]), text, count=1)
+        step = self._checked(line, self._read_step, text, line.number)
+        return Step(None, BadLine(text.strip(), span=line.span), None, span=line.span) if step is None else step
+
+    # --- sections of variables ---
+
+    def _section(self, line: SourceLine, body: Sequence[SourceLine]) -> Section:
+        """A section, of which nothing is to be used where a line of it is wrong."""
+        before = len(self.diagnostics)
+        entries: list[Entry] = []
+        remarks: list[tuple[int, str | None]] = []
+        goes_on = False  # the line above is a transformation, which may have more numbers
+        for inner in body:
+            try:
+                self._check_text(inner)
+                more = self._parser.numbers(inner.text) if goes_on else None
+                if more is not None:
+                    above, (numbers, comment) = entries[-1], more
+                    comments = [one for one in (above.comment, comment) if one is not None]
+                    shown = " ;".join(comments) if comments else None
+                    entries[-1] = replace(above, numbers=(*above.numbers, *numbers), comment=shown)
+                    goes_on = len(entries[-1].numbers) < AXES
+                    continue
+                entry = self._parser.entry(inner.text, inner.number)
+            except LineRefused as refused:
+                self.diagnostics.append(refused.diagnostic)
+                goes_on = False
+                continue
+            goes_on = isinstance(entry, Entry) and line.directive == ".LOCATIONS" and not entry.variable.sigil
+            if isinstance(entry, Entry):
+                entries.append(entry)
+            else:
+                remarks.append((len(entries), entry))
+        fitting = tuple(entry for entry in entries if self._fits(entry, line.directive))
+        return Section(line.directive, fitting, tuple(remarks), len(self.diagnostics) == before, span=line.span)
+
+    def _fits(self, entry: Entry, section: str) -> bool:
+        """Return whether an entry is of its section's kind, with constant indexes and as many numbers as it needs."""
+        name, wrong = entry.variable.sigil + entry.variable.name, ""
+        indexes = entry.variable.indexes or ()
+        if entry.variable.indexes == () or not all(isinstance(index, ast.Number) for index in indexes):
+            wrong = "an index in a file is a number"
+        elif section == ".STRINGS" and (entry.variable.sigil != "$" or entry.text is None):
+            wrong = 'a string is written $name "text"'
+        elif section in (".REALS", ".DOUBLES") and (entry.variable.sigil or len(entry.numbers) != 1):
+            wrong = "a real is written name 12.5"
+        elif section == ".LOCATIONS" and not (
+            1 <= len(entry.numbers) <= JOINTS_HIGH
+            if entry.variable.sigil == "#"
+            else not entry.variable.sigil and len(entry.numbers) in (ANGLES, AXES)
+        ):
+            name += f": {count(len(entry.numbers), 'number')}"
+            wrong = "a location is written name x y z o a t, or with 12 numbers; a precision point #name and its joints"
+        if wrong:
+            self.fault(TypeMismatch, entry.span, name, wrong)
+        return not wrong
+
+
+def _body(lines: Sequence[SourceLine]) -> Sequence[SourceLine]:
+    """Return the lines before the first `.END` or section."""
+    ends = (i for i, line in enumerate(lines) if line.directive == END or line.directive in SECTIONS)
+    return lines[: next(ends, len(lines))]
+
+
+def program_name(file: str) -> str:
+    """Return the name of a program for a file of this name."""
+    name = re.sub(r"[^A-Za-z0-9._]+", ".", file).strip(".")
+    return (name if name[:1].isalpha() else f"p.{name}")[:NAME_LENGTH].rstrip(".")
+
+
+def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagnostic]:
+    """Report each program whose name the file has already. Programs come with the number of lines above their part."""
+    names: set[str] = set()
+    for program, above in programs:
+        if program.key in names:
+            yield repeated(program, above, "is there twice in this file")
+        names.add(program.key)
+
+
+def repeated(program: Program, above: int, how: str) -> Diagnostic:
+    """A program whose name another has; it has so many lines `above` its part."""
+    span = replace(program.span, line=program.span.line + above)
+    return error(ProgramExists, span, f"{program.name} {how}")
+
+
+def step_numbers(lines: Sequence[SourceLine]) -> bool:
+    """Return whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
+
+    Books print them as the editor did, too: `1.`, `1.?`.
+    Numbers that a GOTO of the program names are labels, or a THEN or a GRASP of VAL.
+    """
+    rest: list[str] = []
+    for line in lines:
+        if line.text and not line.text.isspace():
+            match = _STEP_NUMBER.match(line.text)
+            if match is None or int(match[1][:9]) != len(rest) + 1:
+                return False
+            rest.append(line.text[match.end() :])
+    labels = {inner[1] for text in rest if (inner := re.match(_LABEL, text))}
+    targets = {target for text in rest for target in re.findall(_GOTO, text)}
+    return len(rest) > 1 and targets <= labels
+
+
+_MARK: Final = "vrs:"
+_COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s*$", re.IGNORECASE)
+
+
+def heeded(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Diagnostics without the warnings that comments of the lines suppress."""
+    everything = tuple(found)
+    asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line and len(line) <= MAX_LINE_CHARS]
+    if not asked or not everything:
+        return everything
+    unwanted: dict[int, set[str]] = {}  # by line, 0 for the whole file
+    for number, line in asked:
+        if comment := _COMMENT.search(line):
+            place = 0 if comment[1] else number
+            unwanted.setdefault(place, set()).update(re.findall(r"V\d{3,4}", comment[2].upper()) or [""])
+    everywhere = unwanted.get(0, set())
+    return tuple(
+        one
+        for one in everything
+        if one.severity is not Severity.WARNING
+        or (everywhere | unwanted.get(one.span.line, set())).isdisjoint(("", one.label))
+    )
+
+
+WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a program begins with .PROGRAM name"
+
+
+class Maker(NamedTuple):
+    """A language: `sure`: lines that no VAL-II has; `likely`: lines of which a file in that language has many."""
+
+    title: str
+    sure: str
+    likely: str
+
+
+_MAKERS: tuple[Maker, ...] = (
+    Maker(
+        "Kawasaki AS",
+        r"\.(?:TRANS|JOINTS|INTER_PANEL_D|INTER_PANEL_TITLE|NETCONF)\b",
+        r"(?:JMOVE(?![^;\n]*,[^;\n]*,)|LMOVE|HMOVE|XMOVE|JAPPRO|LAPPRO|JDEPART|LDEPART|TWAIT|SWAIT|C1MOVE|C2MOVE)\b",
+    ),
+    Maker(
+        "KRL (KUKA)",
+        r"&(?:ACCESS|REL|PARAM|COMMENT)\b|;FOLD\b|BAS[ \t]*\([ \t]*#"
+        r"|(?:GLOBAL[ \t]+)?DEF(?:FCT|DAT)?[ \t]+\w+[ \t]*\([^)]*\)[ \t]*$",
+        r"(?:PTP|LIN|CIRC|SLIN|SPTP)[ \t]+(?:\{|X?\w+|\$)|ENDFOLD|DECL[ \t]+\w+|\$(?:VEL|ACC|BASE|TOOL|OUT)\b",
+    ),
+    Maker(
+        "RAPID (ABB)",
+        r"MODULE[ \t]+\w+(?:[ \t]*\(.*\))?[ \t]*$|PROC[ \t]+\w+[ \t]*\("
+        r"|(?:PERS|VAR|CONST|LOCAL PERS)[ \t]+(?:robtarget|jointtarget|tooldata|wobjdata|num|bool|speeddata)\b",
+        r"Move(?:J|L|C|AbsJ)[ \t]+|ENDPROC|ENDMODULE|(?:Set|Reset)[ \t]+\w+[ \t]*;|WaitTime[ \t]|TPWrite[ \t]",
+    ),
+    Maker(
+        "URScript (Universal Robots)",
+        r"(?:movej|movel|movep|movec|servoj|speedl)[ \t]*\(|set_(?:digital|standard_digital|tool_digital)_out[ \t]*\(",
+        r"def[ \t]+\w+[ \t]*\(.*\)[ \t]*:[ \t]*$|textmsg[ \t]*\(|sleep[ \t]*\(|set_tcp[ \t]*\(",
+    ),
+    Maker(
+        "Karel, or a teach pendant program (FANUC)",
+        r"/(?:PROG|MN|POS|ATTR|APPL)\b|[ \t]*\d*:[ \t]*[JLC][ \t]+P[ \t]*R?\[",
+        r"PROGRAM[ \t]+\w+[ \t]*$|BEGIN[ \t]*$|END[ \t]+\w+[ \t]*$|ROUTINE[ \t]+\w+|--"
+        r"|%(?:NOLOCKGROUP|COMMENT|ENVIRONMENT)",
+    ),
+)
+_WORD = "[A-Z][A-Z0-9_]+"
+_KAWASAKI = (*(f".{word}" for word in re.findall(_WORD, _MAKERS[0].sure)), *re.findall(_WORD, _MAKERS[0].likely))
+ENOUGH, SHARE = 2, 0.1  # likely lines: as many at least, and as large a part of all steps
+# lines that are no steps: blank ones, comments, headings, and values of variables
+_NO_STEP = r"(?im)^[ \t]*(?:;.*|\.[A-Z].*|#?[A-Z][\w.]*(?:\[[\d, ]*\])?(?:[ \t]+[-+.\d][\d.E+-]*)+[ \t]*)?\r?$"
+_OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[#\w]"  # motions that no other maker has
+
+
+def foreign_file(text: str) -> Diagnostic | None:
+    """Tell of a file that is in another language, judged by all of it, at its first tell-tale line; None for one that
+    may be VAL-II.
+
+    Kawasaki's programs begin with .PROGRAM as ours do, others do not.
+    """
+    makers = _MAKERS
+    if has_program(text):  # theirs alone, and it has one of these words
+        capitals = text.upper()
+        makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
+    for maker in makers:
+        sure, likely = _patterns(maker)
+        found = [match.start(1) for match in likely.finditer(text)]
+        proof = [match.start(1) for match in sure.finditer(text)]
+        if (proof or len(found) >= ENOUGH) and _prevails(text, len(found), len(proof)):
+            begin = min(found + proof)
+            line_begin, end = text.rfind("\n", 0, begin) + 1, text.find("\n", begin)
+            line = text[begin : len(text) if end < 0 else end].rstrip()
+            column = begin - line_begin + 1
+            span = Span(text.count("\n", 0, begin) + 1, column, column + max(len(line), 1))
+            return error(CannotInterpret, span, f"this file is in {maker.title}, not in VAL-II", WAY)
+    return None
+
+
+def has_program(text: str) -> bool:
+    """Return whether a program begins with .PROGRAM."""
+    return _program().search(text) is not None
+
+
+def _prevails(text: str, likely: int, sure: int) -> bool:
+    """Return whether so many lines of another language make out the file: our own motions are fewer, and of all steps
+    such lines are a part that shows, unless it has lines that prove it.
+    """
+    if len(re.findall(_OURS, text)) > likely + sure:
+        return False
+    steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))
+    return sure > 0 or likely >= SHARE * steps
+
+
+@cache
+def _patterns(maker: Maker) -> tuple[re.Pattern[str], re.Pattern[str]]:
+    sure, likely = (re.compile(rf"(?im)^[ \t]*(?:\d+[ \t]+)?({one})") for one in (maker.sure, maker.likely))
+    return sure, likely
+
+
+@cache
+def _program() -> re.Pattern[str]:
+    return re.compile(r"(?im)^[ \t]*\.PROGRAM\b")
 
 
 def parse_file(

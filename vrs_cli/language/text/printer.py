@@ -13,8 +13,7 @@ from typing import Any
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import ANGLES, Expression, File, Program, Section, Statement, Step
-from vrs_cli.language.text.meaning import ORDER
-from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.words.functions import FUNCTIONS, ORDER, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import COMMAS, Shape, State, Word

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
-from vrs_cli.language.words.instructions import PROGRAM_WORDS
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import INSTRUCTIONS, PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import WordRow
 
 # signs of C and its children, and what says it here
@@ -193,3 +196,59 @@ def way(foreign: str, *, at_prompt: bool) -> str:
         more = f"; {_MORE[foreign.upper()]}" if foreign.upper() in _MORE else ""
         return f"did you mean {ours}? The form is {row.form}{more}"
     return (_IN_PROGRAM.get(foreign.upper(), "") if not at_prompt else "") or _ADVICE.get(foreign.upper(), "")
+
+
+# --- names without a value ---
+
+_NO_NAMES: Mapping[str, str] = {  # words of other languages that look like names here
+    **dict.fromkeys(
+        ("NONE", "NIL", "UNDEFINED"), "0 is nothing here, and FALSE; DEFINED(x) tells whether x has a value"
+    ),
+    **dict.fromkeys(("GRIPPER", "GRIP", "HAND"), "OPENI and CLOSEI work the hand"),
+}
+
+
+def meant_by(name: str) -> str:
+    """What J1 and part.z were meant as, as a hint; "" for other names."""
+    if re.fullmatch(r"(?i)j(oint)?\d", name):
+        return "a joint is a number: DRIVE 1, 30"
+    if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
+        axis = part[2].upper()
+        return f"D{axis}({part[1]}) is the {axis} of a place, SHIFT({part[1]} BY dx, dy, dz) is one beside it"
+    if re.fullmatch(r"(?i)(out|in|do|di)_?\d+", name):
+        return "a signal is a number: SIGNAL 1 turns one on, SIG(1001) reads one"
+    return f"/{name} is a format" if re.fullmatch(r"(?i)[efgi]\d+\.\d", name) else ""
+
+
+def giving(name: str, kind: Kind | None) -> str:
+    """Say how a variable without a value gets one, or what its name was meant as, as a hint."""
+    base, bracket, _ = name.partition("[")
+    function = FUNCTIONS.get(base.upper())
+    if kind is Kind.PRECISION:
+        return f"HERE {name} defines it"
+    if meant := _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else ""):
+        return meant
+    if function is not None and function.arguments:  # TIMER for TIMER(1)
+        return f"the function is {function.form}"
+    if kind is Kind.LOCATION:
+        return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
+    if bracket and kind is Kind.STRING:
+        return f"{name} = ... defines it; $MID({base}, 1, 2) is a part of a text"
+    if bracket and kind is Kind.REAL:
+        return f"{name} = ... defines it; DX(p) is the X of a place p"
+    if kind is not Kind.REAL:
+        return ""
+    word = name.upper()
+    if word in INSTRUCTIONS or word in COMMANDS:
+        return f"{value_given(name)}; the word {word} begins a line of its own"
+    return meant_by(name)
+
+
+def value_given(name: str) -> str:
+    """Say how a number gets a value, as a hint."""
+    return f"{name} = ... gives it a value"
+
+
+def text_meant(name: str) -> str:
+    """Say what is to be done where TYPE finds a name without a value, as a hint."""
+    return f'{value_given(name)}; a text stands in double quotes: "{name}"'

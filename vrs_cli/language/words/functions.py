@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property, partial
 
+from msgspec import Struct
+
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import PrintedForm, Shape, State, WordRow, by_name, read_form
 
@@ -304,3 +306,27 @@ _LINKS = (
 
 OPERATORS: Mapping[str, Operator] = by_name(_OPERATORS)
 LINKS: Mapping[str, Operator] = by_name(_LINKS)
+
+_RELATIONS = ("==", "<>", "<", ">", "<=", ">=")
+_COMMON = {
+    **dict.fromkeys(_RELATIONS, 4),
+    **dict.fromkeys(("+", "-", "BOR", "BXOR"), 5),
+    **dict.fromkeys(("*", "/", "MOD", "BAND"), 6),
+    "**": 7,
+    ":": 9,
+}
+_SIGNS = dict.fromkeys(("-", "+", "COM"), 8)
+
+RELATIONS = frozenset(_RELATIONS)
+LOGICAL = frozenset({"AND", "OR", "XOR", "NOT"})
+
+
+class Order(Struct, frozen=True):
+    """A higher rank binds tighter; equal ranks group from the left."""
+
+    infix: Mapping[str, int]
+    prefix: Mapping[str, int]
+
+
+ORDER = Order({"OR": 1, "XOR": 1, "AND": 2, **_COMMON}, {"NOT": 3, **_SIGNS})
+VAL_ORDER = Order({**_COMMON, "OR": 5, "XOR": 5, "AND": 6}, {"NOT": 8, **_SIGNS})

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.tasks.performing import TypedLine
 from vrs_cli.kinematics.transform import position
-from vrs_cli.language.analysis.lineage import beyond
+from vrs_cli.language.analysis.structure import beyond
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.printer import statement_text

@@ -12,12 +12,20 @@ import pytest
 
 from tests.examples import some
 from tests.fuzz.lines import line as random_line
-from vrs_cli.language.text import lalr
+from vrs_cli.language.text import line_parser
 from vrs_cli.language.text.builder import Builder, ValBuilder
-from vrs_cli.language.text.lalr import DoesNotFit, LarkParser, Table, TableParser, table_of, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token
 from vrs_cli.language.text.line_parser import STARTS as VAL_STARTS
-from vrs_cli.language.text.line_parser import LineParser, grammar_dir
+from vrs_cli.language.text.line_parser import (
+    DoesNotFit,
+    LarkParser,
+    LineParser,
+    Table,
+    TableParser,
+    grammar_dir,
+    table_of,
+    token_parser,
+)
 from vrs_cli.values.diagnostics import LineRefused
 
 GRAMMAR = """
@@ -37,7 +45,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_what_is_kept_is_what_was_made(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = table_of(GRAMMAR, STARTS)
     assert [path.name for path in kept.parent.iterdir()] == [kept.name]
-    monkeypatch.setattr(lalr, "_table", lambda *_: pytest.fail("it is kept"))
+    monkeypatch.setattr(line_parser, "_table", lambda *_: pytest.fail("it is kept"))
     again = table_of(GRAMMAR, STARTS)
     assert again == made
     assert isinstance(again, Table)
@@ -76,8 +84,8 @@ def spoilt(table: Table, how: str) -> Table:
 
 @pytest.mark.parametrize("how", ["a missing state", "no rule", "no end", "other entries"])
 def test_another_form_of_table_is_not_followed(how: str, kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = lalr._table
-    monkeypatch.setattr(lalr, "_table", lambda lark: spoilt(made(lark), how))
+    made = line_parser._table
+    monkeypatch.setattr(line_parser, "_table", lambda lark: spoilt(made(lark), how))
     assert table_of(GRAMMAR, STARTS) is None
     assert isinstance(token_parser(GRAMMAR, STARTS, Builder()), LarkParser)
     assert not kept.exists()
@@ -90,7 +98,7 @@ def test_a_lark_without_its_table_is_used_in_public(
     def hidden(_lark: object) -> Table:
         raise error("_parse_table")
 
-    monkeypatch.setattr(lalr, "_table", hidden)
+    monkeypatch.setattr(line_parser, "_table", hidden)
     assert LineParser().step("10 MOVE a  ; go", 1) == PARSERS[Builder][0].step("10 MOVE a  ; go", 1)
     assert not kept.exists()
 
