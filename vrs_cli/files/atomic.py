@@ -1,11 +1,11 @@
-"""Write files so that they have one writer at a time, and a reader never meets half of one.
+"""Write files so that each has one writer at a time, and no reader sees a half-written file.
 
-Who writes, replaces or removes `day.vrst` holds `.day.vrst.lock` beside it meanwhile. The lock is beside the file and
-not on it, because on Windows nobody else could read a file that is locked. The system frees a lock when its owner ends,
-however that is: a lock file that is left behind is free for the next one.
+A writer of `day.vrst` holds `.day.vrst.lock` beside it, also while it replaces or removes the file. The lock is a
+separate file, because on Windows nobody could read a locked file. The system frees a lock when its owner ends in any
+way, so a lock file that is left behind can be taken.
 
-A file is written beside its place, synced, and renamed into place. What is beside it when a writer begins was left by
-one that was killed, and is cleared away.
+A file is written beside its place, synced, and renamed. Files that a killed writer has left beside the place are
+removed by the next writer.
 """
 
 from __future__ import annotations
@@ -25,28 +25,29 @@ from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.opening import FREE, NOFOLLOW, Folder, open_to_write, reason, wrong_name
 
 WINDOWS = os.name == "nt"  # an open file cannot be removed or replaced there, and a lock shuts readers out
-LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # [s] others hold a lock for a moment only, or for long
-OWNER = 1  # where a lock file names its owner: the first byte is the one that is locked
+LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # the time for which a writer waits for a lock
+OWNER = 1  # the place of the owner in a lock file; the first byte is locked
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP})
 SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 
 
 class HeldLock(AbstractContextManager["HeldLock"]):
-    """A lock that is held until `release`. `firm`: nobody else has it; that cannot be said of a disk without locks,
-    or of a folder that cannot be written, where there is no handle."""
+    """A lock that is held until `release`. `firm`: nobody else has it. A disk without locks, or a folder that cannot be
+    written, has no handle and cannot promise that.
+    """
 
     def __init__(self, path: Path, handle: int | None) -> None:
         self.firm = handle is not None
         self._path, self._handle = path, handle
 
     def release(self) -> None:
-        """Others may write. Releasing twice is releasing once."""
+        """Release the lock. Releasing it twice does nothing more."""
         handle, self._handle = self._handle, None
         if handle is None:
             return
         there = is_at(handle, self._path)
         if there:
-            with suppress(OSError):  # first: what is gone can be taken by nobody
+            with suppress(OSError):  # before the lock is free: nobody can take a removed file
                 self._path.unlink()
                 there = False
         os.close(handle)
@@ -59,10 +60,10 @@ class HeldLock(AbstractContextManager["HeldLock"]):
 
 
 def hold(path: Path) -> HeldLock:
-    """Lock the file of that name, whether it is there or not; a link is followed, since two names are one file. A
-    device or a pipe is everybody's.
+    """Lock the file of that name, whether it exists or not. Links are followed, because two names may be one file. A
+    device or a pipe needs no lock.
 
-    Raises FileOpened where somebody else holds it, OSError where the folder is not there.
+    Raises FileOpened if somebody else holds the lock, OSError if there is no such folder.
     """
     real = Path(os.path.realpath(path))
     if is_special(real):
@@ -79,8 +80,9 @@ def hold(path: Path) -> HeldLock:
 
 
 def claim(handle: int) -> bool:
-    """Lock an open file itself, against those who reach it by another name: a hard link, a folder that cannot be
-    written. False where somebody else has. Where it would shut readers out, the lock beside has to do."""
+    """Lock an open file itself against writers that use another name: a hard link, or a folder that cannot be written.
+    Return whether that was possible. On Windows, where it would lock out readers, the lock beside must suffice.
+    """
     if WINDOWS:
         return True
     try:
@@ -100,7 +102,7 @@ def is_at(handle: int, path: Path) -> bool:
 
 
 def is_special(path: Path) -> bool:
-    """Return whether the path is a device, a pipe or a socket: there is nothing to rename over."""
+    """Return whether the path is a device, a pipe or a socket, which cannot be replaced."""
     try:
         mode = path.stat().st_mode
     except OSError:
@@ -109,7 +111,7 @@ def is_special(path: Path) -> bool:
 
 
 def _open_lock(beside: Path) -> int | None:
-    """The lock file, made if need be; None where the folder cannot be written."""
+    """Open the lock file, or create it; None if the folder cannot be written."""
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     try:
         return os.open(beside, os.O_RDWR | os.O_CREAT | flags, 0o666)
@@ -123,7 +125,7 @@ def _open_lock(beside: Path) -> int | None:
 
 
 def _take_lock(beside: Path, handle: int) -> HeldLock | None:
-    """The lock; None where somebody else has it, or has removed its file since it was opened. Raises OSError."""
+    """Take the lock; None if somebody else has it, or has removed its file since it was opened. Raises OSError."""
     with ExitStack() as in_vain:
         in_vain.callback(os.close, handle)
         try:
@@ -134,7 +136,7 @@ def _take_lock(beside: Path, handle: int) -> HeldLock | None:
             beside.unlink(missing_ok=True)
             return HeldLock(beside, None)
         if locked and is_at(handle, beside):
-            with suppress(OSError):  # a full disk: the lock holds all the same
+            with suppress(OSError):  # on a full disk the lock still holds
                 os.ftruncate(handle, 0)
                 os.write(handle, b"\n%d\n" % os.getpid())
             in_vain.pop_all()
@@ -149,7 +151,7 @@ def _lock_handle(handle: int) -> bool:
 
 
 def _owner(beside: Path) -> str:
-    """Read from a lock file who holds the lock."""
+    """Read the owner of a lock from its file."""
     try:
         with beside.open("rb", buffering=0) as stream:
             stream.seek(OWNER)
@@ -164,22 +166,22 @@ def _owner(beside: Path) -> str:
 
 CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | NOFOLLOW
 NEW_FILE_MODE = 0o666  # before the user's umask
-PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader, or a scanner of viruses, has a file for a moment
-NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # a device or a pipe holds nothing back
+PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader or a virus scanner holds a file for a moment
+NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # devices and pipes cannot be synced
 
 
 def write_atomically(path: str | Path, text: str, within: Folder = FREE) -> None:
-    """Put `text` (UTF-8) in the file, whole or not at all. Raises FileError."""
+    """Write `text` (UTF-8) to the file, all of it or nothing. Raises FileError."""
     with atomically(path, within) as stream:
         stream.write(text.encode("utf-8"))
 
 
 @contextmanager
 def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
-    """A stream whose bytes become the file when the block ends well, and nothing when it does not.
+    """Yield a stream whose bytes become the file if the block ends without an error, otherwise nothing changes.
 
-    A device or a pipe is written directly; a link keeps pointing where it does; `within` a closed folder there are
-    none. Raises FileError.
+    A device or a pipe is written directly; a link keeps its target; a closed folder `within` has none of these. Raises
+    FileError.
     """
     target = Path(path)
     with writing(target):
@@ -192,9 +194,9 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
 
 
 class NewFile:
-    """A new file `name` beside `target`, to take its place with `commit`; the target is locked until `close`.
+    """A new file `name` beside `target`, which replaces it with `commit`; the target is locked until `close`.
 
-    Without a name the stream is that of the target itself: there is nothing, or nothing more, to replace.
+    Without a name the stream is that of the target itself, and nothing is left to replace.
     """
 
     def __init__(
@@ -204,7 +206,7 @@ class NewFile:
         self._held, self._within = held, within
 
     def commit(self) -> None:
-        """Sync the stream and put the file in the target's place; the stream is at its end then, for more."""
+        """Sync the stream and put the file in the target's place; the stream then continues at its end."""
         sync(self.stream)
         if self.name is None:
             return
@@ -217,7 +219,7 @@ class NewFile:
         self._within.check_open(self.target, self.stream.fileno())
 
     def close(self) -> None:
-        """Close the stream, and remove the file if it has not taken its place; others may write the target."""
+        """Close the stream, remove the file if it was not committed, and release the lock."""
         with suppress(OSError):
             self.stream.close()
         if self.name is not None:
@@ -228,10 +230,10 @@ class NewFile:
 
 
 def create_beside(target: Path, held: HeldLock | None = None, within: Folder = FREE) -> NewFile:
-    """An open, empty, hidden file in the folder of the target (of what a link points at), which is locked; `held`: by
-    the caller, for longer.
+    """Create an empty, hidden file in the folder of the target (of a link's target) and lock the target; `held`: a lock
+    that the caller keeps longer.
 
-    Raises OSError, FileOpened where somebody else writes the target.
+    Raises OSError, FileOpened if somebody else writes the target.
     """
     within.check(target)
     if is_special(target):
@@ -259,7 +261,7 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
 
 
 def _clear_left(target: Path) -> None:
-    """Remove the files beside a target whose writers are gone: we have its lock."""
+    """Remove files that earlier writers have left beside a target, whose lock we have."""
     ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")
     with suppress(OSError), os.scandir(target.parent) as entries:
         for entry in entries:
@@ -280,13 +282,13 @@ def _replace(name: str, target: Path) -> None:
 
 
 def sync(stream: BinaryIO) -> None:
-    """Wait until what was written is on the disk. Raises OSError."""
+    """Wait until the written bytes are on the disk. Raises OSError."""
     stream.flush()
     sync_handle(stream.fileno())
 
 
 def sync_handle(handle: int) -> None:
-    """Wait until what was written is on the disk. Raises OSError."""
+    """Wait until the written bytes are on the disk. Raises OSError."""
     if (
         sys.platform == "darwin"
     ):  # there fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2))
@@ -303,7 +305,7 @@ def sync_handle(handle: int) -> None:
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise FileError now if the file could not be written later; nothing is left behind."""
+    """Raise FileError now if the file could not be written later; leave nothing behind."""
     target = Path(path)
     with writing(target):
         if not is_special(target):
@@ -314,11 +316,11 @@ def check_writable(path: str | Path) -> None:
 
 @contextmanager
 def writing(path: Path, hint: str = "") -> Iterator[None]:
-    """Turns an OSError into a FileError that names the file, with a hint of its own where none is given."""
+    """Convert an OSError to a FileError that names the file, with a hint of its own if none is given."""
     try:
         yield
     except BrokenPipeError:
-        raise  # whoever read us has gone: no error of the file
+        raise  # the reader of our output has ended: no error of the file
     except OSError as error:
         raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
 
@@ -337,7 +339,7 @@ def _hint(path: Path) -> str:
 
 
 def _mode_for(target: Path) -> int:
-    """The permissions of the file that is replaced, or those that a new file gets."""
+    """Return the permissions of the replaced file, or those of a new file."""
     try:
         return stat.S_IMODE(target.stat().st_mode)
     except OSError:
@@ -347,7 +349,9 @@ def _mode_for(target: Path) -> int:
 
 
 def sync_folder(folder: Path) -> None:
-    """A new name survives a power cut. Systems that cannot open a folder see to it by themselves. Raises OSError."""
+    """Sync a folder, so that a new name survives a power cut. Systems that cannot open a folder do so themselves.
+    Raises OSError.
+    """
     try:
         handle = os.open(folder, os.O_RDONLY)
     except OSError:

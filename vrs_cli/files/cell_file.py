@@ -76,7 +76,7 @@ from vrs_cli.values.numbers import LIMIT, Value
 
 MAX_BODIES = 5000  # parts and fixtures
 MAX_PART_MASS_KG = 1000.0  # [kg] of a part
-MAX_GRASPS = 20  # places of one part
+MAX_GRASPS = 20  # for one part
 MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000  # [B] of one mesh file, and of all that a cell names
 MAX_MESH_POINTS = 200_000  # of all meshes of a cell
 SCENE_KEYS = ("part", "fixture", "sensor", "feeder", "sink", "hand", "floor")
@@ -109,12 +109,12 @@ V = TypeVar("V")
 
 
 def read_scene(text: CellText, given: Mapping[str, Any]) -> world.CellScene:
-    """Read the scene of a cell. Mistakes go to `text`."""
+    """Read the scene of a cell. Mistakes are added to `text`."""
     return _SceneReader(text, given).scene
 
 
 class _SceneReader:
-    """Reads a scene; parts and fixtures have names of their own."""
+    """Reads a scene."""
 
     def __init__(self, text: CellText, given: Mapping[str, Any]) -> None:
         self._text, self._given = text, given
@@ -174,7 +174,7 @@ class _SceneReader:
         return name
 
     def _shape(self, entry: CellEntry) -> world.Shape:
-        """Read a shape; a box where it is wrong."""
+        """Read a shape; return a box if it is wrong."""
         text, kind = self._text, self._text.one_of(entry, "shape", SHAPE_KEYS)
         self._refuse_others(entry, kind, SHAPE_KEYS, "shape")
         match kind:
@@ -189,7 +189,7 @@ class _SceneReader:
         return _UNIT
 
     def _mesh(self, entry: CellEntry) -> world.Shape:
-        """Read a mesh file once for all bodies that have it."""
+        """Read a mesh file once for all bodies that use it."""
         text, file, scale = self._text, entry.given.get("file"), entry.given.get("scale", 1.0)
         if not isinstance(file, str):
             text.fault(entry, "file", "the name of an STL, OBJ or GLB file, beside the cell")
@@ -217,7 +217,7 @@ class _SceneReader:
     def _refuse_others(
         self, entry: CellEntry, kind: str | None, table: Mapping[str, tuple[str, ...]], what: str
     ) -> None:
-        """Refuse keys that belong to another kind."""
+        """Report keys that belong to another kind."""
         own = table.get(kind or "", ())
         others = {key for keys in table.values() for key in keys} - {*own, "at"}
         for key in sorted(others & entry.given.keys() if kind else ()):
@@ -333,8 +333,8 @@ _VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark,
 
 
 def read_cell(path: str) -> Cell:
-    """Read a cell and the meshes that it names; a name alone may be that of a sample, `pick_and_place`. Raises
-    NonexistentFile, and FileDamaged which says what is wrong where.
+    """Read a cell and the meshes that it names; the name alone may be that of a sample, `pick_and_place`. Raises
+    NonexistentFile, and FileDamaged with the place of each mistake.
     """
     if not Path(path).exists() and Path(path).name == path:
         sample = shipped_folder("programs") / f"{path.removesuffix('.toml')}.toml"
@@ -343,7 +343,7 @@ def read_cell(path: str) -> Cell:
 
 
 def parse_cell(text: str, path: str = "cell") -> Cell:
-    """The cell that a text describes. Raises FileDamaged."""
+    """Read the text of a cell. Raises FileDamaged."""
     if len(text) > MAX_CELL_CHARS:
         raise FileDamaged(f"{path}: {len(text)} characters", f"at most {MAX_CELL_CHARS} are read")
     try:
@@ -370,7 +370,7 @@ _KNOWN = "[signals], [[follow]], [[part]], [[fixture]], [[sensor]], [[feeder]], 
 
 
 def _follow(text: CellText, entry: CellEntry) -> Follow | None:
-    """Read one [[follow]]; None where it is wrong."""
+    """Read one [[follow]]; return None if it is wrong."""
     rule, mistakes = entry.given, len(text.wrong)
     when = text.signal(entry, "when")
     sets = text.signal(entry, "set") if "set" in rule else None
@@ -411,7 +411,7 @@ def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tup
 
 
 def _wrong_variable(name: str) -> str:
-    """Say why a name cannot be that of a real or a string; "" if it can."""
+    """Return why a name cannot be that of a real or a string; "" if it can."""
     if _VARIABLE.fullmatch(name) is None:
         return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
     if name.upper() in RESERVED:

@@ -1,4 +1,4 @@
-"""The text of a cell file and the mistakes in it, each with its line."""
+"""Read values from the text of a cell file, and collect mistakes with their lines."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from vrs_cli.kinematics.transform import Transform, Vector, from_oat
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
-MAX_MISTAKES = 50  # that are told
+MAX_MISTAKES = 50  # in the messages
 MAX_MESSAGE_CHARS = 400  # characters of a message
-MAX_LENGTH_MM = 100_000.0  # [mm] of a place from the world's origin, and the largest size of a body
+MAX_LENGTH_MM = 100_000.0  # of coordinates and sizes
 
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 class CellEntry(NamedTuple):
-    """One table of the file: how messages name it, its lines from 0, and what it says."""
+    """One table of the file: its name in messages, its lines from 0, and its keys and values."""
 
     name: str
     lines: range
@@ -30,7 +30,7 @@ class CellEntry(NamedTuple):
 
 
 class CellText:
-    """Reads values out of a cell, and goes on after each mistake. `names`: the signals that have one."""
+    """Reads the values of a cell, and continues after each mistake. `names`: the numbers of named signals."""
 
     def __init__(self, path: str, text: str) -> None:
         self.wrong: list[str] = []
@@ -43,8 +43,8 @@ class CellText:
         return CellEntry("", range(len(self._lines)), {})
 
     def entries(self, key: str, given: Any, keys: Iterable[str] | None) -> Iterator[CellEntry]:
-        """Yield each [[key]]; all lines of the file where it stands otherwise, as in `follow = [{when = 3}]`. `keys`:
-        that it may have; None: the caller checks them.
+        """Yield each [[key]] with its lines; with all lines of the file if it is written in another way, as in `follow
+        = [{when = 3}]`. `keys`: the allowed keys; None: the caller checks them.
         """
         if not isinstance(given, list):
             self.fault(self.whole, key, f"write [[{key}]], and below it what it is")
@@ -63,7 +63,7 @@ class CellText:
                 self.fault(entry, key, "it is a table")
 
     def entry(self, key: str, given: Mapping[str, Any], keys: Iterable[str]) -> CellEntry:
-        """The table [key]: its lines reach to the next heading."""
+        """Return the table [key]; its lines reach to the next heading."""
         head = re.compile(rf"\s*\[\s*{key}\s*\]")
         first = next((at for at, line in enumerate(self._lines) if head.match(line)), 0)
         ends = (at for at in range(first + 1, len(self._lines)) if self._lines[at].lstrip().startswith("["))
@@ -72,13 +72,15 @@ class CellText:
         return entry
 
     def check_keys(self, entry: CellEntry, keys: Iterable[str]) -> None:
-        """Refuse keys that are not known, in the order of the alphabet."""
+        """Report unknown keys in alphabetical order."""
         known = tuple(keys)
         for key in sorted(entry.given.keys() - set(known)):
             self.fault(entry, key, did_you_mean(key, known, f"there are {', '.join(known)}"))
 
     def fault(self, entry: CellEntry, key: str, what: str) -> None:
-        """`key`: what is wrong in that table; its line, or the first of the table where none begins with it."""
+        """Report a mistake at `key` in a table: at the line that begins with the key, otherwise at the first line of
+        the table.
+        """
         if len(self.wrong) == MAX_MISTAKES:
             self.wrong.append(f"{self.path}: there are more mistakes")
         if len(self.wrong) > MAX_MISTAKES:
@@ -90,7 +92,7 @@ class CellText:
         self.wrong.append(f"{self.path}:{line + 1}: {message}")
 
     def lines_from(self, entry: CellEntry, key: str) -> range:
-        """The lines of a table from the one that begins with a key; all of them where none does."""
+        """Return the lines of a table from the one that begins with a key; all lines if none does."""
         last = re.escape(key.rpartition(".")[2])
         begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
         first = next((at for at in entry.lines if begins.match(self._lines[at])), entry.lines.start)
@@ -99,7 +101,7 @@ class CellText:
     # --- signals and times ---
 
     def name_signals(self, given: Mapping[str, Any], before: str = "") -> None:
-        """A name with dots need not stand in quotes: TOML makes tables of it."""
+        """Read names of signals. TOML makes tables of names with dots that are not quoted."""
         for last, number in given.items():
             name = f"{before}{last}".lower()
             twin = next((known for known, other in self.names.items() if other == number), "")
@@ -113,7 +115,7 @@ class CellText:
                 self.names[name] = number
 
     def signal(self, entry: CellEntry, key: str) -> int | None:
-        """Read a signal, by name or number; a minus stands for off."""
+        """Read a signal, by name or number; a minus means off."""
         given = entry.given.get(key)
         if isinstance(given, str):
             name = given.removeprefix("-").lower()
@@ -137,7 +139,7 @@ class CellText:
         return found
 
     def claim(self, entry: CellEntry, key: str, signal: int) -> None:
-        """Refuse a signal that something else in the scene sets."""
+        """Report a signal that something else in the scene sets."""
         if signal and (other := self._claimed.setdefault(abs(signal), entry.name)) != entry.name:
             self.fault(entry, key, f"{abs(signal)} is set by {other.rstrip(' :')} already")
 
@@ -222,7 +224,7 @@ class CellText:
         return None
 
     def beside(self, name: str) -> Path:
-        """A file whose path counts from the folder of the cell."""
+        """Return the path of a file relative to the folder of the cell."""
         return Path(self.path).parent / name
 
 
@@ -230,7 +232,7 @@ UPRIGHT = (90.0, -90.0, 0.0)  # O, A, T of a body whose axes are those of the wo
 
 
 def _quote(given: Any) -> str:
-    """A value in a message, cut where it is long."""
+    """Return a value for a message, shortened if it is long."""
     text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
     return text if len(text) <= 80 else f"{text[:77]}..."
 

@@ -1,8 +1,10 @@
-"""The disk of running programs: the files they have open, by task and logical unit, all in one folder.
+"""The files of a folder: the commands FDIRECTORY, FDELETE, FCOPY, FRENAME; the working folder of a run; and the disk of
+running programs, the files that they have open by task and logical unit.
 
-Every operation leaves a status: 1, or the code of what went wrong, so that nothing here is raised but mistakes of the
-program. A file is read whole when it is opened. One that is written grows beside its name and takes its place when it
-is closed, or when its task stops: a reader meets all of it or none.
+The caller decides whether to overwrite. A run writes all files in its working folder, and files that it reads are
+copied there first. Operations of the disk leave a status: 1 or an error code; only mistakes of the program are raised.
+A file is read completely when it is opened. A written file grows beside its name and takes its place when it is closed,
+or when its task stops, so that a reader sees all of it or nothing.
 """
 
 from __future__ import annotations
@@ -25,9 +27,9 @@ from vrs_cli.values.replies import FileRow
 
 
 def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
-    """List a folder, folders first; for another path, what its last part matches (`*.v2`).
+    """List a folder, folders first; for another path, the files that match its last part (`*.v2`).
 
-    Hidden files are left out. Raises NonexistentFile, FileError.
+    Hidden files are omitted. Raises NonexistentFile, FileError.
     """
     folder, pattern = (asked, "*") if asked.is_dir() else (asked.parent, asked.name)
     if not folder.is_dir():
@@ -48,7 +50,7 @@ def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
 
 
 def existing(path: Path) -> Path:
-    """The path of a file that is there. Raises NonexistentFile, FileError for a folder."""
+    """Return the path of an existing file. Raises NonexistentFile, FileError for a folder."""
     if path.is_dir():
         raise errors.FileError(f"{path} is a folder", "name a file")
     if not os.path.lexists(path):
@@ -57,7 +59,7 @@ def existing(path: Path) -> Path:
 
 
 def target(old: Path, new: Path) -> Path:
-    """The path of a copy: it has the extension of the old file where none is given. Raises FileError."""
+    """Return the path of a copy; without an extension it gets that of the old file. Raises FileError."""
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
     if place.exists() and place.samefile(old):
@@ -66,13 +68,13 @@ def target(old: Path, new: Path) -> Path:
 
 
 def delete(path: Path, within: Folder = FREE) -> None:
-    """Raises FileError."""
+    """Delete a file. Raises FileError."""
     with _telling(f"{path} cannot be deleted"), hold(path), within.parent(path) as there:
         os.unlink(_in(there, path), dir_fd=there)
 
 
 def rename(old: Path, new: Path, within: Folder = FREE) -> None:
-    """Rename a file; it replaces one of that name. Raises FileError."""
+    """Rename a file; it replaces one of the new name. Raises FileError."""
     within.check(new)
     folders = within.parent(old), within.parent(new)
     with _telling(f"{old} cannot be renamed to {new}"), hold(old), hold(new), folders[0] as here, folders[1] as there:
@@ -80,12 +82,12 @@ def rename(old: Path, new: Path, within: Folder = FREE) -> None:
 
 
 def _in(folder: int | None, path: Path) -> str | Path:
-    """The name of a file relative to an open folder; its path where none is open."""
+    """Return the name of a file in an open folder; its path if no folder is open."""
     return path if folder is None else path.name
 
 
 def copy(old: Path, new: Path, within: Folder = FREE) -> None:
-    """Copy a file, whole or not at all. Raises FileError."""
+    """Copy a file, all of it or nothing. Raises FileError."""
     import shutil
 
     try:
@@ -115,14 +117,14 @@ MAX_COPY_BYTES = 100_000_000
 
 
 class WorkingFolder(Folder, frozen=True, kw_only=True):
-    """A closed folder in which the files of `source` seem to be: a file is copied when it is first named. Links,
-    devices and pipes are not; `below`: nor are files in folders below `source`, unless it is true.
+    """A closed folder in which the files of `source` appear to be: a file is copied when it is first named, but not
+    links, devices and pipes. `below`: also files in folders below `source`.
     """
 
     source: Path
     closed: bool = True
     below: bool = True
-    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)  # and what was copied
+    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)  # with the state of each copy
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
         path = Folder.inside(self, name, pattern=pattern)
@@ -132,7 +134,9 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
         return path
 
     def _copy_of(self, path: Path) -> os.stat_result | None:
-        """The copy of a file, where there is one that can be read. Raises FileError where it cannot be copied."""
+        """Copy a file if it exists and can be read, and return the copy's status. Raises FileError if it cannot be
+        copied.
+        """
         inner = path.relative_to(self.root)
         if path.exists() or (len(inner.parts) > 1 and not self.below):
             return None
@@ -156,11 +160,11 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
                         f"{path.name}: {error.strerror}", "the folder of the run has no room for a copy"
                     ) from None
                 return path.stat()
-        except (OSError, errors.FileOutside):  # it is not there, or cannot be read
+        except (OSError, errors.FileOutside):  # it does not exist, or cannot be read
             return None
 
     def drop_copies(self) -> None:
-        """Remove the copies that the run has not written to."""
+        """Remove the copies that the run has not changed."""
         for path, copied in self._named.items():
             if copied is None or not path.is_file():
                 continue
@@ -174,9 +178,10 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
 
 @contextmanager
 def working_folder(source: Path, kept: Path | None = None, *, below: bool = True) -> Iterator[WorkingFolder]:
-    """A working folder for one run, which is removed after it; `kept`: it is this one, and what was written stays.
+    """Yield a working folder for one run, which is removed afterwards; `kept`: use this folder, and leave what was
+    written.
 
-    Raises FileError where it cannot be made.
+    Raises FileError if it cannot be made.
     """
     from tempfile import TemporaryDirectory
 
@@ -195,12 +200,13 @@ def working_folder(source: Path, kept: Path | None = None, *, below: bool = True
         folder.drop_copies()
 
 
-BLOCK = 4096  # bytes that an empty file costs too, in a folder whose size is bounded
+BLOCK = 4096  # bytes that count for an empty file in a folder of limited size
 
 
 class Unit(Struct, eq=False):
-    """A logical unit of one task. `file`: the text that is read, or the file beside the one that is written. `status`
-    is that of the last operation, `length` [characters] of the last record."""
+    """A logical unit of one task. `file`: the text that is read, or the new file that is written. `status` is that of
+    the last operation, `length` [characters] that of the last record.
+    """
 
     attached: bool = False
     path: Path | None = None
@@ -210,7 +216,7 @@ class Unit(Struct, eq=False):
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """Set the status by how the block ends."""
+        """Set the status according to how the block ends."""
         try:
             yield
         except errors.VrsError as error:
@@ -223,7 +229,7 @@ class Unit(Struct, eq=False):
             self.status = SUCCESS
 
     def read(self, record: Callable[[StringIO], str]) -> str:
-        """Raises FileNotOpened, FileError, EndOfInput."""
+        """Read a record. Raises FileNotOpened, FileError, EndOfInput."""
         self.check_open()
         if not isinstance(self.file, StringIO):
             raise errors.FileError("the file is open to be written", "FCLOSE, then FOPENR reads it")
@@ -232,14 +238,14 @@ class Unit(Struct, eq=False):
         return text
 
     def write(self, text: str) -> None:
-        """Raises FileNotOpened, FileError, OSError."""
+        """Write a text. Raises FileNotOpened, FileError, OSError."""
         self.check_open()
         if not isinstance(self.file, NewFile):
             raise errors.FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
         self.file.stream.write(text.encode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Close the file; what was written takes its place. Raises OSError."""
+        """Close the file; a written file takes its place. Raises OSError."""
         file, self.path, self.file = self.file, None, None
         if isinstance(file, NewFile):
             try:
@@ -255,14 +261,14 @@ class Unit(Struct, eq=False):
 class Disk(Struct, eq=False):
     """The open files of all tasks. Names are relative to `folder`, or to the folder of the task, and cannot leave it.
 
-    `spend` hears how many bytes are about to be written, `hold` how many characters all files that are open to be read
-    are to hold; each raises what is to stop that.
+    `spend` is called with the number of bytes before they are written, `hold` with the number of characters of all
+    files open for reading; each raises an error to prevent it.
     """
 
     folder: Folder
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
-    folders: dict[int, Folder] = field(default_factory=dict)  # of tasks that have one of their own
+    folders: dict[int, Folder] = field(default_factory=dict)  # of tasks with a folder of their own
     _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
 
     # --- folders ---
@@ -299,7 +305,7 @@ class Disk(Struct, eq=False):
         raise errors.UnitNotAttached("every unit of the disk is in use", "DETACH one")
 
     def detach(self, task: int, unit: int) -> None:
-        """Take a unit back, and close what is open on it. Raises UnitNotAttached."""
+        """Detach a unit, and close its file. Raises UnitNotAttached."""
         one = self.attached_unit(task, unit)
         with one.attempt():
             one.close()
@@ -308,14 +314,14 @@ class Disk(Struct, eq=False):
     # --- files ---
 
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
-        """Raises UnitNotAttached, FileOutside; what else goes wrong is the status."""
+        """Open a file. Raises UnitNotAttached, FileOutside; other failures become the status."""
         folder = self.folders.get(task, self.folder)
         one, path = self.attached_unit(task, unit), folder.inside(name)
         if access is Access.READ and path.is_file():
             read = sum(len(other.file.getvalue()) for other in self._units.values() if isinstance(other.file, StringIO))
             self.hold(read + path.stat().st_size)
         if access is Access.APPEND and path.is_file():
-            self.spend(path.stat().st_size)  # what is there is copied first
+            self.spend(path.stat().st_size)  # its present content is copied first
         elif access is not Access.READ and folder.closed and not path.exists():
             self.spend(BLOCK)
         with one.attempt():
@@ -329,14 +335,14 @@ class Disk(Struct, eq=False):
             one.path = path
 
     def close(self, task: int, unit: int) -> None:
-        """Raises UnitNotAttached; a unit with no file open has the status of that."""
+        """Close the file of a unit; without an open file the status says so. Raises UnitNotAttached."""
         one = self.attached_unit(task, unit)
         with one.attempt():
             one.check_open()
             one.close()
 
     def delete(self, task: int, unit: int, name: str) -> None:
-        """Raises UnitNotAttached, FileOutside."""
+        """Delete a file. Raises UnitNotAttached, FileOutside."""
         folder = self.folders.get(task, self.folder)
         one, path = self.attached_unit(task, unit), folder.inside(name)
         with one.attempt():
@@ -349,7 +355,7 @@ class Disk(Struct, eq=False):
     # --- records ---
 
     def read(self, task: int, unit: int) -> str | None:
-        """The next record; None where there is none, and the status says why. Raises UnitNotAttached."""
+        """Return the next record; None if there is none, with the reason as status. Raises UnitNotAttached."""
         one, line = self.attached_unit(task, unit), None
         with one.attempt():
             line = one.read(StringIO.readline).removesuffix("\n").removesuffix("\r")
@@ -357,14 +363,14 @@ class Disk(Struct, eq=False):
         return line
 
     def character(self, task: int, unit: int) -> int:
-        """The code of the next character, or of what went wrong."""
+        """Return the code of the next character, or an error code."""
         try:
             return ord(self.attached_unit(task, unit).read(lambda text: text.read(1)))
         except errors.VrsError as error:
             return error.code
 
     def write(self, task: int, unit: int, text: str) -> None:
-        """Raises UnitNotAttached, and what `spend` does."""
+        """Write a text. Raises UnitNotAttached, and the errors of `spend`."""
         one = self.attached_unit(task, unit)
         if isinstance(one.file, NewFile):
             self.spend(len(text.encode("utf-8", "replace")))
@@ -375,7 +381,7 @@ class Disk(Struct, eq=False):
     # --- endings ---
 
     def rest(self, task: int) -> None:
-        """Write what a task has written so far into its files: it has stopped, and may go on."""
+        """Save what a stopped task has written so far; the task may continue."""
         for (owner, _), one in self._units.items():
             if owner == task and isinstance(one.file, NewFile):
                 with one.attempt():
@@ -390,13 +396,13 @@ class Disk(Struct, eq=False):
                 one.attached = False
 
     def close_all(self) -> None:
-        """Close the files of all tasks: nothing runs any more."""
+        """Close the files of all tasks."""
         for task in {task for task, _ in self._units}:
             self.release(task)
 
 
 def _open(path: Path, access: Access, within: Folder) -> StringIO | NewFile:
-    """Raises FileError, FileExists, OSError."""
+    """Open a file. Raises FileError, FileExists, OSError."""
     import shutil
 
     if path.exists() and not path.is_file():

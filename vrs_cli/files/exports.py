@@ -1,4 +1,4 @@
-"""Trajectories in the formats of other programs. `EXPORTERS` lists them; each writes a stream in small pieces."""
+"""Export trajectories in formats of other programs. `EXPORTERS` lists the formats; each writes a stream in pieces."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ from vrs_cli.trajectory.timeline import Timeline
 DECIMALS = 9  # of degrees and millimetres
 STANDARD_OUTPUT = "-"
 
-CUBIC = 3  # the degree of a polynomial that positions and velocities at its ends determine
+CUBIC = 3  # degree of a polynomial given by positions and velocities at its ends
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 
 
 class Exporter(Struct, frozen=True):
-    """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, number).
+    """A format: its name for `--to`, its file extension, and its writer (stream, arm, timeline, number).
 
-    The number is a rate [Hz], or the time [s] of what shows one moment. `shows_cell`: `write` takes the World that is
-    around the robot, too, as `world`. `tells_measured`: it takes what a body reported as `measured`.
-    `check` raises UsageError where a package is missing; `usual`: the number for a timeline where none is given.
+    The number is a rate [Hz], or the time [s] of a picture of one moment. `shows_cell`: `write` also takes the World
+    around the robot, as `world`. `tells_measured`: it also takes the reports of a body as `measured`. `check` raises
+    UsageError if a package is missing; `usual`: the default number for a timeline.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Exporter(Struct, frozen=True):
 def export(
     exporter: Exporter, path: str, standard_output: BinaryIO, arm: RobotArm, timeline: Timeline, number: float
 ) -> None:
-    """Write a file as a whole or not at all, or to `standard_output` when `path` is `-`. Raises FileError."""
+    """Write a file, all of it or nothing, or write to `standard_output` if `path` is `-`. Raises FileError."""
     opened: AbstractContextManager[BinaryIO]
     opened = nullcontext(standard_output) if path == STANDARD_OUTPUT else atomically(path)
     with opened as stream:
@@ -69,11 +69,10 @@ def export(
 def write_csv(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Columns t [s], jt1 ... jtn [deg, mm where a joint slides], x, y, z [mm], o, a, t_angle [deg]; with `measured`
-    also jt1_measured ... jtn_measured, empty where the measured robot is unknown.
+    """Write columns t [s], jt1 ... jtn [deg, mm for a slide], x, y, z [mm], o, a, t_angle [deg]; with `measured` also
+    jt1_measured ... jtn_measured, empty where the measured robot is unknown.
 
-    Rows as `sample_times`. Times are written to their last bit, so that they name the same instant when they are read
-    back.
+    Rows are at `sample_times`. Times have all digits, so that they name the same instant when they are read back.
     """
     names = joint_names(arm)
     columns = ("t", *names, *TOOL_COLUMNS)
@@ -89,7 +88,9 @@ def write_csv(
 
 
 def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
-    """(N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]; degrees and millimetres are rounded."""
+    """Return a table (N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]; degrees and millimetres are
+    rounded.
+    """
     T = places.T_world_tool
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
     shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # there is no -0
@@ -97,12 +98,12 @@ def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
 
 
 def _shown_measured(measured: MeasuredTimeline, times: Floats, units: JointUnits) -> Floats:
-    """(N, n) [deg, mm]: the measured joints at times (N,), NaN where they are unknown."""
+    """Return the measured joints at times (N,) as (N, n) [deg, mm], NaN where they are unknown."""
     return np.round(shown_joints(measured.joints_over(times), units), DECIMALS) + 0.0
 
 
 def shown_joints(q: Floats, units: JointUnits) -> Floats:
-    """(N, n): [rad, m] -> [deg, mm]; rates likewise."""
+    """Convert joints or their rates (N, n) from [rad, m] to [deg, mm]."""
     slides = [units.slides(joint) for joint in range(1, q.shape[1] + 1)]
     return np.where(slides, q * 1000.0, np.degrees(q))
 
@@ -113,7 +114,7 @@ def shown_joints(q: Floats, units: JointUnits) -> Floats:
 def write_json(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """A list with an object for every sample, as `vrs where --json` tells a position; with `measured` also
+    """Write a list with an object for each sample, in the form of `vrs where --json`; with `measured` also
     `measured_deg`, null where the measured robot is unknown.
     """
     n = arm.model.joint_count
@@ -140,10 +141,10 @@ def write_json(
 def write_npz(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Arrays in metres, radians and seconds: N samples, and the M segments themselves with their polynomials; with
-    `measured` also the R reports as they came: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n).
+    """Write arrays in metres, radians and seconds: N samples, and the M segments with their polynomials; with
+    `measured` also the R reports: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n).
     """
-    with TemporaryFile() as whole:  # an archive is other bytes where it cannot be gone back in: the same everywhere
+    with TemporaryFile() as whole:  # zip writes other bytes to a stream that cannot seek
         with ZipFile(whole, "w") as archive:
             _write_samples(archive, arm, timeline, rate)
             arrays = _segments(arm.model.joint_count, list(timeline))
@@ -159,7 +160,7 @@ def write_npz(
 
 
 def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Write an array after the other, as an archive wants them, though they are made together: by a file for each."""
+    """Write the sample arrays one after the other, as an archive needs them; temporary files collect them meanwhile."""
     with ExitStack() as opened:
         files: dict[str, IO[bytes]] = {}
         for times in sample_times(timeline, rate):
@@ -187,7 +188,7 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
 
 
 def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
-    """(M,) each; polynomials by ascending powers of t - t_s, NaN for a segment that is not of that space."""
+    """Return arrays of the M segments; polynomials have ascending powers of t - t_s, NaN if of another space."""
     return {
         "segment_start": np.array([segment.start for segment in segments]),
         "segment_finish": np.array([segment.finish for segment in segments]),
@@ -201,7 +202,9 @@ def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np
 
 
 def _of(space: type, segment: Segment) -> tuple[Polynomial, ...]:
-    """The polynomials of a segment of that space: one a joint, or x, y, z of the tool tip; none for another."""
+    """Return the polynomials of a segment if it is of that space: one for each joint, or x, y, z of the tool tip;
+    otherwise none.
+    """
     path = segment.path
     if not isinstance(path, space):
         return ()
@@ -209,7 +212,7 @@ def _of(space: type, segment: Segment) -> tuple[Polynomial, ...]:
 
 
 def _polynomials(rows: list[tuple[Polynomial, ...]], size: int) -> Floats:
-    """(M, size, k): polynomials of fewer coefficients are filled with zeros, those that are missing with NaN."""
+    """Return polynomials (M, size, k); short ones are padded with zeros, missing ones are NaN."""
     longest = max((len(row[0]) for row in rows if row), default=1)
     result = np.zeros((len(rows), size, longest))
     for place, row in enumerate(rows):
@@ -224,23 +227,23 @@ def _polynomials(rows: list[tuple[Polynomial, ...]], size: int) -> Floats:
 
 
 LINE_RATE = 50.0  # [Hz] points on straight lines, at least
-EXACT = 3e-8  # [rad, m] what an interpolation between two points may be off
-HALVINGS = 20  # of an interval in which it is off by more
-SAME = 1e-9  # accelerations [rad/s2] that differ by less, or by this part of them, are the same
+EXACT = 3e-8  # [rad, m] the greatest error of an interpolation
+HALVINGS = 20  # of an interval with a greater error
+SAME = 1e-9  # the absolute [rad/s2] and relative tolerance of equal accelerations
 
 
 class _Points(NamedTuple):
-    """Times (N,) [s], sorted, and whether the accelerations are continuous there."""
+    """Times (N,) [s], sorted, and whether the acceleration is continuous at each."""
 
     times: Floats
     smooth: Flags
 
 
 def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """One JointTrajectory in radians and seconds, of such points that a JointTrajectoryController's interpolation gives
-    our motions: cubic between points with velocities, quintic where both have accelerations too (ros2_controllers,
-    trajectory.cpp). A point stands at each boundary of a segment, has accelerations where these are continuous, and
-    others stand between as they are needed. `rate`: further points [Hz]; 0 for none.
+    """Write one JointTrajectory in radians and seconds whose points make a JointTrajectoryController interpolate our
+    motion: cubic between points with velocities, quintic between points with accelerations too (ros2_controllers,
+    trajectory.cpp). There is a point at each segment boundary, with accelerations if they are continuous there, and as
+    many between as needed. `rate`: further points [Hz]; 0 for none.
     """
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
     names = json.dumps(joint_names(arm))
@@ -256,7 +259,7 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
 
 
 class _Span(NamedTuple):
-    """A segment, or the time in which the robot stands; the accelerations [rad/s2] with which it begins and ends."""
+    """A segment, or a time in which the robot stands still, with the accelerations [rad/s2] at its begin and end."""
 
     begin: float
     end: float
@@ -266,7 +269,7 @@ class _Span(NamedTuple):
 
 
 def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
-    """Yield the spans of a timeline; at its end one without length."""
+    """Yield the spans of a timeline, and at its end one of no length."""
     still, at = (0.0,) * arm.model.joint_count, timeline.start
     for segment in timeline:
         if segment.start > at:
@@ -278,7 +281,7 @@ def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
 
 
 def _ros_times(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[_Points]:
-    """The points of each span, and that of the end."""
+    """Yield the points of each span, and the end point."""
     before = still = (0.0,) * arm.model.joint_count
     for span, following in pairwise(_spans(arm, timeline)):
         points = _between(timeline, rate, span, smooth=_same(before, span.first))
@@ -292,7 +295,7 @@ def _same(a: Joints, b: Joints) -> bool:
 
 
 def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _Points:
-    """The beginning of a span, and the samples in it."""
+    """Return the begin of a span and the samples inside it."""
     first, last = (ceil((t - timeline.start) * rate) for t in (span.begin, span.end))
     samples = timeline.start + np.arange(first, last) / (rate or 1.0)
     times = np.concatenate(([span.begin], samples[(samples > span.begin) & (samples < span.end)]))
@@ -300,7 +303,7 @@ def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _
 
 
 def _refine(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *, smooth_end: bool) -> _Points:
-    """The points with more between them, until the interpolation is exact. It is for polynomials up to cubic ones."""
+    """Insert points until the interpolation is exact. Polynomials up to cubic ones are exact already."""
     segment = span.segment
     if segment is None or (isinstance(segment.path, JointPath) and segment.path.degree <= CUBIC):
         return points
@@ -328,7 +331,7 @@ def _with(times: Floats, smooth: Flags, more: Floats) -> tuple[Floats, Flags]:
 
 
 def _interpolate(at: position.PositionArrays, smooth: Flags) -> Floats:
-    """The joints halfway between points (N,), as a controller has them: (N - 1, n)."""
+    """Return the joints (N - 1, n) halfway between points (N,), as a controller interpolates them."""
     h = np.diff(at.times)[:, None]
     middle = 0.5 * (at.joints[:-1] + at.joints[1:])
     slower = h * (at.velocity[:-1] - at.velocity[1:])
@@ -338,7 +341,7 @@ def _interpolate(at: position.PositionArrays, smooth: Flags) -> Floats:
 
 
 def _in_chunks(parts: Iterator[_Points], start: float) -> Iterator[_Points]:
-    """Points that are no two at one nanosecond, many at a time."""
+    """Yield points in large chunks, without two points at the same nanosecond."""
     waiting, count, last = list[_Points](), 0, -1
     for part in parts:
         ns = np.array(nanoseconds(part.times - start))

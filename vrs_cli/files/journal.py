@@ -1,8 +1,8 @@
-"""The journal: a trajectory file that grows while the robot moves. What cannot be written down does not happen.
+"""Keep a journal: a trajectory file that grows while the robot moves. A change that cannot be written does not happen.
 
-A change is written, and on the disk, before it happens. The file is looked at before and after: where it is not the
-one that was written so far (removed, replaced, cut short), a fresh one beside it takes the whole course of events, and
-that is told before the command is answered.
+A change is written and synced before it happens. The file is checked before and after: if it is no longer the file that
+was written (removed, replaced, cut short), a new one beside it gets the whole course of events, and the user is told
+before the command is answered.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ ANYWAY = "what stops the robot is done all the same, and is written as soon as i
 
 
 class Course(Struct, frozen=True):
-    """The content of a journal: the robot, its first timeline, every change since, and the reports of a body."""
+    """The content of a journal: the robot, its first timeline, all changes, and the reports of a body."""
 
     model: RobotModel
     initial: Iterable[Segment]
@@ -55,7 +55,7 @@ class Course(Struct, frozen=True):
     measured: MeasuredTimeline
 
     def motions(self) -> dict[int, Motion]:
-        """The motions that the lines of the last part describe, by number."""
+        """Return the motions that the lines of the last part describe, by number."""
         known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas[len(self.deltas) // PART * PART :]:
             for motion in (delta.motion, *(segment.motion for segment in delta.segments)):
@@ -64,8 +64,8 @@ class Course(Struct, frozen=True):
 
 
 class Taken(Struct, frozen=True):
-    """A file that is ours to write, until `close`. `file` and `recording`: a trajectory that is to go on; or `resumed`,
-    where it was read from a checkpoint.
+    """A locked file for a journal, until `close`. `file` and `recording`: a trajectory to continue; `resumed`: the
+    same, read from a checkpoint.
     """
 
     path: Path
@@ -76,7 +76,7 @@ class Taken(Struct, frozen=True):
 
     @property
     def has_torn_line(self) -> bool:
-        """Return whether an incomplete last line is left out."""
+        """Return whether the file has an incomplete last line, which is ignored."""
         if self.resumed is not None:
             return self.resumed.past.file.size > self.resumed.size
         return self.recording is not None and self.recording.dropped_tail
@@ -88,16 +88,16 @@ class Taken(Struct, frozen=True):
 
 
 def take(path: Path) -> Taken:
-    """Take a file for a journal, which takes the place of what is there. Raises FileError."""
+    """Lock a file for a new journal, which replaces it. Raises FileError."""
     with writing(path):
         return Taken(path, hold(path))
 
 
 def take_up(path: Path, progress: Callable[[float], None] | None = None, changes: int | None = None) -> Taken:
-    """Take a file for a journal that goes on with it, or begins it. It is read when nobody else may write it any more:
-    all of it, or where it has checkpoints so many `changes` at least.
+    """Lock a file for a journal that continues it, or begins it. The file is read after it is locked: all of it, or
+    from a checkpoint, at least so many `changes`.
 
-    Raises FileError, and what `read_trajectory` does.
+    Raises FileError, and the errors of `read_trajectory`.
     """
     if is_special(path):
         raise FileError(f"{path} is a pipe or a device", "a session is recorded in a file")
@@ -106,7 +106,7 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None, changes
         with writing(path):
             if path.exists():
                 return _read(path, it.held, progress, changes)
-            create_beside(path, it.held).close()  # so that it can be made
+            create_beside(path, it.held).close()  # checks that it can be created
             return it
     except BaseException:
         it.close()
@@ -128,7 +128,7 @@ def _read(path: Path, held: HeldLock, progress: Callable[[float], None] | None, 
 
 
 class _Before(Struct, frozen=True):
-    """The state before a change was written, which comes back if it does not happen. `version`: of the change."""
+    """The state before a change was written, restored if the change does not happen. `version`: of the change."""
 
     version: int
     size: int
@@ -138,12 +138,12 @@ class _Before(Struct, frozen=True):
 
 
 class Journal:
-    """Every change of one robot's timeline, in a file that is locked until `close`.
+    """Writes every change of a robot's timeline to a file, which is locked until `close`.
 
-    `path`: the file that it is in now; `sound`: it is the one that was asked for, and nothing is missing. `course`
-    gives all that has happened, `tell` takes what the user has to know before the next answer. `durable=False` (batch)
-    writes when there is enough, and at the end. `together`: what is written goes to the disk when `settle` says so, and
-    nobody is answered before. `past`: what reads it back, where it is to be kept so. Raises FileError.
+    `path`: the present file; `sound`: it is the requested one, and nothing is missing. `course` returns all that has
+    happened, `tell` shows a message before the next answer. `durable=False` (batch) writes in large pieces and at the
+    end. `together`: `settle` syncs several changes at once, before anybody is answered. `past`: reads older parts back,
+    if they are to leave memory. Raises FileError.
     """
 
     def __init__(
@@ -158,9 +158,9 @@ class Journal:
     ) -> None:
         self.sound = True
         self.unsettled, self._together = False, together
-        self._doubtful = False  # whether what was to be settled is on the disk
+        self._doubtful = False  # whether a sync has failed
         self._asked, self._durable, self._course, self._tell = it.path, durable, course, tell
-        self._owed = b""  # lines of what has happened that are to be written yet
+        self._owed = b""  # lines of past changes that are not written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
         self._reports: list[Report] = []  # that are not written yet, and when that is due
@@ -183,7 +183,7 @@ class Journal:
         return self._file.path
 
     def _begin(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
-        """A new file with all that has happened, in the place of an older one at once."""
+        """Write a new file with all that has happened, in the place of an older one."""
         beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
         self._places.clear()
         try:
@@ -200,7 +200,7 @@ class Journal:
         return GrowingFile(path), lines
 
     def _continue(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
-        """Take up the file that was read, without a last line that was torn."""
+        """Continue the file that was read, without an incomplete last line."""
         assert read is not None, "the file was read"
         if file.size > read.size:
             file.cut(read.size)
@@ -213,10 +213,11 @@ class Journal:
     # --- writing ---
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write down what is about to happen. Where that fails it must not happen; but what `happens` all the same is
-        told then, and written with what comes next."""
+        """Write changes before they happen. If that fails, they must not happen; a change that `happens` anyway is
+        reported, and written with the next one.
+        """
         if self._before is not None and deltas[0].version <= self._before.version:
-            self._take_back()  # Ctrl-C came between the writing and the change
+            self._take_back()  # Ctrl-C interrupted before the change
         try:
             self._write(deltas[0].version, lambda: self._encode(deltas))
         except FileError as error:
@@ -227,10 +228,10 @@ class Journal:
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
-        """Bring all that is written to the disk; into a fresh file if this one cannot keep it."""
+        """Sync all that is written, to a new file if this one cannot keep it."""
         if not self.unsettled:
             return
-        self._doubtful = True  # a system may forget what it could not keep, and say so once only
+        self._doubtful = True  # a system may report a failed sync once only
         try:
             with writing(self.path):
                 self._file.sync()
@@ -259,7 +260,7 @@ class Journal:
         raise FileError(f"{self.path} is changed by others again and again", "name another place")
 
     def _encode(self, deltas: Sequence[TimelineDelta]) -> bytes:
-        """The next lines, behind those that are owed."""
+        """Encode the next lines, which follow the owed ones."""
         data, place = b"", self._file.size + len(self._owed)
         for delta in deltas:
             if not delta.version % PART:
@@ -268,8 +269,8 @@ class Journal:
         return data
 
     def add_reports(self, reports: Sequence[Report]) -> None:
-        """Write the reports of a body, those of about a second at once. Where that fails, it is told, and tried again
-        when more come.
+        """Write the reports of a body, about a second of them at once. If that fails, tell it and try again with later
+        reports.
         """
         if self._closed:
             return
@@ -284,7 +285,7 @@ class Journal:
                 self._tell(f"{error}; the measured reports wait in memory")
 
     def _write_reports(self) -> None:
-        """Raises FileError."""
+        """Write the waiting reports. Raises FileError."""
         version = len(self._course().deltas)
         if self._before is not None and version <= self._before.version:
             self._take_back()  # Ctrl-C came between the writing and the change
@@ -302,7 +303,7 @@ class Journal:
         self._reports = []
 
     def _take_back(self) -> None:
-        """Remove what was written last: it did not happen."""
+        """Remove the change that was written last, because it did not happen."""
         before, self._before = self._before, None
         if before is None:
             return
@@ -310,11 +311,11 @@ class Journal:
         del self._places[before.parts :]
         self._lines = LineEncoder(self._course().motions(), before.checksum)
         if self._file.size > before.size:
-            with suppress(OSError):  # the file knows then that it is torn, and is left
+            with suppress(OSError):  # the file is then marked as torn and will be left
                 self._file.cut(before.size)
 
     def close(self) -> None:
-        """Bring all to the disk, and let others write the file. Closing twice is closing once."""
+        """Sync all and release the file. Closing it twice does nothing more."""
         if self._closed:
             return
         self._closed = True
@@ -327,7 +328,7 @@ class Journal:
         try:
             if not self._leave_if_changed() or self._owed:
                 with writing(self.path):
-                    for line in self._owed.splitlines(keepends=True):  # as many as there is room for
+                    for line in self._owed.splitlines(keepends=True):  # as many as fit
                         self._file.add(line, durable=False)
                     self._file.add(b"", durable=True)
                 self._owed = b""
@@ -346,17 +347,17 @@ class Journal:
         return self.past.read_deltas(first, last)
 
     def keep_row(self, row: Row) -> KeptRow | None:
-        """Write a row; None where that is not possible now."""
+        """Write a row; return None if that is not possible now."""
         assert self.past is not None, "it is kept to be read back"
         place = self._repeat(lambda: self._lines.row(row))
         return None if place is None else KeptRow(self.past, place)
 
     def keep_events(self, row: EventRow) -> int | None:
-        """Write a row of events. Where it begins; None where it cannot be written now."""
+        """Write a row of events. Return its place in the file; None if that is not possible now."""
         return self._repeat(lambda: self._lines.events(row))
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        """Write where all rows of a timeline are, which are in the file; whether that was possible."""
+        """Write the places of all rows of a timeline, which are in the file. Return whether that was possible."""
         assert self.past is not None, "it is kept to be read back"
         parts = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.parts())
         events = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.event_parts())
@@ -368,7 +369,7 @@ class Journal:
         return place is not None
 
     def _repeat(self, line: Callable[[], bytes]) -> int | None:
-        """Add a line that says again what those above say. Where it begins; None where it cannot be written now."""
+        """Add a line that repeats earlier content. Return its place; None if it cannot be written now."""
         if self._owed or self._doubtful or self._file.find_change():
             return None
         place, checksum = self._file.size, self._lines.checksum
@@ -383,16 +384,14 @@ class Journal:
     # --- a fresh file ---
 
     def _leave_if_changed(self, before: _Before | None = None) -> bool:
-        """Return whether the file is not ours any more; all that has happened is in a fresh one then, all `before` a
-        change that is being written.
-        """
+        """Return whether the file has changed; then a new file gets all that has happened before the present change."""
         what = self._file.find_change()
         if what:
             self._move(what, before)
         return bool(what)
 
     def _move(self, what: str, before: _Before | None = None) -> None:
-        # a name beside the first one that nothing has, or had just now: day-2.vrst
+        # a free name beside the first one: day-2.vrst
         names = (self._asked.with_stem(f"{self._asked.stem}-{number}") for number in count(2))
         path = next(name for name in names if name != self.path and not os.path.lexists(name))
         old = self._file
@@ -416,7 +415,7 @@ class Journal:
         self._tell(f"*File error* {old.path} {what}: all of it goes on in {path}")
 
     def _copy_file(self, path: Path, held: HeldLock, before: _Before | None) -> GrowingFile:
-        """A new file with the lines of the present one, which has what is not in memory any more. Raises OSError."""
+        """Copy the lines of the present file to a new one. Raises OSError."""
         old, size = self._file, self._file.size if before is None else before.size
         beside = create_beside(path, held)
         try:
@@ -440,9 +439,9 @@ class Journal:
 
 @pause_collector()
 def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookmark:
-    """The course of events of a file, with the settings that the engine has; the clock is at the end of the timeline.
+    """Return the course of events of a file, with the engine's settings; the clock is at the end of the timeline.
 
-    Raises UsageError where it is of another robot.
+    Raises UsageError if the file is of another robot.
     """
     check_robot(path, recording.model, engine)
     book = Book(
@@ -457,9 +456,9 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 
 
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
-    """Raises UsageError where a file is of another robot than the engine's."""
+    """Raise UsageError if a file is of another robot than the engine's."""
     ours = engine.model
-    theirs = replace(model, shapes=ours.shapes, collision=ours.collision)  # how it looks makes no other robot
+    theirs = replace(model, shapes=ours.shapes, collision=ours.collision)  # the looks of a robot do not matter
     if theirs == ours:
         return
     if theirs.name != ours.name:
@@ -476,10 +475,9 @@ def keep_journal(
     together: bool = False,
     reach: WindowSize | None = None,
 ) -> Journal:
-    """Write all that happens in the engine's book from now on to a file: a new one, or the one that was read, which the
-    engine takes up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what
-    becomes of it. `reach`: what is older leaves memory, and is read from the file. Raises FileError, UsageError, and
-    gives the file back.
+    """Write all changes in the engine's book to a file: a new one, or the one that was read, whose course the engine
+    continues. Each change is synced before it happens. `tell` is called when the file is lost. `reach`: older parts
+    leave memory, and are read from the file. Raises FileError, UsageError, and then releases the file.
     """
     try:
         found, goes_on = it.resumed, None

@@ -1,7 +1,7 @@
-"""Mesh files (STL, OBJ, GLB, DAE), read by trimesh: the only file that imports it.
+"""Read mesh files (STL, OBJ, GLB, DAE) with trimesh, which only this file imports.
 
-A file is read whole before trimesh sees it. Only for its colours are other files read: materials and textures beside it
-or below its folder, which are small and of this machine.
+A file is read completely before trimesh sees it. Other files are read only for colours: materials and textures beside
+it or below its folder, which are small and local.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ if TYPE_CHECKING:
 
 KINDS = (".stl", ".obj", ".dae", ".glb")
 MAX_MESH_BYTES = 50_000_000  # [B] of a file: no link of an arm has more
-MAX_FACES = 1_000_000  # of an OBJ or GLB file, whose faces are a few bytes each: an STL file of that size has as many
+MAX_FACES = 1_000_000  # of OBJ and GLB, whose faces take few bytes; an STL file of the largest size has as many
 MAX_PIECES = 64  # convex pieces of a part or fixture
 MAX_PIECE_POINTS = 4000  # of a convex piece
-COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # of files that say how a mesh looks
+COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # of materials and textures
 MAX_TEXTURE_BYTES, MAX_PIXELS = 20_000_000, 20_000_000
-CREASE = 0.6  # [rad] faces that meet at more have an edge between them
-DENT = 1e-3  # of its size: a face of a convex piece may lie so far within the hull of the others
-FLAT = 1e-6  # of its size: how thin a solid is at most
+CREASE = 0.6  # [rad] the angle between faces above which their edge is sharp
+DENT = 1e-3  # of its size: the greatest depth of a face of a convex piece inside the hull
+FLAT = 1e-6  # of its size: the least thickness of a solid
 
 
 class MeshMissing(FileError, text="No mesh reader"):
-    """A mesh file is to be read, and trimesh is not installed."""
+    """The error for a mesh file when trimesh is not installed."""
 
 
 def load_mesh(path: Path) -> Trimesh:
-    """All triangles of a file as one mesh, in its own units. Raises NonexistentFile, FileError, FileDamaged."""
+    """Read all triangles of a file as one mesh, in the file's units. Raises NonexistentFile, FileError, FileDamaged."""
     mesh: Trimesh = _load_scene(path).to_mesh()
     return mesh
 
 
 def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
-    """Return the triangles of a file as GLB, in metres and with normals, in the colours and textures of the file; in
-    `colour` where the file says none. Raises NonexistentFile, FileError, FileDamaged.
+    """Return the triangles of a file as GLB, in metres and with normals, in the file's colours and textures, otherwise
+    in `colour`. Raises NonexistentFile, FileError, FileDamaged.
     """
     import numpy as np
     from trimesh import Scene
@@ -56,7 +56,7 @@ def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
     found = _load_scene(path, coloured=True)
     size, shown = metres_of(found.units) * np.array(scale), Scene()
     for piece in found.dump():
-        piece.apply_transform(np.diag([*size, 1.0]))  # a mirrored one is turned inside out, too
+        piece.apply_transform(np.diag([*size, 1.0]))  # also turns a mirrored piece inside out
         if not _has_texture(piece.visual):
             look = _plain_look(_main_colour(piece.visual) or (*colour, 255))
             shown.add_geometry(Surface(*split_creases(piece), visual=look, process=False))
@@ -67,7 +67,7 @@ def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
 
 
 def _plain_look(colour: tuple[int, ...]) -> Any:
-    """Return what makes trimesh write one colour (red, green, blue, opacity), seen from both sides."""
+    """Return a material of one colour (red, green, blue, opacity), visible from both sides."""
     from trimesh import visual
 
     room: Any = visual  # it has no types
@@ -84,8 +84,8 @@ def _has_texture(visual: Any) -> bool:
 
 
 def _main_colour(visual: Any) -> tuple[int, ...] | None:
-    """Return the colour of a piece (red, green, blue, opacity): that of its material, or the mean of its faces'; None
-    if its file says none.
+    """Return the colour of a piece (red, green, blue, opacity): of its material, or the mean of its faces; None if the
+    file has none.
     """
     material = getattr(visual, "material", None)
     if material is not None:
@@ -94,7 +94,7 @@ def _main_colour(visual: Any) -> tuple[int, ...] | None:
 
 
 class FilesBeside:
-    """The files that a mesh names: materials and textures, below the folder above its own (a package has `meshes` and
+    """The files that a mesh names: materials and textures, below the parent of its folder (a package has `meshes` and
     `textures` beside each other).
     """
 
@@ -114,8 +114,8 @@ class FilesBeside:
 
 
 def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
-    """The convex pieces in a file, each by its points in metres. A file of STL, OBJ or DAE is in millimetres if it
-    does not say otherwise, GLB in metres. Raises NonexistentFile, FileError, FileDamaged.
+    """Return the convex pieces in a file, each as its points in metres. Files of STL, OBJ or DAE without units are in
+    millimetres, GLB in metres. Raises NonexistentFile, FileError, FileDamaged.
     """
     scene = _load_scene(path)
     pieces = scene.dump()
@@ -129,14 +129,14 @@ def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
 
 
 def metres_of(units: str | None, otherwise: float = 1.0) -> float:
-    """The length of a unit by its name [m], or another one where a file names none, as STL and OBJ files do."""
+    """Return the length of a named unit [m]; `otherwise` without a name, as in STL and OBJ files."""
     from trimesh.units import unit_conversion
 
     return float(unit_conversion(units, "meters")) if units else otherwise
 
 
 def _load_scene(path: Path, *, coloured: bool = False) -> Any:
-    """Return the scene in a file, with its colours and textures if `coloured`. Raises NonexistentFile, FileError,
+    """Read the scene in a file, with colours and textures if `coloured`. Raises NonexistentFile, FileError,
     FileDamaged.
     """
     check(path)
@@ -161,12 +161,12 @@ def _load_scene(path: Path, *, coloured: bool = False) -> Any:
         return found
     except VrsError:
         raise
-    except Exception as error:  # whatever the readers of many formats run into
+    except Exception as error:  # readers of many formats raise many errors
         raise FileDamaged(f"{path}: {str(error) or type(error).__name__}", _WANTED) from None
 
 
 def missing_package(kind: str) -> str:
-    """Return the package that a kind of file needs and that is not installed; empty where none is missing."""
+    """Return the package that a kind of file needs and that is not installed; "" if none is missing."""
     if find_spec("trimesh") is None:
         return "trimesh"
     return "pycollada" if kind == "dae" and find_spec("collada") is None else ""
@@ -182,9 +182,9 @@ def _sound(piece: Any) -> bool:
 
 
 def _check_faces(path: Path, kind: str, content: bytes) -> None:
-    """Refuse a small file that stands for a huge mesh. Raises FileError."""
+    """Raise FileError for a small file that describes a huge mesh."""
     count = content.count(b"\nf ") if kind == "obj" else 0
-    if kind == "glb":  # trimesh makes room for as many as its JSON part claims
+    if kind == "glb":  # trimesh allocates what the JSON part claims
         length = int.from_bytes(content[12:16], "little")
         count = sum(row.get("count", 0) for row in json.loads(content[20 : 20 + length]).get("accessors", ()))
     if count > MAX_FACES:
@@ -192,8 +192,8 @@ def _check_faces(path: Path, kind: str, content: bytes) -> None:
 
 
 def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:
-    """Return the size of a mesh file [B]. Raises NonexistentFile, FileError: only small files of this machine are read,
-    and only meshes.
+    """Return the size of a mesh file [B]. Raises NonexistentFile, FileError for files that are large, remote or no
+    mesh.
     """
     if path.suffix.lower() not in KINDS:
         raise FileError(f"{path}: no mesh", f"its name ends in {', '.join(KINDS)}")
@@ -211,7 +211,7 @@ def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:
 
 
 def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """Return vertices (N, 3) and faces (M, 3) of a mesh whose edges are sharp: faces that meet at more than CREASE
+    """Return vertices (N, 3) and faces (M, 3) of a mesh with sharp edges: faces that meet at an angle above CREASE
     share no corners.
     """
     import numpy as np
@@ -224,7 +224,7 @@ def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint3
         for both in found.face_adjacency[smooth].T
     )
     labels = np.arange(faces.size)
-    while True:  # corners that are alike take the least number of them
+    while True:  # equal corners get the least of their numbers
         least = np.minimum(labels[one], labels[other])
         after = labels.copy()
         np.minimum.at(after, one, least)
@@ -240,7 +240,7 @@ def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint3
 
 
 def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
-    """The points of a convex piece [m]. Raises FileDamaged for a piece that is concave, flat or too fine."""
+    """Return the points of a convex piece [m]. Raises FileDamaged for a piece that is concave, flat or too fine."""
     import numpy as np
 
     used = np.unique(piece.faces)
@@ -256,7 +256,7 @@ def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
 
 
 def _dents(piece: Trimesh, points: np.ndarray[Any, np.dtype[np.float64]]) -> Iterator[float]:
-    """Yield how far points lie outside each plane of the faces, which is told from the middle of all points."""
+    """Yield how far points are outside the plane of each face; the inner side is that of the mean of all points."""
     import numpy as np
 
     corners = piece.vertices[piece.faces]

@@ -1,8 +1,8 @@
-"""Open files without hanging (to open a pipe waits for its other end, perhaps for ever; a device may never end), and
-within the folder of a session. A closed folder has no name that leads out of it.
+"""Open files without hanging, and only inside the folder of a session if the folder is closed.
 
-A name is judged where it is given. A file is judged again when it is open: what somebody puts in its place meanwhile,
-a link or a pipe, is not followed, where the system can say so (`dir_fd`, O_NOFOLLOW: all but Windows).
+Opening a pipe waits for its other end, perhaps for ever, and a device may never end. A name is checked when it is
+given. A file is checked again when it is open, so that a link or a pipe that somebody puts in its place is not
+followed, if the system supports that (`dir_fd`, O_NOFOLLOW: all but Windows).
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from msgspec import Struct
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
 FIRST = 4096  # bytes
-PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
+PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # the time for the other end of a pipe to open
 V = TypeVar("V")
 
 
 def unreadable(path: Path, error: OSError) -> FileError:
-    """The refusal of a file that cannot be opened or read."""
+    """Return the error for a file that cannot be opened or read."""
     hint = "check its permissions" if isinstance(error, PermissionError) else "name a regular file"
     return FileError(f"{path} cannot be read: {reason(error)}", hint)
 
 
 def reason(error: OSError) -> str:
-    """The system's reason in lower case, as the middle of a sentence."""
+    """Return the system's reason in lower case, for the middle of a sentence."""
     text = error.strerror or str(error)
     return text[:1].lower() + text[1:]
 
 
 def stamp(path: Path) -> tuple[int, ...]:
-    """Another one whenever a file has changed; empty where there is none."""
+    """Return a value that changes whenever the file changes; empty if there is no file."""
     try:
         there = os.stat(path)
     except OSError:
@@ -48,7 +48,7 @@ def stamp(path: Path) -> tuple[int, ...]:
 
 
 def text_of(content: bytes) -> str:
-    """UTF-8, or a character a byte where it is not that."""
+    """Decode UTF-8, or one character for each byte if it is not UTF-8."""
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -56,7 +56,7 @@ def text_of(content: bytes) -> str:
 
 
 def text_at(path: str, most: int = -1) -> str:
-    """The text of a file, which is UTF-8; `most`: bytes that may be in it, -1: any number. Raises NonexistentFile."""
+    """Read a text file in UTF-8 of at most `most` bytes, -1: any number. Raises NonexistentFile."""
     try:
         with open_to_read(Path(path)) as stream:
             content = stream.read(most + 1 if most >= 0 else -1)
@@ -69,12 +69,12 @@ def text_at(path: str, most: int = -1) -> str:
 
 
 def open_to_read(path: Path) -> BinaryIO:
-    """The bytes of a file, or of a pipe that somebody writes. Raises OSError."""
+    """Open a file for reading, or a pipe that has a writer. Raises OSError."""
     it = path.stat()
     if stat.S_ISFIFO(it.st_mode):
         return BufferedReader(_Pipe(path))
     device = stat.S_ISCHR(it.st_mode) or stat.S_ISBLK(it.st_mode)
-    if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # which is empty
+    if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # the null device is empty
         with path.open("rb", buffering=0) as stream:
             if not stream.isatty():
                 raise OSError(errno.EINVAL, "it is a device")
@@ -82,7 +82,7 @@ def open_to_read(path: Path) -> BinaryIO:
 
 
 def open_to_write(path: Path) -> BinaryIO:
-    """A device, or a pipe that somebody reads. Raises OSError."""
+    """Open a device for writing, or a pipe that has a reader. Raises OSError."""
     if not stat.S_ISFIFO(path.stat().st_mode):
         return path.open("wb")
     handle = _wait_for(lambda: _written_into(path), "nobody reads from this pipe")
@@ -91,7 +91,7 @@ def open_to_write(path: Path) -> BinaryIO:
 
 
 def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
-    """Call `act` until it returns a value, for a while. Raises OSError."""
+    """Call `act` until it returns a value, for PIPE_WAIT_S at most. Raises OSError."""
     ends = time.monotonic() + PIPE_WAIT_S
     while (made := act()) is None:
         if time.monotonic() > ends:
@@ -101,7 +101,7 @@ def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
 
 
 class _Pipe(RawIOBase):
-    """A pipe that is read. To know whether somebody writes it, one has to read: its first bytes are kept."""
+    """A pipe that is read. Only reading shows whether it has a writer, so its first bytes are stored."""
 
     def __init__(self, path: Path) -> None:
         self._handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -113,7 +113,7 @@ class _Pipe(RawIOBase):
         os.set_blocking(self._handle, True)
 
     def _first_bytes(self) -> bytes | None:
-        """The first bytes, none yet where the writer takes its time; None where there is no writer."""
+        """Return the first bytes, b"" if the writer has not written yet; None if there is no writer."""
         try:
             return os.read(self._handle, FIRST) or None
         except BlockingIOError:
@@ -148,7 +148,7 @@ def _written_into(path: Path) -> int | None:
 
 
 def neighbours(path: Path) -> list[str]:
-    """The names in its folder; none where that cannot be read."""
+    """Return the names in the file's folder; none if the folder cannot be read."""
     try:
         return os.listdir(path.parent)
     except OSError:
@@ -158,8 +158,8 @@ def neighbours(path: Path) -> list[str]:
 # --- folders ---------------------------------------------------------------------------------------------------------
 
 
-AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
-MAX_NAME_BYTES, MAX_PATH_BYTES = 240, 4000  # bytes; systems have 255 and 4096, and vrs adds to names
+AUXILIARY = (".lock", ".part")  # the endings of hidden files beside a file that is being written
+MAX_NAME_BYTES, MAX_PATH_BYTES = 240, 4000  # systems allow 255 and 4096, and vrs lengthens names
 ONLY_INSIDE = "programs have the files of the folder they run in, and those below it"
 GOOD = "data/log.txt is good everywhere"
 NOFOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -173,16 +173,17 @@ SPECIAL = frozenset('<>:"|?*\\/')
 
 
 class Folder(Struct, frozen=True):
-    """The folder that names are relative to. `closed`: there are no files outside it, and no links, devices and pipes
-    in it. `disclosed`: whoever uses a closed folder may know where it is, and names of files in it may be absolute."""
+    """The folder that names are relative to. `closed`: files outside it cannot be used, nor links, devices and pipes
+    inside it. `disclosed`: users of a closed folder may know its path, and names of files in it may be absolute.
+    """
 
     root: Path = Path()
     closed: bool = False
     disclosed: bool = False
 
     def path(self, name: str, *, pattern: bool = False) -> Path:
-        """The path of a name that is typed at the prompt; `pattern`: the name may end in one, as *.v2. Raises
-        FileError, FileOutside.
+        """Return the path of a name that is typed at the prompt; `pattern`: the name may end in one, such as *.v2.
+        Raises FileError, FileOutside.
         """
         if self.closed:
             return self.inside(name, pattern=pattern)
@@ -191,7 +192,7 @@ class Folder(Struct, frozen=True):
         return path
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
-        """The path of a name in a program, which cannot leave the folder. Raises FileOutside."""
+        """Return the path of a name in a program, which cannot leave the folder. Raises FileOutside."""
         if self.disclosed and Path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
             name = Path(name.strip()).relative_to(here).as_posix()
         parts = [part for part in name.strip().split("/") if part not in ("", ".")]
@@ -203,12 +204,12 @@ class Folder(Struct, frozen=True):
                 raise FileOutside(repr(name), f"{wrong}: {GOOD}")
         if Path(name.strip()).is_absolute():
             raise self.outside(name)
-        path = self._without_links(name, parts) if self.closed else self._contained(name)
+        path = self._without_links(name, parts) if self.closed else self._inside_root(name)
         if last.startswith(".") and last.endswith(AUXILIARY):
             raise FileOutside(name, "it belongs to a file that is being written")
         return path
 
-    def _contained(self, name: str) -> Path:
+    def _inside_root(self, name: str) -> Path:
         folder = Path(os.path.realpath(self.root))
         path = folder / name.strip()
         check_length(path)
@@ -229,13 +230,13 @@ class Folder(Struct, frozen=True):
         return path
 
     def outside(self, name: str) -> FileOutside:
-        """The error for a name that leads out of the folder."""
+        """Return the error for a name that leads out of the folder."""
         return FileOutside(name, f"{ONLY_INSIDE}; folder= names another" if self.disclosed else ONLY_INSIDE)
 
     # --- open files ---
 
     def open_to_read(self, path: Path) -> BinaryIO:
-        """Raises OSError, FileOutside."""
+        """Open a file. Raises OSError, FileOutside."""
         if not (self.closed and PINNED):
             return open_to_read(path)
         with self.parent(path) as parent:
@@ -250,8 +251,9 @@ class Folder(Struct, frozen=True):
 
     @contextmanager
     def parent(self, path: Path) -> Iterator[int | None]:
-        """The folder of a file, open: whatever is renamed meanwhile, a name in it leads nowhere else. None where it may
-        be anywhere, or the system has no such thing. Raises OSError, FileOutside."""
+        """Open the folder of a file, so that renaming cannot redirect names in it. Yield None if the folder is not
+        closed, or the system cannot do that. Raises OSError, FileOutside.
+        """
         if not (self.closed and PINNED):
             yield None
             return
@@ -269,12 +271,12 @@ class Folder(Struct, frozen=True):
             os.close(handle)
 
     def check(self, path: Path) -> None:
-        """Raises FileOutside where a link, a device or a pipe is on the way to a file."""
+        """Raise FileOutside if the path to a file has a link, a device or a pipe."""
         if self.closed and (refused := self._refusal(path)):
             raise refused
 
     def check_open(self, path: Path, handle: int) -> None:
-        """An open file stands there, and not where a link has led. Raises FileOutside."""
+        """Raise FileOutside if an open file is not the one at the path, because of a link."""
         with self.parent(path) as parent:
             if parent is None:
                 return
@@ -286,7 +288,7 @@ class Folder(Struct, frozen=True):
             raise FileOutside(str(path), "its folder is another one now")
 
     def _refusal(self, path: Path) -> FileOutside | None:
-        """Return the refusal of a path that is none of ours any more."""
+        """Return the error for a path that has become invalid."""
         for place in (path, *path.parents):
             if place != self.root and self.root in place.parents and (what := _strange(place)):
                 return FileOutside(str(path), f"{place} is {what}")
@@ -298,7 +300,7 @@ WILD = {ord(character): "_" for character in "*?[]"}
 
 
 def _strange(path: Path) -> str:
-    """Name what is there if it is neither a file nor a folder; else ""."""
+    """Return what is at a path if it is neither a file nor a folder; else ""."""
     try:
         mode = path.lstat().st_mode
     except OSError:
@@ -309,7 +311,7 @@ def _strange(path: Path) -> str:
 
 
 def check_length(path: Path) -> None:
-    """Raises FileError for what no system can look up."""
+    """Raise FileError for a path that no system can look up."""
     text = str(path)
     if "\0" in text:
         raise FileError(repr(text), "a name cannot hold the character 0")
@@ -324,7 +326,7 @@ def _size(text: str) -> int:
 
 
 def wrong_name(name: str) -> str:
-    """Say why a file cannot have that name on every system; "" if it can."""
+    """Return why a file cannot have that name on every system; "" if it can."""
     stem = name.partition(".")[0].rstrip(" ").lower()
     if stem in DEVICES:
         return f"{stem.upper()} is a device on Windows"

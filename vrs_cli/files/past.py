@@ -1,4 +1,4 @@
-"""Read the past back from a journal that goes on: a growing file, what stands where in it, and a restart."""
+"""Read the past back from a journal: a growing file, the places of rows in it, and the restart from a checkpoint."""
 
 from __future__ import annotations
 
@@ -47,24 +47,24 @@ ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 
 
 class GrowingFile:
-    """A file that is there; `size`: the bytes that it is to have. A device or a pipe takes what it gets, and keeps
+    """An existing file that grows; `size`: its expected number of bytes. A device or a pipe accepts data and keeps
     nothing.
 
-    Every method raises OSError, the constructor FileOpened where somebody else adds to the file under another name.
+    Methods raise OSError, the constructor FileOpened if somebody else writes the file under another name.
     """
 
     def __init__(self, path: Path) -> None:
         self.path, self._handle = path, os.open(path, ADDING)
         self.size = os.fstat(self._handle).st_size
         self._special = is_special(path)
-        self._torn = False  # a line that failed could not be taken away
+        self._torn = False  # whether an incomplete line could not be removed
         self._reading = Lock()
         if not self._special and not claim(self._handle):
             self.close()
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
     def find_change(self) -> str:
-        """Say what others have done to the file; "" for nothing."""
+        """Return what others have done to the file; "" for nothing."""
         if self._special:
             return ""
         try:
@@ -84,11 +84,11 @@ class GrowingFile:
         return ""
 
     def add(self, data: bytes, *, durable: bool) -> None:
-        """Add all of the data or, if that fails or Ctrl-C comes between, none of it. `durable`: it is on the disk."""
+        """Append all of the data or, after an error or Ctrl-C, none of it. `durable`: sync it."""
         try:
             rest = memoryview(data)
             while rest:
-                rest = rest[os.write(self._handle, rest) :]  # a system may take less than it is given
+                rest = rest[os.write(self._handle, rest) :]  # a system may write less than it is given
             if durable:
                 self.sync()
             if not self._special:
@@ -99,17 +99,17 @@ class GrowingFile:
             raise
 
     def read(self, place: int, size: int) -> bytes:
-        """Read `size` bytes from a place on, fewer at the end. Any thread may call it."""
+        """Read `size` bytes from a place on, fewer at the end. May be called in any thread."""
         with self._reading:
-            os.lseek(self._handle, place, os.SEEK_SET)  # what is added goes to the end all the same
+            os.lseek(self._handle, place, os.SEEK_SET)  # O_APPEND adds at the end anyway
             return os.read(self._handle, size)
 
     def sync(self) -> None:
-        """Bring all that was added to the disk."""
+        """Sync all that was added."""
         sync_handle(self._handle)
 
     def cut(self, size: int) -> None:
-        """Leave the first `size` bytes, on the disk too."""
+        """Truncate the file to `size` bytes, and sync it."""
         if self._special:
             return
         self._torn = True
@@ -118,7 +118,7 @@ class GrowingFile:
         self.size, self._torn = size, False
 
     def close(self) -> None:
-        """Closing twice is closing once."""
+        """Close the file. Closing it twice does nothing more."""
         handle, self._handle = self._handle, -1
         if handle >= 0:
             os.close(handle)
@@ -128,14 +128,14 @@ class GrowingFile:
 
 
 CHUNK = 1 << 16  # bytes that are read at once
-CACHED_ROWS = 32  # rows, and parts of deltas, that were read last are kept, for all robots of a process
+CACHED_ROWS = 32  # rows, and parts of deltas, that a process keeps in memory after reading
 HAND_KEY = b'"hand":'  # of a motion
 MAX_CHECKSUM_BYTES = 64  # bytes at the end of a line that have its checksum
 V = TypeVar("V")
 
 
 class JournalLine(NamedTuple):
-    """A whole line without its checksum, and where it begins and ends in the file."""
+    """A line without its checksum, and its begin and end in the file."""
 
     record: bytes
     place: int
@@ -143,28 +143,28 @@ class JournalLine(NamedTuple):
 
 
 class Past:
-    """Reads back from a journal. `places`: where the line of each PART-th delta begins; `checkpoint`: where that of the
-    last checkpoint does. `file` may be another with the same lines, when a journal has moved.
+    """Reads a journal back. `places`: where the line of each PART-th delta begins; `checkpoint`: where the last
+    checkpoint begins. If a journal moves, `file` becomes another file with the same lines.
     """
 
     def __init__(
         self, file: GrowingFile, form: Form, places: Iterable[int] = (), checkpoint: int | None = None
     ) -> None:
         self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
-        self._read_to, self._motions = 0, Motions()  # deltas that were read in order, and what these describe
+        self._read_to, self._motions = 0, Motions()  # how many deltas were read in order, and their motions
 
     @lru_cache(CACHED_ROWS)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
     def row(self, place: int) -> Row:
-        """The row whose line begins there. Raises FileError."""
+        """Return the row whose line begins at a place. Raises FileError."""
         return self._read(lambda: Row(decode_row(_line(self.file, place).record, self.form)))
 
     @lru_cache(CACHED_ROWS)  # noqa: B019
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
-        """The deltas from number `first`, which begins a part, to before `last`. Raises FileError."""
+        """Return the deltas from number `first`, which begins a part, to before `last`. Raises FileError."""
         return self._read(lambda: self._read_deltas(first, last))
 
     def _read(self, read: Callable[[], V]) -> V:
-        """Read from the file; again from the one that has taken its place meanwhile. Raises FileError."""
+        """Read from the file; if the journal has moved meanwhile, again from its new file. Raises FileError."""
         file = self.file
         try:
             return read()
@@ -187,7 +187,7 @@ class Past:
             return found
 
     def _deltas(self, first: int, last: int, motions: Motions) -> Iterator[TimelineDelta]:
-        """Raises RecordError."""
+        """Yield deltas. Raises RecordError."""
         number = first
         for line in lines(self.file, self.places[first // PART]) if first < last else ():
             if has_delta(line.record):
@@ -210,8 +210,8 @@ class KeptRow(Struct, frozen=True):
 
 
 def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
-    """The lines from a place on, which follows on a line with a checksum; a last one that is torn is left out. Raises
-    RecordError for one that is not as it was written.
+    """Yield the lines from a place on, which follows a line with a checksum; an incomplete last line is omitted. Raises
+    RecordError for a line that was changed.
     """
     checksums = _checksums(file, place)
     data, begin = b"", place
@@ -226,7 +226,7 @@ def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
 
 
 def _line(file: GrowingFile, place: int) -> JournalLine:
-    """The line that begins at a place. Raises RecordError."""
+    """Return the line at a place. Raises RecordError."""
     line = next(lines(file, place), None)
     if line is None:
         raise RecordError("it is cut short")
@@ -234,7 +234,7 @@ def _line(file: GrowingFile, place: int) -> JournalLine:
 
 
 def _checksums(file: GrowingFile, place: int) -> Checksums:
-    """The checksums for the lines from a place on. Raises RecordError where the line before has none."""
+    """Return the checksums for the lines from a place on. Raises RecordError if the line before has none."""
     return Checksums.after(file.read(max(place - MAX_CHECKSUM_BYTES, 0), min(place, MAX_CHECKSUM_BYTES)))
 
 
@@ -242,9 +242,8 @@ def _checksums(file: GrowingFile, place: int) -> Checksums:
 
 
 class Resumed(Struct, frozen=True):
-    """A course of events as its journal has it. `size`: the bytes of whole lines;
-    `checksum`: of the last. `version`: of the checkpoint that it was read from;
-    `measured`: all reports of its body.
+    """The course of events in a journal. `size`: the bytes of whole lines; `checksum`: of the last line. `version`: of
+    the checkpoint that was read; `measured`: all reports of the body.
     """
 
     model: RobotModel
@@ -257,8 +256,8 @@ class Resumed(Struct, frozen=True):
 
 
 def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
-    """Read a journal from the last checkpoint that has so many changes after it; None where there is none,
-    or something is wrong with what was read: all of it is to be read then.
+    """Read a journal from the last checkpoint that has at least so many changes after it; None if there is none, or
+    something is wrong: then the whole file must be read.
     """
     try:
         place = _last_checkpoint(file)
@@ -295,7 +294,7 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
 
 
 def _has_older_hand(file: GrowingFile) -> bool:
-    """Return whether motions of a journal may say how far the hand is open, as they did in older files."""
+    """Return whether motions of a journal may give the opening of the hand, as in older files."""
     begin, overlap, is_header = 0, b"", True
     while chunk := file.read(begin, CHUNK):
         begin += len(chunk)
@@ -332,7 +331,7 @@ def _resume_at(file: GrowingFile, place: int, record: CheckpointRecord) -> Resum
             (known if line.place < place else new).append(delta)
             if line.place > place and not delta.version % PART:
                 past.places.append(line.place)
-    unknown = [None] * len(new)  # commands that were taken back before the checkpoint, and may be done again after it
+    unknown = [None] * len(new)  # commands that were undone before the checkpoint; REDO after it can repeat them
     history = History(undone=unknown, forgotten=record.commands)
     timeline = Timeline.of_parts(_parts(record, past), record.checkpoint, _event_parts(record, file))
     book = Book(
@@ -355,7 +354,7 @@ def _resume_at(file: GrowingFile, place: int, record: CheckpointRecord) -> Resum
 
 
 def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
-    """Yield the lines of reports that begin before a place; no other line is read. Raises RecordError."""
+    """Yield the lines of reports that begin before a place, without reading other lines. Raises RecordError."""
     mark, begin = b"\n" + REPORTS, 0
     while begin < end:
         found = file.read(begin, CHUNK + len(mark)).find(mark)
@@ -365,7 +364,7 @@ def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
         for line in lines(file, begin + found + 1):
             if line.place >= end or not has_reports(line.record):
                 break
-            begin = line.end - 1  # the mark of the next line begins with the end of this one
+            begin = line.end - 1  # the mark of the next line includes the newline before it
             yield line.record
         else:
             return
@@ -396,7 +395,7 @@ def _event_parts(record: CheckpointRecord, file: GrowingFile) -> Iterator[Offset
 
 
 def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> PartRecord:
-    """A part of a row that is in a journal; the timeline has its times `offset` [s] later."""
+    """Return the record of a part of a row in a journal; the timeline has its times `offset` [s] later."""
     kept = leaf.row.kept
     place = kept.place if isinstance(kept, KeptRow) else kept
     assert isinstance(place, int), "the row is in a journal"

@@ -1,4 +1,9 @@
-"""Program files (.v2): their bytes to text, whatever system they come from."""
+"""Program files (.v2): find them and decode their bytes. And recovery files, which keep programs that are in a shell's
+memory only.
+
+A shell with unsaved programs writes a recovery file and holds a lock beside it, which the system frees when the shell
+ends in any way. So a file with a free lock was left by a shell that was killed.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +24,16 @@ from vrs_cli.language.words.values import key_of
 
 EXTENSION = ".v2"
 PROGRAM_SUFFIXES = (".v2", ".pg")  # how files of programs end
-MAX_NEIGHBOURS = 1000  # files of a folder that are looked at for programs
+MAX_NEIGHBOURS = 1000  # files of a folder that are searched for programs
 
 MAX_PROGRAM_BYTES = 64 * 2**20  # bytes; a text this long is no program
 
 
 def read_program_file(path: str | Path, within: Folder = FREE) -> str:
-    """The text of a program file, with `.v2` added when only that file exists; line ends become newlines.
+    """Read a program file, with `.v2` added if only that file exists; line ends become newlines.
 
-    UTF-8, or UTF-16 with its mark, or else Latin-1, which reads any byte: whoever reads the text tells of characters
-    that are none. Raises NonexistentFile, FileError and, when it is too long, FileDamaged.
+    The text is UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, which can be any bytes; readers report
+    invalid characters. Raises NonexistentFile, FileError and, if it is too long, FileDamaged.
     """
     found = find_program_file(path)
     try:
@@ -40,8 +45,8 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
 
 
 def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path, str] | None:
-    """The file of the cell that a program is to run in, and who names it: the comment `; cell: FILE` above the first
-    program, relative to `folder`, else NAME.toml beside NAME.v2. Raises FileOutside.
+    """Return the cell file of a program, and who names it: the comment `; cell: FILE` above the first program, relative
+    to `folder`, otherwise NAME.toml beside NAME.v2. Raises FileOutside.
     """
     named, span = named_above(text, "cell") or (None, None)
     if named is not None and span is not None:
@@ -51,12 +56,12 @@ def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path,
 
 
 def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str]:
-    """The texts of the files of a name space, by path: a file, and those that comments `; with: FILE` name above the
-    first program of one of them, relative to its folder. `closed`: they are in that folder, and no links. Raises
-    NonexistentFile, FileOutside, FileError, FileDamaged.
+    """Return the texts of a file and of all files that comments `; with: FILE` name above a first program, by path.
+    Names are relative to the naming file. `closed`: they must be in its folder, and no links. Raises NonexistentFile,
+    FileOutside, FileError, FileDamaged.
     """
     found, known, waiting = {path: text}, {os.path.realpath(path)}, [path]
-    for here in waiting:  # which grows
+    for here in waiting:  # the list grows
         for name, span in files_named_above(found[here]):
             try:
                 folder = Folder(here.parent, closed=closed)
@@ -71,7 +76,7 @@ def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str
 
 
 def programs_beside(path: Path) -> dict[str, str]:
-    """The keys of the programs in the other program files of the folder, each with the name of its file."""
+    """Return the keys of programs in the other program files of the folder, each with the name of its file."""
     found: dict[str, str] = {}
     for name in sorted(neighbours(path))[:MAX_NEIGHBOURS]:
         if name.lower().endswith(PROGRAM_SUFFIXES) and name != path.name:
@@ -83,7 +88,7 @@ def programs_beside(path: Path) -> dict[str, str]:
 
 
 def decode_program(name: str, data: bytes) -> str:
-    """The text of a program file's bytes; `name` is for the message. Raises FileDamaged when they are too many."""
+    """Decode the bytes of a program file; `name` is for the message. Raises FileDamaged if they are too many."""
     if len(data) > MAX_PROGRAM_BYTES:
         raise FileDamaged(f"{name} is longer than {MAX_PROGRAM_BYTES // 2**20} MB", "a program file is VAL-II text")
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
@@ -92,8 +97,8 @@ def decode_program(name: str, data: bytes) -> str:
 
 
 def find_program_file(path: str | Path, samples: Folder | None = None) -> Path:
-    """The file of that name, or else of that name with `.v2` or `.V2` at its end. `samples`: for a name in this folder
-    that has no file, return the sample program of vrs that has the name.
+    """Return the file of that name, or with `.v2` or `.V2` added. `samples`: in this folder, a name without a file may
+    be that of a sample program.
 
     Raises NonexistentFile, FileError.
     """
@@ -113,20 +118,17 @@ def find_program_file(path: str | Path, samples: Folder | None = None) -> Path:
 
 
 def sample_programs() -> list[Path]:
-    """The sample programs that come with vrs, by name."""
+    """Return the sample programs that come with vrs, by name."""
     return sorted(shipped_folder("programs").glob(f"*{EXTENSION}"))
 
 
 def is_sample(path: Path) -> bool:
-    """Return whether a path is that of a sample program, as `find_program_file` returns it."""
+    """Return whether a path is that of a sample program."""
     return path.parent == shipped_folder("programs")
 
 
-MOST_SHOWN = 5  # files of a folder
-
-
 def _near(path: Path) -> str:
-    """Say which file of the folder was perhaps meant."""
+    """Return a hint for a missing file: the file of the folder that was perhaps meant."""
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
@@ -134,18 +136,19 @@ def _near(path: Path) -> str:
     if near:
         return f"did you mean {folder / near}?"
     programs = sorted(name for name in neighbours(path) if name.lower().endswith(EXTENSION))
-    return f"its folder has {', '.join(programs[:MOST_SHOWN])}" if programs else "its folder has no program file"
+    return f"its folder has {', '.join(programs[:5])}" if programs else "its folder has no program file"
 
 
 KEPT, DECLINED = "unstored-", "declined-"
-KEEP_DECLINED_S = 30 * 86_400.0  # [s] so long a file stays that nobody wanted
+KEEP_DECLINED_S = 30 * 86_400.0  # a declined file stays so long
 PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
 
 
 class Recovery:
-    """The file of one shell, made when there is something to write. Nothing raises: without a place there is no file.
+    """The recovery file of one shell, created when there is something to write. Nothing is raised: if it cannot be
+    created there is no file.
 
-    One thread writes, since a disk may take its time to say that it has all; of what comes meanwhile it takes the last.
+    One thread writes, because a disk may be slow to sync; of several texts that come meanwhile it writes the last.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -158,12 +161,12 @@ class Recovery:
         self._held: HeldLock | None = None
 
     def write(self, text: str) -> None:
-        """Keep this in place of what was kept."""
+        """Write this text in place of the one before."""
         self._text = text
         self._writer.submit(self._write)
 
     def remove(self) -> None:
-        """Remove the file: there is nothing to keep any more."""
+        """Remove the file."""
         self._text = None
         self._writer.submit(self._remove).result()
 
@@ -195,7 +198,7 @@ class Recovery:
 
 
 class LeftFile(NamedTuple):
-    """A file that a shell has left, locked for us until `remove` or `decline`."""
+    """A recovery file that a shell has left, locked until `remove` or `decline`."""
 
     path: Path
     written: datetime
@@ -203,13 +206,13 @@ class LeftFile(NamedTuple):
     held: HeldLock
 
     def remove(self) -> None:
-        """Remove the file: it has been taken over."""
+        """Remove the file after it was taken over."""
         with suppress(OSError):
             self.path.unlink()
         self.held.release()
 
     def decline(self) -> Path:
-        """Nobody is asked about it again; where it lies."""
+        """Rename the file, so that nobody is asked about it again. Return its new path."""
         place = self.path.with_name(self.path.name.replace(KEPT, DECLINED, 1))
         with suppress(OSError):
             self.path.rename(place)
@@ -218,13 +221,14 @@ class LeftFile(NamedTuple):
 
 
 def recovery_files(folder: Path) -> list[Path]:
-    """The files of shells that run, and of those that have left theirs."""
+    """Return the recovery files of shells that run or were killed."""
     return list(folder.glob(f"{KEPT}*{EXTENSION}"))
 
 
 def left_files(folder: Path) -> list[LeftFile]:
-    """The files that shells have left, the oldest first; those that nobody wanted go in time. What cannot be read is
-    passed over."""
+    """Return the files that killed shells have left, the oldest first. Old declined files are removed, unreadable ones
+    ignored.
+    """
     for path in folder.glob(f"{DECLINED}*{EXTENSION}"):
         with suppress(OSError):
             if time.time() - path.stat().st_mtime > KEEP_DECLINED_S:
@@ -234,7 +238,7 @@ def left_files(folder: Path) -> list[LeftFile]:
 
 
 def _lock_left(path: Path) -> LeftFile | None:
-    """A file with its lock; None where its shell runs."""
+    """Return a file with its lock; None if its shell still runs."""
     with suppress(OSError, FileError):
         held = hold(_mark(path))
         try:
@@ -249,5 +253,5 @@ def _lock_left(path: Path) -> LeftFile | None:
 
 
 def _mark(path: Path) -> Path:
-    """The path that is locked while the shell runs; the file itself is locked only while it is written."""
+    """Return the path that is locked while the shell runs; the file itself is locked only while it is written."""
     return path.with_suffix(".shell")

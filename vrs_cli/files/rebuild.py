@@ -1,4 +1,4 @@
-"""Rebuild the timeline and the history of a file from its deltas, and check them."""
+"""Rebuild the timeline and the history of a file from its deltas, and find their faults."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Fault(Struct, frozen=True):
-    """A fault in a file, and the number of its line."""
+    """A fault in a file, with its line number."""
 
     line: int
     what: str
@@ -30,7 +30,7 @@ class Fault(Struct, frozen=True):
 
 
 def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
-    """The timeline after a delta. Raises RecordError when it cannot be the next."""
+    """Return the timeline after a delta. Raises RecordError if the delta does not fit."""
     if delta.version != timeline.version:
         raise RecordError(f"a delta of timeline version {delta.version}; version {timeline.version} is due here")
     count, after = len(timeline), delta.keep + delta.drop
@@ -47,7 +47,7 @@ def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
 
 
 def _check_events(timeline: Timeline, edit: EventEdit) -> None:
-    """Raises RecordError where an edit does not fit the events of a timeline."""
+    """Raise RecordError if an edit does not fit the events of a timeline."""
     count, after = timeline.event_count, edit.keep + edit.drop
     if after > count:
         raise RecordError(f"keeps {edit.keep} and drops {edit.drop} of {count} events")
@@ -62,10 +62,10 @@ def _check_events(timeline: Timeline, edit: EventEdit) -> None:
 
 
 class OlderHand:
-    """Makes events of the hand from the motions of an older file, each of which says how far the hand is open.
+    """Makes hand events from the motions of an older file, each of which gives the opening of the hand.
 
-    In a file that has events in its deltas the motions before the first of these are older. `found`: there was one that
-    opens the hand, so that what is written on has to begin with a delta with events.
+    In a file with events in its deltas only the motions before the first of these are older. `found`: a motion opens
+    the hand, so a delta with events must follow if the file is continued.
     """
 
     def __init__(self) -> None:
@@ -76,7 +76,7 @@ class OlderHand:
         return Timeline(segments, events=list(_openings(segments, 0.0)))
 
     def read(self, timeline: Timeline, delta: TimelineDelta) -> TimelineDelta:
-        """Return the delta with the events that its motions mean."""
+        """Return the delta with the events of its motions."""
         self._ended = self._ended or delta.events is not None
         self.found = not self._ended and (self.found or delta.motion.hand != 0.0)
         count = len(timeline)
@@ -97,7 +97,7 @@ class OlderHand:
 
 
 def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
-    """Yield an event for each segment that begins with the hand open otherwise than `before` it."""
+    """Yield an event for each segment that begins with another opening of the hand than `before` it."""
     for segment in segments:
         motion = segment.motion
         if motion.hand != before:
@@ -106,7 +106,9 @@ def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
 
 
 def _event_of(timeline: Timeline, index: int) -> int:
-    """Return how many events there are of segments before that number; each stands where its segment begins."""
+    """Return the number of events that belong to segments before that number; each event is at the start of its
+    segment.
+    """
     start = timeline[index - 1].start
     count = timeline.events_by(start, before=True)
     known = set[int]()
@@ -121,7 +123,7 @@ def _event_of(timeline: Timeline, index: int) -> int:
 
 
 def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behind: Iterable[float] = ()) -> None:
-    """Raises RecordError where segments overlap in time, or the times `before` and `behind` them."""
+    """Raise RecordError if segments overlap in time with each other, or with the times `before` and `behind` them."""
     edges = (*before, *(edge for segment in segments for edge in (segment.start, segment.finish)), *behind)
     if not all(earlier <= later for earlier, later in pairwise(edges)):
         raise RecordError("the segments overlap in time")
@@ -131,10 +133,10 @@ def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behin
 
 
 def history_of(initial: Timeline, deltas: Iterable[TimelineDelta]) -> History:
-    """The commands that hold after a row of deltas, and those that were undone last, as if they had just been given.
+    """Return the commands in effect after a list of deltas, and those undone last, as if they had just been given.
 
-    The targets of a stream, which are of one motion, are one command. A file does not tell the clock: UNDO goes back to
-    the issue time of a command, REDO to the end of the timeline.
+    The targets of a stream have one motion and are one command. A file does not store the clock: UNDO goes back to the
+    issue time of a command, REDO to the end of the timeline.
     """
     history = History()
     loaded_forward(history, initial, deltas, 0)
@@ -142,7 +144,7 @@ def history_of(initial: Timeline, deltas: Iterable[TimelineDelta]) -> History:
 
 
 def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[TimelineDelta], number: int) -> Timeline:
-    """The timeline after more deltas; the history of what was before learns of them. `number`: of the last motion."""
+    """Return the timeline after more deltas, and add these to the history. `number`: of the last motion."""
     streaming = False
     for delta in deltas:
         goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number  # one more target of the stream
@@ -155,7 +157,7 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
             history.do_again(delta.motion)
         elif not goes_on:
             number = delta.motion.number
-            # it overrides where it drops motions that were scheduled after it
+            # a command overrides others if it drops motions that were scheduled after it
             dropped = {timeline[index].motion.number for index in range(delta.keep, delta.keep + delta.drop)}
             planned = {segment.motion.number for segment in delta.segments}
             interrupted = timeline[delta.keep - 1].motion.number if delta.keep else 0
@@ -169,12 +171,12 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
 # --- faults ----------------------------------------------------------------------------------------------------------
 
 
-HEADER = 1  # its line
+HEADER = 1  # the line of the header
 
 
 def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]) -> Iterator[Fault]:
-    """Goals beyond a range; and where the timeline after all deltas jumps, leaves a range or exceeds a limit. `lines`:
-    of the deltas.
+    """Yield the faults of a trajectory: goals beyond a range; and places at which the final timeline jumps, leaves a
+    range or exceeds a limit. `lines`: of the deltas.
     """
     import numpy as np
 
@@ -194,8 +196,9 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
 def in_lines(
     found: Iterable[Breach], timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]
 ) -> Iterator[Fault]:
-    """Breaches of a timeline, each in the last line that made one of the segments round it, or cut the first of them
-    off where it ends now."""
+    """Yield a fault for each breach of a timeline, with the last line that made one of the segments around it, or that
+    cut the first of these off at its present end.
+    """
     for breach in found:
         neighbours = [timeline[index] for index in (breach.index - 1, breach.index) if index >= 0]
         made = (

@@ -1,10 +1,10 @@
-"""The samples of an export: their times, and the names of the joints; and a trajectory as an MCAP log of ROS 2
-messages: Foxglove shows it without plugins, `ros2 bag play` plays it.
+"""Sample times and joint names of exports, and export as an MCAP log of ROS 2 messages, which Foxglove shows without
+plugins and `ros2 bag play` plays.
 
-Topics: /joint_states (sensor_msgs/JointState), /tool (geometry_msgs/PoseStamped, T_world_tool) and /tf
-(tf2_msgs/TFMessage, the frames of all links and the tool, each in that before) at each sample, /commands
-(rcl_interfaces/Log) when a motion begins, /signals (the same) when a signal or the hand is set; of a robot in a cell
-also /tf (T_world_part), when a part has moved since the sample before. The log's clock is the robot's: 0 is 0 s.
+Topics: at each sample /joint_states (sensor_msgs/JointState), /tool (geometry_msgs/PoseStamped, T_world_tool) and /tf
+(tf2_msgs/TFMessage, the frames of all links and the tool, each in the one before); /commands (rcl_interfaces/Log) when
+a motion begins; /signals (the same type) when a signal or the hand is set; in a cell also /tf (T_world_part) when a
+part has moved since the last sample. The log's clock is the robot's: 0 is 0 s.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ NANOSECONDS = 1_000_000_000  # in a second
 
 
 def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
-    """start, start + 1/rate, ... and the exact end [s], in arrays of at most CHUNK + 1."""
+    """Yield start, start + 1/rate, ... and the exact end [s], in arrays of at most CHUNK + 1."""
     start, end = timeline.start, timeline.end
     count = ceil((end - start) * rate)
     for first in range(0, count, CHUNK):
@@ -46,12 +46,12 @@ def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
 
 
 def joint_names(arm: RobotArm) -> list[str]:
-    """jt1, jt2, ..."""
+    """Return jt1, jt2, ..."""
     return [f"jt{i}" for i in range(1, arm.model.joint_count + 1)]
 
 
 def nanoseconds(times: Floats) -> list[int]:
-    """(N,) [s] as whole nanoseconds."""
+    """Convert times (N,) [s] to whole nanoseconds."""
     return [round(t * NANOSECONDS) for t in times.tolist()]
 
 
@@ -60,7 +60,7 @@ def nanoseconds(times: Floats) -> list[int]:
 
 INFO = 20  # the level of rcl_interfaces/Log
 CDR_HEAD = b"\x00\x01\x00\x00"
-Field = str | list[str] | tuple[Any, ...]  # a text; texts; or numbers after the code that `struct` has for each
+Field = str | list[str] | tuple[Any, ...]  # a text; texts; or a code of `struct` and numbers
 
 _TIME = "int32 sec\nuint32 nanosec"
 _HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
@@ -68,7 +68,7 @@ _RULE = "\n" + "=" * 80 + "\n"
 
 
 def _schema(own: str, *others: tuple[str, str]) -> bytes:
-    """The text of a message and of those that it is made of."""
+    """Return the schema of a message and of the messages that it contains."""
     return _RULE.join((own, *(f"MSG: {name}\n{text}" for name, text in others))).encode("ascii")
 
 
@@ -119,19 +119,19 @@ TOPICS = {
 
 
 class PartPoses(Protocol):
-    """The world around a robot, which stands on a floor above this one."""
+    """The world around a robot; its class is in a folder above this one."""
 
     def poses(self, timeline: Timeline, t: float) -> Iterator[tuple[str, Transform]]: ...
 
 
 def check_mcap() -> None:
-    """Raises UsageError where the package is missing."""
+    """Raise UsageError if the package is missing."""
     if find_spec("mcap") is None:
         raise UsageError("a log in MCAP needs mcap, which is not installed", how_to_install("mcap"))
 
 
 class LogMessage(NamedTuple):
-    """`time` in nanoseconds, `data` in CDR."""
+    """A message of a log: `time` in nanoseconds, `data` in CDR."""
 
     time: int
     topic: str
@@ -141,11 +141,11 @@ class LogMessage(NamedTuple):
 def write_mcap(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: PartPoses | None = None
 ) -> None:
-    """The whole trajectory, messages in the order of their times."""
+    """Write the whole trajectory, with messages in order of time."""
     check_mcap()
     from mcap.writer import Writer
 
-    writer = Writer(_Counted(stream.write))  # type: ignore[arg-type]  # it writes, and asks where it is
+    writer = Writer(_Counted(stream.write))  # type: ignore[arg-type]  # it needs only write and tell
     writer.start(profile="ros2", library=f"vrs {__version__}")
     writer.add_metadata("robot", {"name": arm.model.name, "title": arm.model.title})
     channels = {}
@@ -167,7 +167,7 @@ def write_mcap(
 
 
 class _Counted:
-    """A stream that knows how much was written, also where a pipe does not."""
+    """A stream that counts the written bytes, also for a pipe."""
 
     def __init__(self, write: Callable[[bytes], int]) -> None:
         self._write, self._count = write, 0
@@ -180,7 +180,7 @@ class _Counted:
         return self._count
 
     def flush(self) -> None:
-        """Do nothing: nothing is held back here."""
+        """Do nothing: nothing is buffered here."""
 
 
 # --- messages --------------------------------------------------------------------------------------------------
@@ -208,8 +208,8 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessa
 
 
 def _stamped_encoder(*fields: Field, numbers: str) -> Callable[..., bytes]:
-    """Return a function that makes messages in CDR. They differ in their time [ns] and in `numbers`, which come last:
-    as `cdr` does, but the rest is made once.
+    """Return a function that encodes messages in CDR that differ only in their time [ns] and in `numbers`, which come
+    last. The rest is encoded once.
     """
     head = cdr(_stamp(0), *fields)
     between = head[len(CDR_HEAD) + _STAMP.size :] + bytes(-(len(head) - len(CDR_HEAD)) % struct.calcsize("d"))
@@ -218,7 +218,7 @@ def _stamped_encoder(*fields: Field, numbers: str) -> Callable[..., bytes]:
 
 
 def _commands(timeline: Timeline) -> Iterator[LogMessage]:
-    """One where a motion begins, also where it goes on after another that was inserted."""
+    """Yield a message when a motion begins, and when it continues after an inserted one."""
     before = 0
     for segment in timeline:
         motion = segment.motion
@@ -229,7 +229,7 @@ def _commands(timeline: Timeline) -> Iterator[LogMessage]:
 
 
 def _signals(timeline: Timeline) -> Iterator[LogMessage]:
-    """One where a signal or the hand is set."""
+    """Yield a message when a signal or the hand is set."""
     for event in timeline.events:
         if not event.observed:
             ns, on = round(event.time * NANOSECONDS), "on" if event.value else "off"
@@ -246,8 +246,8 @@ def frame_names(model: RobotModel) -> list[str]:
 
 
 class _Frames:
-    """Makes messages with the frames of all links and the tool. All of one robot have the same length: the texts in
-    them are made once.
+    """Makes messages with the frames of all links and the tool. Their texts are encoded once, because all messages of a
+    robot have the same length.
     """
 
     def __init__(self, arm: RobotArm) -> None:
@@ -262,7 +262,7 @@ class _Frames:
             self._places.append((stamp, len(self._body) - _POSE.size))
 
     def message(self, ns: int, poses: list[list[float]]) -> bytes:
-        """Return a message in CDR of poses, each x, y, z [m] and a quaternion."""
+        """Return a message in CDR with poses, each x, y, z [m] and a quaternion."""
         body, stamp = self._body.copy(), divmod(ns, NANOSECONDS)
         for (at, place), pose in zip(self._places, poses, strict=True):
             _STAMP.pack_into(body, at, *stamp)
@@ -284,7 +284,9 @@ class _Frames:
 
 
 def _link_rows(model: RobotModel, i: int, x: Floats) -> Floats:
-    """`axes.link_transform` of the joint with index i at places (N,) [rad, m]: (N, 3, 4)."""
+    """Return the transformations (N, 3, 4) of the joint with index i at values (N,) [rad, m], as `axes.link_transform`
+    does.
+    """
     link = model.links[i]
     turns = link.kind is JointKind.REVOLUTE
     theta, d = (link.theta + x, link.d + 0.0 * x) if turns else (link.theta + 0.0 * x, link.d + x)
@@ -298,7 +300,7 @@ def _link_rows(model: RobotModel, i: int, x: Floats) -> Floats:
 
 
 def _part_frames(world: PartPoses | None, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
-    """One for each part that is elsewhere than at the sample before."""
+    """Yield a message for each part that has moved since the last sample."""
     before: dict[str, Transform] = {}
     if world is None:
         return
@@ -320,7 +322,7 @@ def _stamp(nanoseconds: int) -> Field:
 
 
 def cdr(*fields: Field) -> bytes:
-    """A message in CDR, little-endian: each number stands at a multiple of its size, counted from after the head."""
+    """Encode a message in CDR, little-endian: each number is aligned to its size, counted from the end of the head."""
     body = bytearray()
     for field in fields:
         _append(body, field)
@@ -342,7 +344,7 @@ def _append(body: bytearray, field: Field) -> None:
 
 
 def quaternions(R: Floats) -> Floats:
-    """Rotations (N, 3, 3) as x, y, z, w (N, 4), w not negative. (Shepperd 1978: the largest of the four first.)"""
+    """Convert rotations (N, 3, 3) to x, y, z, w (N, 4), w not negative. (Shepperd 1978: largest component first.)"""
     m00, m11, m22 = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
     squares = np.stack((1 + m00 - m11 - m22, 1 - m00 + m11 - m22, 1 - m00 - m11 + m22, 1 + m00 + m11 + m22), axis=1)
     xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]

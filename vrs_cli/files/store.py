@@ -1,8 +1,8 @@
 """Write the memory as the text of a program file (STORE, STOREP, STOREL, STORER, STORES), with the comments and blank
-lines of the files that were loaded where they stood.
+lines of the loaded files in their places.
 
-What stands inside a program is part of it. A layout holds the rest: lines before a program or a section, lines before a
-variable of a section and comments beside it, and what follows the last part of a file.
+Comments inside a program belong to it. A layout holds the others: lines before a program or a section, lines before a
+variable of a section and the comment on its line, and the lines after the last part of a file.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from vrs_cli.language.words.word import Shape
 from vrs_cli.values.diagnostics import Span
 from vrs_cli.values.numbers import Value
 
-Loose = Comment | BadLine  # a line of a file that is in no program or section
+Loose = Comment | BadLine  # a line outside programs and sections
 EntryKey = tuple[str, tuple[float, ...]]  # a variable by its key, and its indexes
 
 
 class EntryComments(Struct, frozen=True):
-    """The comments of a variable of a section: the lines before it (None: blank), and the comment on its line."""
+    """The comments of a variable in a section: the lines before it (None: blank), and the comment on its line."""
 
     before: tuple[str | None, ...] = ()
     comment: str | None = None
@@ -42,7 +42,9 @@ NOTHING = EntryComments()
 
 
 class Layout(Struct, frozen=True):
-    """`parts`: lines before a program (by key) or a section (by name); `ends`: lines before the `.END` of a section."""
+    """The comments and blank lines of files. `parts`: lines before a program (by key) or a section (by name); `ends`:
+    lines before the `.END` of a section.
+    """
 
     parts: Mapping[str, tuple[Loose, ...]] = field(default_factory=dict)
     entries: Mapping[EntryKey, EntryComments] = field(default_factory=dict)
@@ -51,7 +53,7 @@ class Layout(Struct, frozen=True):
 
     @classmethod
     def of(cls, file: File) -> Self:
-        """The layout of one file."""
+        """Return the layout of one file."""
         parts, entries, ends = (
             dict[str, tuple[Loose, ...]](),
             dict[EntryKey, EntryComments](),
@@ -74,22 +76,22 @@ class Layout(Struct, frozen=True):
         return cls(parts, entries, ends, tuple(loose))
 
     def with_file(self, other: Layout) -> Layout:
-        """Return the layout after a file of another layout has been loaded."""
+        """Return the layout after another file was loaded."""
         entries, ends = {**self.entries, **other.entries}, {**self.ends, **other.ends}
         return Layout({**self.parts, **other.parts}, entries, ends, other.tail or self.tail)
 
     def with_renamed(self, old: str, new: str) -> Layout:
-        """Return the layout after a program has got another name."""
+        """Return the layout after a program was renamed."""
         parts = dict(self.parts)
         parts[key_of(new)] = parts.pop(key_of(old), ())
         return replace(self, parts=parts)
 
     def with_part(self, key: str, before: Iterable[Loose]) -> Layout:
-        """The layout with these lines before a program; none for one that is deleted."""
+        """Return the layout with these lines before a program; no lines if it is deleted."""
         return replace(self, parts={**self.parts, key: tuple(before)})
 
     def laid_out(self, parts: Iterable[Program | Section]) -> Iterator[Program | Section | Loose]:
-        """Programs and sections, with the lines that belong to them; the first line is not blank."""
+        """Yield programs and sections with the lines that belong to them; the first line is not blank."""
         begun = False
         for part in parts:
             for line in self.parts.get(_part_key(part), ()):
@@ -120,7 +122,7 @@ def _entry_key(entry: Entry) -> EntryKey:
 
 
 NO_LAYOUT = Layout()
-NOWHERE = Span(0, 0, 0)  # what is stored was read nowhere
+NOWHERE = Span(0, 0, 0)  # stored parts have no place in a file
 
 
 class MemoryPart(Enum):
@@ -154,7 +156,7 @@ def store(
     programs: Sequence[str] = (),
     layout: Layout = NO_LAYOUT,
 ) -> str:
-    """The text of a file that brings `what` back when it is loaded, as `choose_parts` has it."""
+    """Return the text of a file that restores the parts `what`, as `choose_parts` selects them."""
     everything = not programs and set(what) >= EVERYTHING
     return text_of(choose_parts(environment, what, programs), layout, everything=everything)
 
@@ -162,8 +164,8 @@ def store(
 def choose_parts(
     environment: Memory, what: Collection[MemoryPart] = EVERYTHING, programs: Sequence[str] = ()
 ) -> list[Program | Section]:
-    """Choose what is written. With `programs`, only these, those that they call, and the variables that all of them
-    use.
+    """Return the parts to write. With `programs`: only these, the programs that they call, and the variables that they
+    all use.
 
     Raises UndefinedName.
     """
@@ -174,7 +176,9 @@ def choose_parts(
 
 
 def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, everything: bool) -> str:
-    """The text of parts, with the comments of `layout`; those at its end where it is `everything`."""
+    """Return the text of parts, with the comments of `layout`; if `everything` is written, also those at the end of the
+    file.
+    """
     from vrs_cli.language.text.printer import print_file
 
     tail = layout.tail if parts and everything else ()
@@ -182,7 +186,7 @@ def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, e
 
 
 def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[Item, Value]:
-    """The values of the variables in parts that were `choose_parts`."""
+    """Return the values of the variables in parts."""
     items = (item_of(entry) for part in parts if isinstance(part, Section) for entry in part.entries)
     return {item: value for item in items if (value := environment.value(item)) is not None}
 
@@ -191,7 +195,7 @@ def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[I
 
 
 def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
-    """The section, if it has any entry."""
+    """Yield the section, if it has entries."""
     named = (
         one
         for kind in row.kinds
@@ -202,7 +206,7 @@ def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None
 
 
 def sections_of(environment: Memory, items: Iterable[Item]) -> File:
-    """These variables alone, those of them that have a value."""
+    """Return sections with only these variables, if they have values."""
     there = [(item, value) for item in items if (value := environment.value(item)) is not None]
     named = [NamedValue(environment.name_of(item), value) for item, value in there]
     return File(tuple(section for row in _SECTIONS for section in _of_kinds(row, named, environment.units)))
@@ -223,7 +227,7 @@ def _entry(stored: NamedValue, units: JointUnits) -> Entry:
 
 
 def _variable(name: str) -> ast.Variable:
-    """`#place[1,2]` as a variable with constant indexes."""
+    """Convert `#place[1,2]` to a variable with constant indexes."""
     sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
     bare, bracket, indexes = name[len(sigil) :].partition("[")
     if not bracket:
@@ -240,12 +244,12 @@ def _programs(environment: Memory) -> Mapping[str, Program]:
 
 
 def with_called(environment: Memory, names: Iterable[str]) -> tuple[Program, ...]:
-    """The programs of these names and all that they call, each once, callers first. Raises UndefinedName."""
+    """Return the programs of these names and all that they call, each once, callers first. Raises UndefinedName."""
     return called_from([environment.program(name).program for name in names], _programs(environment))
 
 
 def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tuple[Program, ...]:
-    """Programs and all of the `known` ones that they call, each once, callers first."""
+    """Return programs and all `known` ones that they call, each once, callers first."""
     found: dict[str, Program] = {}
     waiting = list(programs)
     while waiting:
@@ -257,7 +261,7 @@ def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tu
 
 
 def may_be_called(programs: Iterable[Program], known: Mapping[str, Program]) -> tuple[Program, ...]:
-    """Return programs and the `known` ones that they may call: all where a string names what is called."""
+    """Return programs and the `known` ones that they may call; all if a string names the called program."""
     found = called_from(programs, known)
     statements = (step.statement for program in found for step in program.steps)
     by_text = any(isinstance(one, ast.Instruction) and one.word == "CALLS" for one in statements)
@@ -265,7 +269,7 @@ def may_be_called(programs: Iterable[Program], known: Mapping[str, Program]) -> 
 
 
 def _called_keys(program: Program) -> Iterator[str]:
-    """The keys of the programs that a program names, as CALL does."""
+    """Yield the keys of the programs that a program calls by name."""
     for node in ast.nodes(program):
         if isinstance(node, ast.Instruction) and node.word in INSTRUCTIONS:
             shapes = (argument.shape for argument in INSTRUCTIONS[node.word].arguments)
@@ -277,9 +281,9 @@ def _called_keys(program: Program) -> Iterator[str]:
 
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
-    """The keys of all variables that the programs name; a bare name may be of a real or a location."""
+    """Return the keys of all variables that the programs use; a bare name may be a real or a location."""
     keys = set[str]()
     for program in programs:
-        own = {own.key for own in own_variables(program)}  # AUTO and LOCAL make them nobody else's
+        own = {own.key for own in own_variables(program)}  # AUTO and LOCAL variables are private
         keys |= {node.key for node in ast.nodes(program) if isinstance(node, ast.Variable)} - own
     return frozenset(keys)

@@ -1,21 +1,22 @@
-"""Files of which each line says what is to be at a time, in fields between commas.
+"""Read text files whose lines have a time and comma-separated fields: streams of targets, and changes of input signals.
 
-The stream of `vrs lab steer`: where the robot is to be, one target a line, in the columns of our tables.
+The stream of `vrs lab steer` has one target a line, in the columns of our tables:
 
-    t,jt1,jt2,jt3,jt4,jt5,jt6         s, deg; mm where a joint slides
+    t,jt1,jt2,jt3,jt4,jt5,jt6         s, deg; mm for a slide
     t,x,y,z,o,a,t_angle               s, mm, deg
 
-The first line may name the columns, in any order; others are passed over, and joints count more than poses. Without
-it a line is a time and the joints. Lines are read one by one: a stream need not end, and a wrong line need not end it.
+The first line may name the columns, in any order; other columns are ignored, and joints have precedence over poses.
+Without it a line is a time and the joints. Lines are read one by one: a stream need not end, and a wrong line need not
+end it.
 
-The file of `vrs run --signals`: when input signals change, one change a line.
+The file of `vrs run --signals` has one change of an input signal a line:
 
     ; time [s], signal, state
     0.5, 1001, 1
     2.25, 1001, OFF
 
-A heading of the columns is passed over. A state is 1, 0, ON, OFF, TRUE or FALSE; times may stand in any order. In both,
-blank lines and comments (`;` or `#`) are passed over.
+A heading with the columns is ignored. A state is 1, 0, ON, OFF, TRUE or FALSE; times may be in any order. In both files
+blank lines and comments (`;` or `#`) are ignored.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ from vrs_cli.values.numbers import count
 BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
-MAX_PAUSE_S = 3600.0  # [s] between two targets; one wrong time far ahead must not end the stream
-MAX_SHOWN_CHARS = 60  # characters of a wrong first line that are shown: it may be any file
+MAX_PAUSE_S = 3600.0  # between two targets, so that one wrong time far ahead cannot end the stream
+MAX_SHOWN_CHARS = 60  # of a wrong first line, which may be of any file
 
 
 class TimedTarget(Struct, frozen=True):
@@ -50,7 +51,7 @@ class TimedTarget(Struct, frozen=True):
 
 
 class _Columns(Struct, frozen=True):
-    """The fields that hold the time and the target, and the number of fields of a line."""
+    """The fields that hold the time and the target, and the number of fields in a line."""
 
     time: int
     target: tuple[int, ...]
@@ -72,10 +73,10 @@ def read_targets(
     units: JointUnits = TURNING,
     wrong: Callable[[FileDamaged], None] = _raised,
 ) -> Iterator[TimedTarget]:
-    """The targets of a stream as they come; their times count from the first one where they are `relative`.
+    """Yield the targets of a stream as they come; `relative`: times count from the first one.
 
-    `wrong` is told of each line that is no target, by its number, and the next one is read. A line of a `live` stream
-    is over when its end has come. Raises FileDamaged for names of columns that are not ours.
+    `wrong` is called for each line that is no target, and the next line is read. A line of a `live` stream is complete
+    when its end has come. Raises FileDamaged for unknown names of columns.
     """
     joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
     columns: _Columns | None = None
@@ -104,14 +105,14 @@ def read_targets(
 
 
 class _Times:
-    """Times go on; `relative` ones count from the first."""
+    """Checks that times increase; `relative` ones count from the first."""
 
     def __init__(self, relative: bool) -> None:
         self._relative, self._first = relative, None if relative else 0.0
         self._last = -inf
 
     def next(self, t: float, where: str) -> float:
-        """The time of a target [s]. Raises FileDamaged."""
+        """Return the time of a target [s]. Raises FileDamaged."""
         first = t if self._first is None else self._first
         if not 0.0 <= t - first <= LATEST:
             hint = "" if self._relative else "with --relative times count from the first"
@@ -147,7 +148,7 @@ def _number(text: str, where: str) -> float:
 
 
 def fields_of(line: str) -> list[str]:
-    """The fields of a line; none where it is blank, or a comment (`;` or `#`)."""
+    """Return the fields of a line; none for a blank line or a comment (`;` or `#`)."""
     said = line.partition(";")[0].partition("#")[0].strip()
     return [field.strip() for field in said.split(",")] if said else []
 
@@ -162,12 +163,12 @@ ROW_FORM = "a row is (time [s], signal, state), such as (0.5, 1001, True)"
 
 
 def read_signals(path: str) -> Inputs:
-    """Raises NonexistentFile, and FileDamaged which names every line that is wrong."""
+    """Read a file of signal changes. Raises NonexistentFile, and FileDamaged with every wrong line."""
     return parse_signals(text_at(path), path)
 
 
 def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
-    """The changes that a text names. Raises FileDamaged with all lines that are wrong."""
+    """Return the changes in a text. Raises FileDamaged with every wrong line."""
     changes, wrong = list[InputChange](), list[str]()
     for number, line in enumerate(text.splitlines(), 1):
         fields = fields_of(line)
@@ -184,8 +185,8 @@ def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
 
 
 def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
-    """The changes of a list of (time [s], signal, state). Raises FileDamaged with all that are wrong, ValueError
-    for what is no such list.
+    """Return the changes in a list of (time [s], signal, state). Raises FileDamaged with all mistakes, ValueError for
+    another kind of list.
     """
     try:
         lines = [f"{plain(float(time))}, {signal}, {int(bool(state))}" for time, signal, state in rows]
@@ -195,7 +196,7 @@ def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
 
 
 def _change(fields: list[str]) -> InputChange | str:
-    """The change of a line, or what is wrong with it."""
+    """Return the change in a line, or the mistake in it."""
     if len(fields) != len(HEADING):
         return f"{count(len(fields), 'field')} where 3 are wanted"
     time, signal, state = fields

@@ -1,7 +1,7 @@
-"""The trajectory file (`.vrst`): JSON Lines, a header and then one line per timeline delta.
+"""Write and read trajectory files (`.vrst`): JSON Lines, a header and then one line for each timeline delta.
 
-A journal (`files.journal`) adds lines at its end; one that was being written when the power failed is recognised when
-the file is read, and left out.
+A journal (`files.journal`) adds lines at the end; an incomplete last line, as after a power failure, is recognised by
+the reader and omitted.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
 REPAIR = "vrs replay --lenient plays what can be read of it"
-MAX_FAULTS = 20  # that are told
+MAX_FAULTS = 20  # in the messages
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 GUIDE_IN_PYTHON = "a trajectory file is what Robot.save or vrs run --save wrote"
-LINES_PER_PROGRESS = 512  # of progress
-MAX_HEADER_BYTES = 1 << 24  # bytes; a robot takes two thousand
+LINES_PER_PROGRESS = 512
+MAX_HEADER_BYTES = 1 << 24  # a robot needs about two thousand
 
 
 def write_trajectory(
@@ -61,7 +61,7 @@ def write_trajectory(
     within: Folder = FREE,
     measured: MeasuredTimeline | None = None,
 ) -> None:
-    """Save a trajectory: the whole file or, when that fails, what was there before. Raises FileError."""
+    """Save a trajectory: the whole file or, if that fails, what was there before. Raises FileError."""
     with atomically(path, within) as stream:
         stream.writelines(trajectory_lines(model, initial, deltas, measured))
 
@@ -73,9 +73,7 @@ def trajectory_lines(
     measured: MeasuredTimeline | None = None,
     lines: LineEncoder | None = None,
 ) -> Iterator[bytes]:
-    """The lines of a trajectory file: the header, those of the deltas, and those of the reports. `lines` knows them
-    then.
-    """
+    """Yield the lines of a trajectory file: the header, the deltas, and the reports. `lines` encodes them."""
     lines = lines or LineEncoder()
     yield lines.header(model, initial)
     yield from map(lines.delta, deltas)
@@ -87,14 +85,14 @@ def trajectory_lines(
 
 
 class Recording(Struct, frozen=True):
-    """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` is tau[0]. `older_hand`: motions
-    of the file open the hand, and no delta has events after them.
+    """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` is tau[0]. `older_hand`: motions of
+    the file open the hand, and no delta has events after them.
 
-    `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a
-    last line that had not been written to its end was left out. `size`: the bytes of all others; `checksum`: that of
-    the last, None where the file has none. These two are what writing on needs. `lines`: of the deltas; `places`: where
-    the line of each PART-th delta begins. `laws`: the version of the motion laws of the vrs that began the file; all
-    motions are kept as they were planned. `measured`: the reports of the file.
+    `warnings`: the faults of an older file, or of one that is read leniently, with their lines. `dropped_tail`: an
+    incomplete last line was omitted. `size`: the bytes of all other lines; `checksum`: of the last of them, None if the
+    file has none. These two are needed for writing on. `lines`: of the deltas; `places`: where the line of each PART-th
+    delta begins. `laws`: the version of the motion laws of the vrs that began the file; motions are kept as they were
+    planned. `measured`: the reports of the file.
     """
 
     arm: RobotArm
@@ -122,9 +120,9 @@ def read_trajectory(
 ) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
 
-    The trajectory keeps the laws of motion. Where that of a file without checksums, as older ones are, does not, it has
-    warnings. `lenient`: what can be read of a damaged file, with warnings. `progress` is told how much of the file has
-    been read, from 0 to 1.
+    The trajectory keeps the laws of motion; if that of an older file without checksums does not, it has warnings.
+    `lenient`: read what is possible of a damaged file, with warnings. `progress` is called with the part of the file
+    that has been read, from 0 to 1.
     """
     file = Path(path)
     try:
@@ -144,7 +142,7 @@ def read_trajectory(
 
 
 class _Reader:
-    """Collects what the lines of a file say."""
+    """Collects the content of a file line by line."""
 
     def __init__(self, path: Path, first: bytes, lenient: bool) -> None:
         self._path, self._lenient, self._faults = path, lenient, list[Fault]()
@@ -167,7 +165,7 @@ class _Reader:
         self._begin = self._timeline = self._hand.initial(self._initial)
 
     def take(self, number: int, line: bytes, place: int) -> bool:
-        """Read the next line, which begins at a place; False where it and all after it are left out. Raises
+        """Read the next line, which begins at a place; return False if it and all after it are ignored. Raises
         FileDamaged.
         """
         try:
@@ -199,7 +197,7 @@ class _Reader:
             return self._checksums.skip(line)
 
     def recording(self, lines: _Lines) -> Recording:
-        """Check the laws of the whole file, and return it. Raises FileDamaged."""
+        """Check the laws of motion for the whole file, and return it. Raises FileDamaged."""
         sealed = self._checksums.last is not None and not self._lenient
         for fault in islice(faults(self._arm, self._timeline, self._deltas, self._numbers), MAX_FAULTS):
             if sealed:
@@ -223,8 +221,9 @@ class _Reader:
 
 
 class _Lines:
-    """The whole lines of a file. `whole`: their bytes so far. `torn`: a last one was left out, which has no line end
-    and is no whole record."""
+    """The whole lines of a file. `whole`: their bytes so far. `torn`: the last line has no end and is no whole record,
+    and was omitted.
+    """
 
     def __init__(self, stream: BinaryIO, progress: Callable[[float], None] | None) -> None:
         self._stream, self._progress = stream, progress
@@ -232,7 +231,7 @@ class _Lines:
         self.whole, self.torn = 0, False
 
     def first(self, path: Path) -> bytes:
-        """The header. Raises FileDamaged for a file of another kind, without reading all of it."""
+        """Return the header. Raises FileDamaged for another kind of file, without reading all of it."""
         line = self._stream.readline(MAX_HEADER_BYTES)
         if len(line) == MAX_HEADER_BYTES:
             raise _no_header(path)
