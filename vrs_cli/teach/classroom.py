@@ -73,14 +73,8 @@ class Classroom:
         front_end = self.place.front_end(terminal)
         if isinstance(front_end.port, LocalPort):
             self._session = front_end.port.session
-        self.look(self._give)
+        self.look(self.lesson.give)
         return front_end
-
-    def _give(self, session: Session) -> None:
-        session.dialect = self.lesson.dialect
-        session.unstored.asked_about = False
-        if self.lesson.given is not None:
-            session.take(self.lesson.given)
 
 
 def _serve(

@@ -20,6 +20,7 @@ from vrs_cli.errors import FileDamaged, NonexistentFile, VrsError, did_you_mean
 from vrs_cli.extras import shipped_folder
 from vrs_cli.files.cell_text import CellEntry
 from vrs_cli.files.opening import text_at
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.run.signals import Cell
@@ -77,6 +78,13 @@ class Lesson(Struct, frozen=True):
     locations: Mapping[Item, Value]
     delays: tuple[Delays, Delays] | None
     steps: tuple[LessonStep, ...]
+
+    def give(self, session: Session) -> None:
+        """Prepare a session for the lesson: its dialect, and the given programs and locations."""
+        session.dialect = self.dialect
+        session.unstored.asked_about = False
+        if self.given is not None:
+            session.take(self.given)
 
     @property
     def checks_file(self) -> str:

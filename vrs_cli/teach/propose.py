@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import chdir
 from importlib.util import find_spec
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import ceil, degrees, dist, hypot
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
@@ -20,7 +20,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileDamaged, FileExists, VrsError
 from vrs_cli.files.opening import FREE
 from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
-from vrs_cli.kinematics.transform import Transform, Vector, angle_between, length, position
+from vrs_cli.kinematics.transform import Transform, angle_between, length, position
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import named_above, parse_file
 from vrs_cli.language.text.printer import print_file
@@ -258,16 +258,13 @@ class _Proposal:
             for statement in program.statements:
                 if isinstance(statement, ast.BadLine):
                     continue
-                found = re.match(r"(?i)\s*SET\s+(#?[a-z][\w.]*)\s*=\s*TRANS\s*\(\s*-?\d", _source(self.text, statement))
+                line = self.text.split("\n")[statement.span.line - 1]
+                found = re.match(r"(?i)\s*SET\s+(#?[a-z][\w.]*)\s*=\s*TRANS\s*\(\s*-?\d", line)
                 if found is not None:
                     yield found[1]
 
     def _put(self, path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def _source(text: str, statement: ast.Statement) -> str:
-    return text.split("\n")[statement.span.line - 1]
 
 
 # --- what the solution did -------------------------------------------------------------------------------------------
@@ -290,7 +287,8 @@ def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
             "The tool passes these places in this order. Who goes nowhere gets nothing for the checks that need it.",
             ('kind = "places"', f"places = [{listed}]", "mm = 1"),
         )
-    for a, b in _straight(passed)[:MAX_PATHS]:
+    straight = {(a, b): None for (a, _), (b, is_straight) in pairwise(passed) if is_straight and a != b}
+    for a, b in islice(straight, MAX_PATHS):
         yield Proposed(
             f"it goes straight from {a} to {b}",
             "The solution goes there on a straight line.",
@@ -327,8 +325,14 @@ def _passed_places(exercise: Exercise, run: Evidence) -> Iterator[tuple[str, boo
     for one in run.commands:
         if one.end is None or one.end <= one.executed:
             continue
-        name = _place_name(exercise, position(_tool(run, one.end)))
-        if name is not None and name != last:
+        place = position(_tool(run, one.end))
+        near = (
+            item_text(item)
+            for item, value in exercise.locations.items()
+            if isinstance(value, Transform) and dist(position(value), place) <= NEAR
+        )
+        name = next(near, last)
+        if name != last:
             segment, _ = run.timeline.locate(one.end - 1e-6)
             yield name, not isinstance(segment.path, JointPath)
             last = name
@@ -336,19 +340,6 @@ def _passed_places(exercise: Exercise, run: Evidence) -> Iterator[tuple[str, boo
 
 def _tool(run: Evidence, t: float) -> Transform:
     return position_at(run.arm, run.timeline, t).T_world_tool
-
-
-def _place_name(exercise: Exercise, place: Vector) -> str | None:
-    """Return the name of the given location at a place."""
-    for item, value in exercise.locations.items():
-        if isinstance(value, Transform) and dist(position(value), place) <= NEAR:
-            return item_text(item)
-    return None
-
-
-def _straight(passed: Sequence[tuple[str, bool]]) -> list[tuple[str, str]]:
-    pairs = ((a, b) for (a, _), (b, straight) in pairwise(passed) if straight and a != b)
-    return list(dict.fromkeys(pairs))
 
 
 def _moved_parts(run: Evidence) -> list[tuple[str, Transform]]:

@@ -184,7 +184,7 @@ class Tutor:
     # --- in the thread of the lesson ---
 
     def _serve(self) -> None:
-        self._look(lambda session: _give(session, self.lesson))
+        self._look(self.lesson.give)
         while (work := self._work.get()) is not None:
             try:
                 work()
@@ -213,13 +213,6 @@ class Tutor:
                 client.tell(said)
 
         self._room.put(tell)
-
-
-def _give(session: Session, lesson: Lesson) -> None:
-    session.dialect = lesson.dialect
-    session.unstored.asked_about = False
-    if lesson.given is not None:
-        session.take(lesson.given)
 
 
 class _ServedPrompt:

@@ -149,10 +149,6 @@ StateCheck = (
 # --- the table --------------------------------------------------------------------------------------------------------
 
 
-def _number(text: ExerciseText, entry: CellEntry, key: str, *, least: float, most: float, unit: str = "") -> float:
-    return text.number(entry, key, least, most, unit)
-
-
 def _whole(text: ExerciseText, entry: CellEntry, key: str) -> int:
     found = text.number(entry, key, 1, MAX_COUNT)
     if found != int(found):
@@ -218,10 +214,6 @@ def _setting(text: ExerciseText, entry: CellEntry, key: str) -> str:
     return given
 
 
-def _program(text: ExerciseText, entry: CellEntry, key: str) -> str:
-    return key_of(text.text(entry, key))
-
-
 def _configuration(text: ExerciseText, entry: CellEntry, key: str) -> tuple[str, ...]:
     found = tuple(one.upper() for one in text.texts(entry, key))
     if unknown := [one for one in found if one not in CONFIGURATIONS]:
@@ -243,17 +235,11 @@ def _space(text: ExerciseText, entry: CellEntry, key: str) -> MotionKind:
     return spaces.get(text.one_of(entry, key, spaces) or "", MotionKind.JOINT)
 
 
-def _profile(text: ExerciseText, entry: CellEntry, key: str) -> Profile:
-    return Profile[text.one_of(entry, key, Profile.__members__) or "LSPB"]
-
-
-def _when(text: ExerciseText, entry: CellEntry, key: str) -> When:
-    return When(text.one_of(entry, key, (one.value for one in When)) or When.END)
-
-
-_MM = Key("mm", partial(_number, least=0.0, most=MAX_LENGTH_MM, unit="mm"), "how far off it may be [mm]", REQUIRED)
-_DEG = Key("deg", partial(_number, least=0.0, most=180.0, unit="deg"), "how far off it may be [deg]", None)
-_SECONDS = partial(_number, least=0.0, most=LATEST, unit="s")
+_MM = Key(
+    "mm", partial(ExerciseText.number, least=0.0, most=MAX_LENGTH_MM, unit="mm"), "how far off it may be [mm]", REQUIRED
+)
+_DEG = Key("deg", partial(ExerciseText.number, least=0.0, most=180.0, unit="deg"), "how far off it may be [deg]", None)
+_SECONDS = partial(ExerciseText.number, least=0.0, most=LATEST, unit="s")
 _AT = Key("at", ExerciseText.exercise_place, "the place", REQUIRED)
 
 STATE_KINDS: Mapping[str, CheckKind] = {
@@ -264,7 +250,12 @@ STATE_KINDS: Mapping[str, CheckKind] = {
         (
             Key("at", _joints, 'an angle for each joint [deg]; "any": it does not count', REQUIRED),
             _DEG._replace(default=REQUIRED),
-            Key("when", _when, '"end", or "passed": at the end of any motion of the step', When.END),
+            Key(
+                "when",
+                lambda text, entry, key: When(text.one_of(entry, key, (one.value for one in When)) or When.END),
+                '"end", or "passed": at the end of any motion of the step',
+                When.END,
+            ),
             Key("time", _SECONDS, "when they are looked at [s]", None),
             Key("count", _whole, "at the ends of so many motions", 1),
         ),
@@ -276,7 +267,7 @@ STATE_KINDS: Mapping[str, CheckKind] = {
         (
             Key("of", _variable, "its name", REQUIRED),
             Key("value", _value, "a number, or a text", REQUIRED),
-            Key("within", partial(_number, least=0.0, most=MAX_REAL), "how far off a number may be", 0.0),
+            Key("within", partial(ExerciseText.number, least=0.0, most=MAX_REAL), "how far off a number may be", 0.0),
         ),
     ),
     "location": CheckKind(
@@ -301,7 +292,12 @@ STATE_KINDS: Mapping[str, CheckKind] = {
         (
             Key("last", ExerciseText.switch, "whether it is the one that was commanded last", False),
             Key("space", _space, '"joint" or "straight"', None),
-            Key("profile", _profile, "LSPB, SCURVE or QUINTIC", None),
+            Key(
+                "profile",
+                lambda text, entry, key: Profile[text.one_of(entry, key, Profile.__members__) or "LSPB"],
+                "LSPB, SCURVE or QUINTIC",
+                None,
+            ),
             Key("seconds", _range, "how long it takes [s]", None),
             Key("mm", _range, "how far apart its ends are [mm]", None),
             Key("joints", _whole, "how many joints turn at least", 0),
@@ -331,5 +327,10 @@ STATE_KINDS: Mapping[str, CheckKind] = {
         "",
         (Key("commands", _whole, "how many, at least", REQUIRED),),
     ),
-    "program": CheckKind(ProgramCheck, "a program in memory", "", (Key("of", _program, "its name", REQUIRED),)),
+    "program": CheckKind(
+        ProgramCheck,
+        "a program in memory",
+        "",
+        (Key("of", lambda text, entry, key: key_of(text.text(entry, key)), "its name", REQUIRED),),
+    ),
 }

@@ -29,7 +29,6 @@ RUN = 8  # words of one run
 WINDOW = 4  # winnowing keeps one of this many consecutive runs
 LEAST_RUNS = 5  # minimum runs of a submission that is compared
 MAX_CHARS = 20_000  # maximum characters compared, from the beginning
-DECIMALS = 2
 
 
 class Likeness(Struct, frozen=True):
@@ -57,13 +56,9 @@ def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None)
         Likeness(first, second, share)
         for number, first in enumerate(students)
         for second in students[number + 1 :]
-        if (share := _dice(kept[first], kept[second])) >= least
+        if (share := round(2 * len(kept[first] & kept[second]) / (len(kept[first]) + len(kept[second])), 2)) >= least
     ]
     return tuple(sorted(found, key=lambda one: -one.similarity))
-
-
-def _dice(first: frozenset[int], second: frozenset[int]) -> float:
-    return round(2.0 * len(first & second) / (len(first) + len(second)), DECIMALS)
 
 
 def _words(text: str) -> list[tuple[bool, str]]:

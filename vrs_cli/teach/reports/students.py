@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import count
 from typing import Any
 
 from msgspec import Struct
@@ -50,10 +51,13 @@ def file_stem(name: str, taken: set[str]) -> str:
     stem = _SLUG.sub("_", name)[:60].strip(".") or "_"
     if stem.split(".")[0].casefold() in DEVICES:
         stem = f"_{stem}"
-    found, number = stem, 1
-    while found.casefold() in taken:
-        number += 1
-        found = f"{stem}-{number}"
+    return _unique_name(stem, "-", taken)
+
+
+def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
+    """Return a name that is not in `taken` in any case of letters, with a number if need be; add it to `taken`."""
+    names = (f"{stem}{sign}{number}" if number > 1 else stem for number in count(1))
+    found = next(name for name in names if name.casefold() not in taken)
     taken.add(found.casefold())
     return found
 
@@ -160,12 +164,7 @@ def check50(exercise: Exercise, grading: Grading) -> Object:
 def _identifier(name: str, taken: set[str]) -> str:
     """Return a name for a Python function that is not in `taken`, and add it to `taken`."""
     stem = re.sub(r"\W+", "_", name.lower(), flags=re.ASCII).strip("_") or "check"
-    found, number = stem, 1
-    while found in taken:
-        number += 1
-        found = f"{stem}_{number}"
-    taken.add(found)
-    return found
+    return _unique_name(stem, "_", taken)
 
 
 FOR_STUDENTS: Mapping[str, Any] = {"gradescope": gradescope, "check50": check50}
