@@ -26,7 +26,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
-from vrs_cli.kinematics.urdf.tree import expanded, has_macros, robot_element
+from vrs_cli.kinematics.urdf.tree import expand_macros, has_macros, robot_element
 from vrs_cli.values.commands import Move, NamedTarget, PoseTarget
 
 POSES, LINES = 20, 10
@@ -106,7 +106,7 @@ def forward_error(path: Path, model: RobotModel) -> float:
     text = path.read_text(encoding="utf-8", errors="replace")
     root = robot_element(str(path), text)
     if has_macros(str(path), root):
-        root = robot_element(str(path), expanded(str(path), {}))
+        root = robot_element(str(path), expand_macros(str(path), {}))
     origin, arm, random = model.origin, arm_for(model), Random(3)
     assert origin is not None
     if _slides_between(root, origin.base, origin.tip) - set(origin.joints):

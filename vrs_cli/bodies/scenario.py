@@ -215,7 +215,7 @@ class ScenarioReader(DataReader):
     def three(self, table: Mapping[str, object], name: str, key: str) -> Vector:
         quantity = LENGTH if name == "centre" else PLAIN
         right = f"give [x, y, z]{self.in_unit(quantity)}"
-        x, y, z = self.listed(table.get(name, [0.0, 0.0, 0.0]), f"{key}: {name}", [quantity] * 3, right)
+        x, y, z = self.number_list(table.get(name, [0.0, 0.0, 0.0]), f"{key}: {name}", [quantity] * 3, right)
         return x, y, z
 
     def joint(self, table: Mapping[str, object], key: str, kinds: tuple[JointKind, ...]) -> int:

@@ -130,7 +130,7 @@ def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
     Z and along Y): their convex outlines are those of the reach.
     """
     arm = arm_for(model)
-    found = {moved_point(arm.forward(q), p_flange_tip): q for q in _scattered(model)}  # joints by their tip
+    found = {moved_point(arm.forward(q), p_flange_tip): q for q in _spread_poses(model)}  # joints by their tip
     for u in _directions():
         best, latest = found[_best(found, u)], next(reversed(found.values()))  # that of the direction beside it
         for begin in (best, latest):
@@ -149,7 +149,7 @@ def _directions() -> Iterator[Vector]:
         yield from ((c, s, 0.0), (c, 0.0, s))
 
 
-def _scattered(model: RobotModel) -> Iterator[Joints]:
+def _spread_poses(model: RobotModel) -> Iterator[Joints]:
     """Poses all over the ranges of the joints: multiples of the roots of x^(n+1) = x + 1 fill a cube of n dimensions
     evenly (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
     """

@@ -90,7 +90,7 @@ class Writer:
     def text(self) -> str:
         n, s, a, p = self.columns
         entries = [text_of(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
-        head = [self.unpacked("q", "q"), *self.lines]
+        head = [self.unpack_line("q", "q"), *self.lines]
         pose = f"new(T, ({', '.join(entries)}))"
         jacobian = self._jacobian_lines(("tx", "ty", "tz"))
         both = self._jacobian_lines((0.0, 0.0, 0.0))
@@ -127,7 +127,7 @@ class Writer:
         for i, (link, (z, _), step) in enumerate(zip(self.links, self.axes, steps, strict=True)):
             rate, change = f"d{i}", f"e{i}" if jerk else 0.0
             z1 = self.cross(w, z)
-            z2 = self.crossed(STILL, (w1, z), (w, z1))
+            z2 = self.add_crosses(STILL, (w1, z), (w, z1))
             if link.kind is JointKind.PRISMATIC:
                 twice, thrice = self.sum([(2.0, rate)]), self.sum([(3.0, rate)])
                 slid = ((thrice, z2), (self.sum([(3.0, change)]), z1)) if jerk else ((twice, z1),)
@@ -139,22 +139,22 @@ class Writer:
             p = self.mix(*step)  # the next point, as seen from this one, which turns with the frame
             p1 = self.cross(w, p)
             if jerk:
-                p2 = self.crossed(STILL, (w1, p), (w, p1))
-                moved = self.crossed(moved, (w2, p), (self.mix((2.0, w1)), p1), (w, p2))
+                p2 = self.add_crosses(STILL, (w1, p), (w, p1))
+                moved = self.add_crosses(moved, (w2, p), (self.mix((2.0, w1)), p1), (w, p2))
             else:
-                moved = self.crossed(moved, (w1, p), (w, p1))
+                moved = self.add_crosses(moved, (w1, p), (w, p1))
         entries = ", ".join(map(text_of, (*moved, *(w2 if jerk else w1))))
         names, needed = set(re.findall(r"t\d+", entries)), list[str]()  # assignments that the result asks for
         for line in reversed(self.lines):
             if line.partition(" ")[0] in names:
                 names.update(re.findall(r"t\d+", line))
                 needed.insert(0, line)
-        lines = [self.unpacked("q", "q"), self.unpacked("d", "qd"), *needed, f"return ({entries})"]
+        lines = [self.unpack_line("q", "q"), self.unpack_line("d", "qd"), *needed, f"return ({entries})"]
         if jerk:
-            return function("jerk(q, qd, qdd, tx=0.0, ty=0.0, tz=0.0)", [self.unpacked("e", "qdd"), *lines])
+            return function("jerk(q, qd, qdd, tx=0.0, ty=0.0, tz=0.0)", [self.unpack_line("e", "qdd"), *lines])
         return function("acceleration(q, qd, tx=0.0, ty=0.0, tz=0.0)", lines)
 
-    def unpacked(self, letter: str, name: str) -> str:
+    def unpack_line(self, letter: str, name: str) -> str:
         return f"({' '.join(f'{letter}{i},' for i in range(len(self.links)))}) = {name}"
 
     @staticmethod
@@ -165,15 +165,15 @@ class Writer:
 
     def _joint(self, i: int, link: Link) -> None:
         n, s, a, p = self.columns
-        c, z, d = self.moved(i, link)
+        c, z, d = self.joint_entries(i, link)
         n, s = self.mix((c, n), (z, s)), self.mix((c, s), (minus(z), n))
         self.steps.append(((link.a, n), (d, a)))
         p = self.mix((1.0, p), *self.steps[-1])
-        ca, sa = tilted(link)
+        ca, sa = twist_entries(link)
         s, a = self.mix((ca, s), (sa, a)), self.mix((ca, a), (-sa, s))
         self.columns = n, s, a, p
 
-    def moved(self, i: int, link: Link) -> tuple[Entry, Entry, Entry]:
+    def joint_entries(self, i: int, link: Link) -> tuple[Entry, Entry, Entry]:
         """The cosine and the sine of the angle at a joint, and how far it slides."""
         if link.kind is JointKind.PRISMATIC:
             return cos(link.theta), sin(link.theta), self.sum(((1.0, f"q{i}"), (link.d, 1.0)))
@@ -194,9 +194,9 @@ class Writer:
         return x, y, z
 
     def cross(self, a: Column, b: Column) -> Column:
-        return self.crossed(STILL, (a, b))
+        return self.add_crosses(STILL, (a, b))
 
-    def crossed(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
+    def add_crosses(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
         """A column and cross products."""
         x, y, z = (
             self.sum([(1.0, start[i]), *(term for a, b in pairs for term in ((a[j], b[k]), (minus(a[k]), b[j])))])
@@ -240,7 +240,7 @@ def minus(entry: Entry) -> Entry:
     return 0.0 - entry
 
 
-def tilted(link: Link) -> tuple[float, float]:
+def twist_entries(link: Link) -> tuple[float, float]:
     """The cosine and the sine of the twist of a link."""
     return without_rounding(cos(link.alpha)), without_rounding(sin(link.alpha))
 
@@ -309,18 +309,18 @@ def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[
 
     None near a singular matrix. Of several that are wanted a pivot is taken as it comes if it is `LARGE`.
     """
-    return _written(len(rows), len(wanted))(rows, *wanted)
+    return _elimination(len(rows), len(wanted))(rows, *wanted)
 
 
 @cache
-def _written(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
+def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
     """The elimination of n equations, written out: without tables it takes a third of the time."""
-    rows = ", ".join(f"({listed(f'a{r}_{c}' for c in range(n))})" for r in range(n))
+    rows = ", ".join(f"({comma_list(f'a{r}_{c}' for c in range(n))})" for r in range(n))
     lines = [f"{rows}, = rows"]
-    lines += [f"{listed(f'a{r}_{n + side}' for r in range(n))} = wanted{side}" for side in range(sides)]
-    found = (listed(f"x{k}_{side}" for k in range(n)) for side in range(sides))
-    lines += [*elimination_lines(n, sides), f"return {listed(f'({one})' for one in found)}"]
-    head = f"def square(rows, {listed(f'wanted{side}' for side in range(sides))}):\n"
+    lines += [f"{comma_list(f'a{r}_{n + side}' for r in range(n))} = wanted{side}" for side in range(sides)]
+    found = (comma_list(f"x{k}_{side}" for k in range(n)) for side in range(sides))
+    lines += [*elimination_lines(n, sides), f"return {comma_list(f'({one})' for one in found)}"]
+    head = f"def square(rows, {comma_list(f'wanted{side}' for side in range(sides))}):\n"
     names: dict[str, Any] = {"SMALL": SMALL, "LARGE": LARGE}
     exec(compile(head + "".join(f"    {line}\n" for line in lines), "<elimination>", "exec"), names)
     return cast(Callable[..., tuple[tuple[float, ...], ...] | None], names["square"])
@@ -338,7 +338,7 @@ def elimination_lines(n: int, sides: int) -> list[str]:
         search += [f"if abs({row[k]}) > most: most, r = abs({row[k]}), {r}" for r, row in enumerate(below, k + 1)]
         search += ["if most < SMALL: return None"]
         for r, row in enumerate(below, k + 1):
-            search += [f"if r == {r}: {listed(pivot[k:] + row[k:])} = {listed(row[k:] + pivot[k:])}"]
+            search += [f"if r == {r}: {comma_list(pivot[k:] + row[k:])} = {comma_list(row[k:] + pivot[k:])}"]
         lines += [f"if -LARGE < {pivot[k]} < LARGE:", *(f"    {line}" for line in search)] if sides > 1 else search
         for row in below:
             changes = "; ".join(f"{x} -= f * {y}" for x, y in zip(row[k + 1 :], pivot[k + 1 :], strict=True))
@@ -350,7 +350,7 @@ def elimination_lines(n: int, sides: int) -> list[str]:
     return lines
 
 
-def listed(names: Iterable[str]) -> str:
+def comma_list(names: Iterable[str]) -> str:
     return "".join(f"{name}, " for name in names)
 
 
@@ -359,7 +359,7 @@ def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
     return cast(list[list[float]], _written_of_gram("gram", len(rows), len(rows[0]))(rows))
 
 
-def damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> tuple[float, ...]:
+def solve_damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> tuple[float, ...]:
     """rows^T (rows rows^T + damping)^-1 wanted: no larger than the equations, however many unknowns there are."""
     table = gram(rows)
     for k, row in enumerate(table):
@@ -377,13 +377,13 @@ def volume(rows: Sequence[Sequence[float]]) -> float:
 def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[float]]], Any]:
     """`gram` or `volume` of m rows of n, written out; entry `g2_1` is of rows @ rows^T."""
     rows = [[f"a{r}_{c}" for c in range(n)] for r in range(m)]
-    lines = [f"{listed(f'({listed(row)})' for row in rows)} = rows"]
+    lines = [f"{comma_list(f'({comma_list(row)})' for row in rows)} = rows"]
     for r, row in enumerate(rows):
         dots = (" + ".join(f"{x} * {y}" for x, y in zip(row, other, strict=True)) for other in rows[: r + 1])
         lines += [f"g{r}_{k} = {dot or 0.0}" for k, dot in enumerate(dots)]
     if name == "gram":
-        table = (listed(f"g{max(r, k)}_{min(r, k)}" for k in range(m)) for r in range(m))
-        lines += [f"return [{listed(f'[{row}]' for row in table)}]"]
+        table = (comma_list(f"g{max(r, k)}_{min(r, k)}" for k in range(m)) for r in range(m))
+        lines += [f"return [{comma_list(f'[{row}]' for row in table)}]"]
     else:
         for k in range(m):
             lines += [f"if g{k}_{k} <= 0.0: return 0.0"]

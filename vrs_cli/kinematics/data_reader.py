@@ -86,7 +86,7 @@ class DataReader(NamedTuple):
     def wrong(self, key: str, what: str, right: str) -> FileDamaged:
         return FileDamaged(f"{self.file}: {key}: {what}", right)
 
-    def listed(self, data: object, key: str, quantities: Sequence[Quantity], right: str) -> tuple[float, ...]:
+    def number_list(self, data: object, key: str, quantities: Sequence[Quantity], right: str) -> tuple[float, ...]:
         """A list of as many numbers."""
         if not isinstance(data, list | tuple) or len(data) != len(quantities):
             raise self.wrong(key, f"is not a list of {len(quantities)} numbers", right)
@@ -94,6 +94,8 @@ class DataReader(NamedTuple):
 
     def frame(self, data: object, key: str) -> Transform:
         if self.human:
-            x, y, z, o, a, t = self.listed(data, key, [LENGTH] * 3 + [ANGLE] * 3, "give X, Y, Z, O, A, T in mm and deg")
+            x, y, z, o, a, t = self.number_list(
+                data, key, [LENGTH] * 3 + [ANGLE] * 3, "give X, Y, Z, O, A, T in mm and deg"
+            )
             return from_oat(x, y, z, o, a, t)
-        return Transform(*self.listed(data, key, [LENGTH] * 12, "give the rows of a matrix"))
+        return Transform(*self.number_list(data, key, [LENGTH] * 12, "give the rows of a matrix"))

@@ -43,17 +43,17 @@ def arm_for(model: RobotModel) -> RobotArm:
 
 def _spherical_wrist(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.spherical_wrist.arm import SphericalWristArm
-    from vrs_cli.kinematics.spherical_wrist.inverse import ALPHAS, geometry_of, swapped
+    from vrs_cli.kinematics.spherical_wrist.inverse import ALPHAS, geometry_of, swapped_words
 
     geometry = geometry_of(model)
-    if geometry is not None and not swapped(geometry, down=False, folded=geometry.d4 * geometry.d6 < 0.0):
+    if geometry is not None and not swapped_words(geometry, down=False, folded=geometry.d4 * geometry.d6 < 0.0):
         return SphericalWristArm(model, geometry)
 
     way = canonical(model, ALPHAS[:5])
     geometry = None if way is None else geometry_of(way.model)
     if way is None or geometry is None:
         return None
-    words = swapped(geometry, down=way.down, folded=geometry.d4 * way.hand < 0.0)
+    words = swapped_words(geometry, down=way.down, folded=geometry.d4 * way.hand < 0.0)
     return MappedArm(model, way, SphericalWristArm(way.model, geometry), words)
 
 
@@ -71,7 +71,7 @@ def _offset_wrist(model: RobotModel) -> RobotArm | None:
 
 
 def _wrist_circle(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.spherical_wrist.inverse import swapped
+    from vrs_cli.kinematics.spherical_wrist.inverse import swapped_words
     from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
     from vrs_cli.kinematics.wrist_circle.circle import ALPHAS, circle_of
 
@@ -79,7 +79,7 @@ def _wrist_circle(model: RobotModel) -> RobotArm | None:
     circle = None if way is None else circle_of(way.model)
     if way is None or circle is None:
         return None
-    words = swapped(circle.arm, down=way.down, folded=circle.straight * circle.arm.d4 * way.hand < 0.0)
+    words = swapped_words(circle.arm, down=way.down, folded=circle.straight * circle.arm.d4 * way.hand < 0.0)
     return WristCircleArm(model, way.chain, circle, words)
 
 

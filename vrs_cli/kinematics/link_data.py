@@ -28,7 +28,7 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 
-MOST_SHAPES = 1000  # of a robot
+MAX_SHAPES = 1000  # of a robot
 
 
 class Box(NamedTuple):
@@ -192,8 +192,8 @@ class ShapeReader(DataReader):
         """Return the shapes of a robot with so many joints. `key`: of their tables. Raises FileDamaged."""
         if not isinstance(data, list | tuple):
             raise self.wrong(key, "is not a list of tables", f"write one [[{key}]] table for each shape")
-        if len(data) > MOST_SHAPES:
-            raise self.wrong(key, f"there are {len(data)}", f"a robot has {MOST_SHAPES} at most")
+        if len(data) > MAX_SHAPES:
+            raise self.wrong(key, f"there are {len(data)}", f"a robot has {MAX_SHAPES} at most")
         name = key.removesuffix("s")
         return tuple(self.shape(table, f"{name} {i}", joints) for i, table in enumerate(data, 1))
 
@@ -265,7 +265,7 @@ class ShapeReader(DataReader):
         return self.three(data, key, LENGTH)
 
     def three(self, data: object, key: str, quantity: Quantity) -> Vector:
-        x, y, z = self.listed(data, key, [quantity] * 3, f"give [x, y, z]{self.in_unit(quantity)}")
+        x, y, z = self.number_list(data, key, [quantity] * 3, f"give [x, y, z]{self.in_unit(quantity)}")
         return x, y, z
 
     def pair(self, data: object, key: str) -> tuple[float, float]:
@@ -332,7 +332,7 @@ class MassReader(DataReader):
             raise self.wrong(f"{key}: {below[0]}", f"{found[below[0]]:g} is below zero", "give it without a sign")
         if "centre" in table:
             right = f"give [x, y, z]{self.in_unit(LENGTH)}, in the frame of the link"
-            found["centre"] = self.listed(table["centre"], f"{key}: centre", [LENGTH] * 3, right)
+            found["centre"] = self.number_list(table["centre"], f"{key}: centre", [LENGTH] * 3, right)
         if "inertia" in table:
             found["inertia"] = self.inertia(table["inertia"], f"{key}: inertia")
         return LinkMasses(**found)
@@ -340,7 +340,7 @@ class MassReader(DataReader):
     def inertia(self, data: object, key: str) -> Inertia:
         right = "give [xx, yy, zz] or [xx, yy, zz, xy, xz, yz] about the centre of mass, in kg m2"
         short = isinstance(data, list | tuple) and len(data) == 3
-        xx, yy, zz, *other = self.listed(data, key, [PLAIN] * (3 if short else 6), right)
+        xx, yy, zz, *other = self.number_list(data, key, [PLAIN] * (3 if short else 6), right)
         if min(xx, yy, zz) < 0.0:
             raise self.wrong(key, "a moment of inertia is below zero", right)
         xy, xz, yz = other or (0.0, 0.0, 0.0)

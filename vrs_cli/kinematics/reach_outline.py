@@ -92,36 +92,36 @@ def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
         np.bincount(cells, weights, shape[0] * shape[1]).reshape(shape).astype(float)
         for weights in (np.ones_like(far), np.cos(angle), np.sin(angle))
     )
-    pieces = _marched(_blurred(_closed(count > 0.0).astype(float)))
+    pieces = _march_squares(_blur(_fill_holes(count > 0.0).astype(float)))
     nearest = np.clip(np.rint(pieces).astype(np.intp), 0, np.array(shape) - 1)
-    turned = np.arctan2(_blurred(s), _blurred(c))[nearest[..., 0], nearest[..., 1]]
+    turned = np.arctan2(_blur(s), _blur(c))[nearest[..., 0], nearest[..., 1]]
     middles = size * (pieces + 0.5)
     return np.stack([middles[..., 0], low + middles[..., 1], turned], axis=2)
 
 
-def _closed(hit: Flags) -> Flags:
+def _fill_holes(hit: Flags) -> Flags:
     """Fill the holes that chance has left: add the neighbours, then remove the rim."""
     for combined in (np.logical_or, np.logical_and):
         for axis in (0, 1):
-            hit = combined.reduce(tuple(_shifted(hit, axis)))
+            hit = combined.reduce(tuple(_shift(hit, axis)))
     return hit
 
 
-def _blurred(grid: Grid) -> Grid:
+def _blur(grid: Grid) -> Grid:
     """Each cell with those round it."""
     for axis in (0, 1):
-        first, middle, last = _shifted(grid, axis)
+        first, middle, last = _shift(grid, axis)
         grid = 0.25 * first + 0.5 * middle + 0.25 * last
     return grid
 
 
-def _shifted(grid: Any, axis: int) -> Iterator[Any]:
+def _shift(grid: Any, axis: int) -> Iterator[Any]:
     """The cells before, the cells, the cells after; at its ends, which are the axis or empty, it goes on as it is."""
     wide = np.pad(grid, [(1, 1) if k == axis else (0, 0) for k in (0, 1)], mode="edge")
     return (np.take(wide, range(k, k + grid.shape[axis]), axis) for k in (0, 1, 2))
 
 
-def _marched(grid: Grid) -> NDArray[np.float64]:
+def _march_squares(grid: Grid) -> NDArray[np.float64]:
     """The line on which a grid has LEVEL: (S, 2, 2) pieces, in cells; each half of a square has one or none."""
     found = []
     for corners in (((0, 0), (1, 0), (0, 1)), ((1, 1), (0, 1), (1, 0))):

@@ -31,7 +31,7 @@ def columns(rows: Floats) -> Floats:
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
 
 
-def filled(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> Floats:
+def fill_rows(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> Floats:
     """(n, size): entries of the rows of a chunk, each a number or as many as rows."""
     found = np.empty((n, size))
     for part in chunks(n):
@@ -40,7 +40,7 @@ def filled(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> Floa
     return found
 
 
-def _solved(J: Floats, wanted: Floats) -> Floats:
+def _solve(J: Floats, wanted: Floats) -> Floats:
     """The rates (N, n) with which J (N, n, n) gives what is wanted (N, n). Raises LinAlgError."""
     return np.asarray(np.linalg.solve(J, wanted[:, :, None])[:, :, 0], dtype=float)
 
@@ -57,12 +57,14 @@ class SerialBatch:
 
     def forward(self, q: Floats) -> Floats:
         """(N, n) -> (N, 3, 4)."""
-        return filled(len(q), 12, lambda part: self.formulas.forward(columns(q[part]))).reshape(-1, 3, 4)
+        return fill_rows(len(q), 12, lambda part: self.formulas.forward(columns(q[part]))).reshape(-1, 3, 4)
 
     def jacobian(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
         """(N, n) -> (N, 6, n)."""
         tip = position(T_flange_tool)
-        entries = filled(len(q), 6 * self.joints, lambda part: chain(*self.formulas.jacobian(columns(q[part]), *tip)))
+        entries = fill_rows(
+            len(q), 6 * self.joints, lambda part: chain(*self.formulas.jacobian(columns(q[part]), *tip))
+        )
         return entries.reshape(-1, 6, self.joints)
 
     def rates(self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform) -> tuple[Floats, Floats]:
@@ -70,9 +72,9 @@ class SerialBatch:
         rates. Raises LinAlgError where the joints cannot move the tool in every way.
         """
         J, tip = self.jacobian(q, T_flange_tool), position(T_flange_tool)
-        qd = _solved(J, twists)
-        bias = filled(len(q), 6, lambda part: self.biases.acceleration(columns(q[part]), columns(qd[part]), *tip))
-        return qd, _solved(J, changes - bias)
+        qd = _solve(J, twists)
+        bias = fill_rows(len(q), 6, lambda part: self.biases.acceleration(columns(q[part]), columns(qd[part]), *tip))
+        return qd, _solve(J, changes - bias)
 
     def forward_and_jacobian(self, q: Floats) -> tuple[Floats, Floats]:
         """`forward` and `jacobian` of the flange at once."""
@@ -81,7 +83,7 @@ class SerialBatch:
             pose, rows = self.formulas.both(columns(q[part]))
             return chain(pose, *rows)
 
-        found = filled(len(q), 12 + 6 * self.joints, entries)
+        found = fill_rows(len(q), 12 + 6 * self.joints, entries)
         return found[:, :12].reshape(-1, 3, 4), found[:, 12:].reshape(-1, 6, self.joints)
 
     def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:

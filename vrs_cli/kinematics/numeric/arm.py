@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.compiled import damped, gram, squares, volume
+from vrs_cli.kinematics.compiled import gram, solve_damped, squares, volume
 from vrs_cli.kinematics.joints import (
     MAX_RATE_ERROR,
     NONE,
@@ -63,9 +63,9 @@ if TYPE_CHECKING:
 
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
-ENOUGH = 0.03  # of a range: a walk that keeps so far from the ends is taken at once
+MIN_MARGIN = 0.03  # of a range: a walk that keeps so far from the ends is taken at once
 ROUNDING = 1e-9  # of a range
-LEAST = 1e-6  # of a direction that counts
+MIN_DIRECTION = 1e-6  # of a direction that counts
 BEYOND = 0.02  # of a range: a walk, which is coarse, may leave it by so much where the line does not
 THERE = 0.01  # [m, rad] a walk that misses its end by more has no way to it
 WALK_DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
@@ -183,7 +183,7 @@ class NumericArm(RobotArm):
         """Those that keep far from the ends of ranges, or as far as the walk begins, in the order of `PARTS`; then the
         others that arrive inside the ranges, the farther the sooner.
         """
-        found, enough = list[Walk](), min(ENOUGH, self._margin(begin) - ROUNDING)
+        found, enough = list[Walk](), min(MIN_MARGIN, self._margin(begin) - ROUNDING)
         free = len(begin) > self.model.task.size + len(asked)
         for part in PARTS if free else PARTS[:1]:
             walk = self._walk(begin, poses, asked, part)
@@ -232,7 +232,7 @@ class NumericArm(RobotArm):
             if found is None:
                 rows, error = self.missing(q, pose)
                 rest = [value - _dot(axis, q) for axis, value in held]
-                return damped([*rows, *(axis for axis, _ in held)], [*error, *rest], WALK_DAMPING), near
+                return solve_damped([*rows, *(axis for axis, _ in held)], [*error, *rest], WALK_DAMPING), near
             step = found[0]
             directions.append(found[1])
         basis = _orthonormal(directions[: len(near)])
@@ -340,7 +340,7 @@ class NumericArm(RobotArm):
         while True:
             J = rows if free is self._all else [[row[i] for i in free] for row in rows]
             newton = squares(J, error) if len(free) == len(J) and damping < NEWTON else None
-            part = newton[0] if newton else damped(J, error, damping)
+            part = newton[0] if newton else solve_damped(J, error, damping)
             pushed = [i for i, dx in zip(free, part, strict=True) if i in at_lower and dx and (dx < 0.0) == at_lower[i]]
             if not pushed:
                 break
@@ -374,7 +374,7 @@ def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
         rest = direction
         for unit in basis:
             rest = _plus(rest, -_dot(rest, unit), unit)
-        size = max(sqrt(_dot(rest, rest)), LEAST)
+        size = max(sqrt(_dot(rest, rest)), MIN_DIRECTION)
         basis.append(tuple([x / size for x in rest]))
     return basis
 

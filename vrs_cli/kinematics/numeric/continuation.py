@@ -37,7 +37,7 @@ from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
-MOST = 0.5  # of beta L eta
+MAX_KANTOROVICH = 0.5  # of beta L eta
 LOST = 0.9  # of |1 - A F'|: F' has an inverse where it is less than 1
 HERMITE = 1.0 / 384.0  # of a fourth derivative: what the cubic is off at most
 SLOPES = 8.0 / 27.0  # of an error of the slopes at both ends: the same
@@ -126,7 +126,7 @@ class Continuation:
         lost = 0.5 * norm(A @ (J[:, 1:] - J[:, :-1]))
         lost = lost + size * (bend / (8.0 * pieces**2) + sqrt(n) * missed)[:, None]
         beta = size / np.where(lost < LOST, 1.0 - lost, np.nan)
-        least = np.fmin(MOST, MOST / (beta * hypot(self.place_bend, n)))
+        least = np.fmin(MAX_KANTOROVICH, MAX_KANTOROVICH / (beta * hypot(self.place_bend, n)))
         return np.asarray((beta * missed[:, None] <= least).all(axis=1))
 
     def stepped(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:

@@ -29,14 +29,14 @@ from vrs_cli.kinematics.compiled import (
     Column,
     Entry,
     Writer,
+    comma_list,
     elimination_lines,
     function,
     gram,
-    listed,
     minus,
     positive,
     text_of,
-    tilted,
+    twist_entries,
 )
 from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
 from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
@@ -134,8 +134,8 @@ class _StepWriter(Writer):
     def _joint_before(self, i: int, link: Link) -> None:
         """The inverse of `_joint`."""
         n, s, a, p = self.columns
-        c, z, d = self.moved(i, link)
-        ca, sa = tilted(link)
+        c, z, d = self.joint_entries(i, link)
+        ca, sa = twist_entries(link)
         s, a = self.mix((ca, s), (-sa, a)), self.mix((ca, a), (sa, s))
         p = self.mix((1.0, p), (-link.a, n))
         self.axes.insert(0, (a, p))
@@ -145,38 +145,38 @@ class _StepWriter(Writer):
     def step_text(self) -> str:
         joints, guides = range(len(self.all)), range(self.guides)
         weights = [[f"g{k}_{i}" for i in joints] for k in guides]
-        head = [f"{listed(f'q{i}' for i in joints)} = q", f"{listed(f'p{i}' for i in range(12))} = T"]
-        head += [f"{listed(f'u{i}' for i in range(6))} = twist"]
+        head = [f"{comma_list(f'q{i}' for i in joints)} = q", f"{comma_list(f'p{i}' for i in range(12))} = T"]
+        head += [f"{comma_list(f'u{i}' for i in range(6))} = twist"]
         if self.guides:
-            head += [f"{listed(f'(({listed(row)}), v{k})' for k, row in enumerate(weights))} = demands"]
-            head += [f"{listed(f'r{k}' for k in guides)} = rates"]
+            head += [f"{comma_list(f'(({comma_list(row)}), v{k})' for k, row in enumerate(weights))} = demands"]
+            head += [f"{comma_list(f'r{k}' for k in guides)} = rates"]
         sums = [self.sum([(1.0, f"v{k}"), *((minus(w), f"q{i}") for i, w in enumerate(weights[k]))]) for k in guides]
         n, s, a, _ = self.columns
         v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
-        twist = *self.crossed(v, (self.flange[3], w)), *w  # of the flange as one of the origin
+        twist = *self.add_crosses(v, (self.flange[3], w)), *w  # of the flange as one of the origin
         wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
         columns = list[tuple[Entry, ...]]()  # of the Jacobian: the velocity of the origin, and the angular velocity
         for link, (z, o) in zip(self.all, self.axes, strict=True):
             columns.append((*z, *STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
         rows = (*zip(*columns, strict=True), *weights)
         table = [[*row, *sides] for row, sides in zip(rows, wanted, strict=True)]
-        found = (f"({listed(map(text_of, side))})" for side in zip(*self._solved(table), strict=True))
-        return function("newton(q, T, demands, twist, rates)", [*head, *self.lines, f"return {listed(found)}"])
+        found = (f"({comma_list(map(text_of, side))})" for side in zip(*self._solve(table), strict=True))
+        return function("newton(q, T, demands, twist, rates)", [*head, *self.lines, f"return {comma_list(found)}"])
 
     def _missing(self) -> tuple[Entry, ...]:
         """The way of the origin, if it went with the flange, and the turn to the pose that is wanted."""
         n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         *want, p = self.product((n, s, a, origin))
         *have, o = self.flange
-        x, y, z = map(text_of, self.crossed(STILL, *zip(have, want, strict=True)))
+        x, y, z = map(text_of, self.add_crosses(STILL, *zip(have, want, strict=True)))
         trace = self.sum([pair for a, b in zip(have, want, strict=True) for pair in zip(a, b, strict=True)])
         self.lines.append(f"x, y, z = turned((0.5 * {x}, 0.5 * {y}, 0.5 * {z}), 0.5 * ({text_of(trace)} - 1.0))")
         turn: Column = ("x", "y", "z")
-        return *self.crossed(self.mix((1.0, p), (-1.0, o)), (o, turn)), *turn
+        return *self.add_crosses(self.mix((1.0, p), (-1.0, o)), (o, turn)), *turn
 
     # --- equations ---
 
-    def _solved(self, table: Table) -> Table:
+    def _solve(self, table: Table) -> Table:
         """The unknowns, each on both sides, of rows of coefficients and sides."""
         n = len(table)
         entries = ((r, c, table[r][c]) for r in range(n) for c in range(n))
@@ -191,7 +191,7 @@ class _StepWriter(Writer):
         for other in (*table[:r], *table[r + 1 :]):
             pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
             others.append([self.sum([(1.0, x), (minus(other[c]), y)]) for x, y in pairs])
-        found = self._solved(others)
+        found = self._solve(others)
         known = [minus(x) for x in row[:c] + row[c + 1 : n]]
         sides = zip(row[n:], zip(*found, strict=True), strict=True)
         own = [self.sum([(1.0, wanted), *zip(known, values, strict=True)]) for wanted, values in sides]
@@ -296,11 +296,11 @@ class Aim:
     ) -> Joints:
         """Where a step leads; one that would pass over to the other side is made along it."""
         room = [(low - x, high - x) for x, low, high in zip(q, lower, upper, strict=True)]
-        there = _moved(q, bounded_step(rows, error, damping, room), lower, upper)
+        there = _move_within(q, bounded_step(rows, error, damping, room), lower, upper)
         if self.side is None or self.side.room(there) >= min(left := self.side.room(q), 0.0):
             return there
         beside = tuple([HEAVY * x for x in self.side.slope(q)])
-        return _moved(q, bounded_step([*rows, beside], [*error, -HEAVY * left], damping, room), lower, upper)
+        return _move_within(q, bounded_step([*rows, beside], [*error, -HEAVY * left], damping, room), lower, upper)
 
     def _cost(self, q: Joints, error: Sequence[float]) -> float:
         beyond = 0.0 if self.side is None else min(self.side.room(q), 0.0)
@@ -318,7 +318,7 @@ class Aim:
 _NO_ROWS = ((0.0,),) * 6
 
 
-def _moved(q: Joints, change: Sequence[float], lower: Joints, upper: Joints) -> Joints:
+def _move_within(q: Joints, change: Sequence[float], lower: Joints, upper: Joints) -> Joints:
     rows = zip(q, change, lower, upper, strict=True)
     return tuple([min(max(x + dx, low), high) for x, dx, low, high in rows])
 

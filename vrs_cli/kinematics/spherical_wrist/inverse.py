@@ -97,7 +97,7 @@ def geometry_of(model: RobotModel) -> Geometry | None:
     )
 
 
-def swapped(geometry: Geometry, *, down: bool, folded: bool) -> int:
+def swapped_words(geometry: Geometry, *, down: bool, folded: bool) -> int:
     """The words that are the other of their pair by geometry, as bits of `Configuration.index`. `down`: up is down;
     `folded`: where joint 5 of the formulas is 0, the hand points back to the elbow.
     """

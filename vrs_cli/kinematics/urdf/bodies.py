@@ -17,7 +17,7 @@ from xml.etree.ElementTree import Element
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.data_reader import TINY
 from vrs_cli.kinematics.link_data import (
-    MOST_SHAPES,
+    MAX_SHAPES,
     Body,
     Box,
     Capsule,
@@ -39,7 +39,7 @@ from vrs_cli.kinematics.transform import (
     subtracted,
     translation,
 )
-from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, named
+from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, name_of
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # in the order of `Inertia`
 ZERO: Inertia = (0.0,) * 6
@@ -70,7 +70,7 @@ def masses_of_bodies(
     """
     solids: list[list[_Solid | None]] = [[] for _ in range(len(joints) + 1)]
     for link in tree.robot.findall("link"):
-        place, inertial = places.get(named(link)), link.find("inertial")
+        place, inertial = places.get(name_of(link)), link.find("inertial")
         if place is not None and inertial is not None:
             body, T = place
             solids[body].append(_solid(tree, inertial, T))
@@ -80,7 +80,7 @@ def masses_of_bodies(
     )
 
 
-def completed(masses: Sequence[LinkMasses], own: Sequence[LinkMasses]) -> tuple[LinkMasses, ...]:
+def complete(masses: Sequence[LinkMasses], own: Sequence[LinkMasses]) -> tuple[LinkMasses, ...]:
     """Return the masses with what `own` says of a link in the place of what they say; nothing if no mass is known."""
     said = ({key: x for key, x in one._asdict().items() if x is not None} for one in own or masses)
     found = tuple(link._replace(**row) for link, row in zip(masses, said, strict=True))
@@ -98,11 +98,11 @@ def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
         values: Mapping[str, str] = {} if inertia is None else inertia.attrib
         rows = [tree.numbers(inertial, f"inertia {key}", values.get(key, "0"), 1)[0] for key in INERTIA_KEYS]
         xx, yy, zz, xy, xz, yz = rows
-        return _Solid(mass, position(placed), _turned(placed, (xx, yy, zz, xy, xz, yz)))
+        return _Solid(mass, position(placed), _rotate_inertia(placed, (xx, yy, zz, xy, xz, yz)))
     return None
 
 
-def _turned(T: Transform, inertia: Inertia) -> Inertia:
+def _rotate_inertia(T: Transform, inertia: Inertia) -> Inertia:
     """Return R I R^T with the rotation R of T."""
     xx, yy, zz, xy, xz, yz = inertia
     half = [rotate(T, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]  # columns of R I
@@ -167,13 +167,13 @@ def link_shapes(
     found, other = list[LinkShape](), not collision
     for link in tree.robot.findall("link"):
         for tag in ("collision", "visual") if collision else ("visual",):
-            place = places.get(named(link))
+            place = places.get(name_of(link))
             rows = [] if place is None else [_shape(folder, tree, one, place, colours) for one in link.findall(tag)]
             if shapes := [shape for shape in rows if shape is not None]:
                 found += shapes
                 other = other or tag == "collision"
                 break
-    return tuple(found[:MOST_SHAPES]) if other else ()
+    return tuple(found[:MAX_SHAPES]) if other else ()
 
 
 def _shape(folder: Path, tree: Tree, visual: Element, place: LinkPlace, colours: Mapping[str, str]) -> LinkShape | None:
@@ -202,7 +202,7 @@ def _body(folder: Path, tree: Tree, visual: Element, T: Transform) -> Body | Non
             x, y, z = tree.numbers(visual, "mesh scale", form.get("scale", "1 1 1"), 3)
             if min(abs(x), abs(y), abs(z)) < TINY:
                 return None
-            return MeshFile(str(found(folder, form.get("filename", ""))), T, (x, y, z))
+            return MeshFile(str(mesh_path(folder, form.get("filename", ""))), T, (x, y, z))
     return None
 
 
@@ -222,7 +222,7 @@ def _colour(tree: Tree, material: Element) -> str | None:
     return "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in parts) if parts else None
 
 
-def found(folder: Path, name: str) -> Path:
+def mesh_path(folder: Path, name: str) -> Path:
     """The file of a mesh: beside the URDF file, or of a package in a folder above it. Where none is, the likeliest."""
     try:
         address = urlsplit(name)

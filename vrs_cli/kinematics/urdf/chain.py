@@ -46,7 +46,7 @@ GRASPS = (
     "tool0",
 )
 ARM, FINGER = 4, 4  # an arm that fingers may hang on has so many joints at least, a finger so many at most
-MOST_NAMED = 10  # ends that a message names
+MAX_NAMED_ENDS = 10  # ends that a message names
 
 _FINGER_LINK = re.compile(r"finger|fngr|thumb|knuckle|jaw|claw", re.IGNORECASE)
 _FINGER_JOINT = re.compile(rf"{_FINGER_LINK.pattern}|grip", re.IGNORECASE)
@@ -69,18 +69,18 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
 
     Raises FileDamaged where there are several.
     """
-    start = tree.root() if base is None else tree.known(base)
+    start = tree.root() if base is None else tree.check_link(base)
     notes: list[str] = []
     if tip is None:
         arm, *others = _arms(tree, start, 0)
         if others:
-            tips = [end for end, *_ in (arm, *others)][:MOST_NAMED]
+            tips = [end for end, *_ in (arm, *others)][:MAX_NAMED_ENDS]
             raise FileDamaged(
                 f"{tree.file}: it has several arms, with the ends {', '.join(tips)}",
                 f"choose one: --tip {tips[0]}, or urdf_tip in a TOML",
             )
         tip, *notes = arm
-    way = tree.way(start, tree.known(tip))
+    way = tree.way(start, tree.check_link(tip))
     if base is None:
         way, left = _without_vehicle(tree, way)
         if left:
@@ -265,7 +265,7 @@ def _ends(tree: Tree, joint: Joint) -> tuple[float, float] | None:
     return (found.lower, found.upper) if found.lower < found.upper else None
 
 
-def moved(tree: Tree, joint: Joint, value: float) -> Transform:
+def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
     """What a joint at a value does to its child link, before which its origin comes."""
     if not value:
         return IDENTITY
@@ -319,7 +319,7 @@ class _Gauge:
         for joint in self.tree.way(link, below):
             T = compose(T, self.tree.origin(joint.element))
             if joint.moves:
-                T = compose(T, moved(self.tree, joint, values.get(joint.name, 0.0)))
+                T = compose(T, joint_motion(self.tree, joint, values.get(joint.name, 0.0)))
         return T
 
 

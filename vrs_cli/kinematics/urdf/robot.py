@@ -50,8 +50,17 @@ from vrs_cli.kinematics.transform import (
     subtracted,
     translation,
 )
-from vrs_cli.kinematics.urdf.bodies import LinkPlace, completed, link_shapes, masses_of_bodies
-from vrs_cli.kinematics.urdf.chain import Choice, Fingers, Z, choice, fingers_of, moved, other_than_z, pointing_note
+from vrs_cli.kinematics.urdf.bodies import LinkPlace, complete, link_shapes, masses_of_bodies
+from vrs_cli.kinematics.urdf.chain import (
+    Choice,
+    Fingers,
+    Z,
+    choice,
+    fingers_of,
+    joint_motion,
+    other_than_z,
+    pointing_note,
+)
 from vrs_cli.kinematics.urdf.tree import (
     ENDLESS,
     HUGE,
@@ -59,7 +68,7 @@ from vrs_cli.kinematics.urdf.tree import (
     Joint,
     Mimic,
     Tree,
-    expanded,
+    expand_macros,
     has_macros,
     robot_element,
 )
@@ -95,7 +104,7 @@ def robot_of(
     """
     robot = robot_element(file, text)
     if has_macros(file, robot):
-        robot = robot_element(file, expanded(file, reader.words(table.get("xacro", {}), "xacro")))
+        robot = robot_element(file, expand_macros(file, reader.words(table.get("xacro", {}), "xacro")))
         if robot.find("joint") is None:
             what = "it defines macros, and makes no joint of them"
             raise FileDamaged(f"{file}: {what}", "give the file that includes it")
@@ -129,7 +138,7 @@ def robot_of(
         collision=reader.shapes(table.get("collision"), model.joint_count, "collision")
         or link_shapes(folder, tree, arm.places, collision=True),
         hand_width=arm.fingers.width if width is None else width,
-        masses=completed(
+        masses=complete(
             masses_of_bodies(tree, arm.joints, {name: (place.body, place.T) for name, place in arm.places.items()}),
             reader.masses(table.get("masses"), model.joint_count),
         ),
@@ -211,7 +220,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
                 way = scaled(rotate(T_body_joint, tree.axis(joint)), travel.open - travel.closed)
                 slides = MOVING[joint.type] is JointKind.PRISMATIC
                 opens += (Opening(slide=way) if slides else Opening(turn=way, point=position(T_body_joint)),)
-                T = compose(T_base_joint, moved(tree, joint, travel.closed))
+                T = compose(T_base_joint, joint_motion(tree, joint, travel.closed))
             found[joint.child] = LinkPlace(body, compose(bodies[body], T), opens)
             left.append((joint.child, T))
     return found
@@ -271,7 +280,7 @@ def _model(
     return ModelReader(reader.file, human=False).model({**data, **options})
 
 
-MOST_JOINTS = 12  # of an arm whose pose is looked for
+MAX_JOINTS = 12  # of an arm whose pose is looked for
 SINGULAR = 0.02  # isotropy below which a pose is no place to begin from
 END = 0.01  # of a joint's range: so near to an end it is there
 STEP = pi / 12  # [rad] of the joints of a pose that is looked for
@@ -298,14 +307,14 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     not, or that is singular everywhere. The same arm has the same one, always. `ahead`: where its tool points, as the
     flange sees it.
     """
-    if model.joint_count > MOST_JOINTS:
+    if model.joint_count > MAX_JOINTS:
         return None
     wanted = _Wanted(model, ahead)
     fault = wanted.fault()
     if not fault:
         return None
     starts = sorted(wanted.starts(), key=wanted.worth, reverse=True)
-    best = wanted.levelled(max((wanted.bettered(q) for q in starts[:TRIED]), key=wanted.worth))
+    best = wanted.level_tool(max((wanted.improve(q) for q in starts[:TRIED]), key=wanted.worth))
     if wanted.isotropy(link_frames(model, best)) <= SINGULAR:
         return None
     values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(best))
@@ -355,7 +364,7 @@ class _Wanted:
             rows = zip(self.choices, parts, near, strict=True)
             yield tuple(x if part < 0.0 else xs[int(len(xs) * part)] for xs, part, x in rows)
 
-    def bettered(self, q: Joints) -> Joints:
+    def improve(self, q: Joints) -> Joints:
         """One joint after the other where it is worth most, until none can be bettered."""
         for _ in range(SWEEPS):
             before = q
@@ -365,7 +374,7 @@ class _Wanted:
                 break
         return q
 
-    def levelled(self, q: Joints) -> Joints:
+    def level_tool(self, q: Joints) -> Joints:
         """With the tool straight down, where one joint turns it so and that costs little."""
         turned = [(*q[:i], x, *q[i + 1 :]) for i, xs in enumerate(self.choices) for x in xs]
         down = [other for other in turned if rotate(link_frames(self.model, other)[-1], self.ahead)[2] < STRAIGHT_DOWN]

@@ -53,7 +53,7 @@ def has_macros(file: str, root: Element) -> bool:
     return any(EXPRESSION.search(value) for element in elements for value in element.attrib.values())
 
 
-def expanded(file: str, arguments: Mapping[str, str]) -> str:
+def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
     """The text of a file without macros. Raises FileDamaged, with the command where the package is not there."""
     if find_spec("xacro") is None:
         hint = f"{how_to_install('xacro')}, or {expanding(file)}"
@@ -144,11 +144,11 @@ def package_folder(path: Path, name: str) -> Path | None:
     return next(iter((*found, *own)), None)
 
 
-LARGEST = 20_000_000  # characters: no arm is described by more
+MAX_FILE_CHARS = 20_000_000  # characters: no arm is described by more
 HUGE = 1e6  # [m, rad] no figure of an arm; keeps infinity and NaN out as well
 EXPRESSION = re.compile(r"\$[{(]")  # of xacro
 
-MOST_JOINTS = 1000  # of a file, and of the way from base to tip
+MAX_FILE_JOINTS = 1000  # of a file, and of the way from base to tip
 ENDLESS = 1e3  # [rad, m] files print 999999 where a joint has no end
 STEP, ROUNDED = pi / 12, 1e-5  # [rad] files say 1.5708 for a right angle: so near to a multiple of 15 deg it is one
 
@@ -163,8 +163,8 @@ _TEXT = "a robot description is an XML file"
 
 def robot_element(file: str, text: str) -> Element:
     """The root of a URDF file. Raises FileDamaged."""
-    if len(text) > LARGEST:
-        raise FileDamaged(f"{file}: {len(text)} characters", f"at most {LARGEST} are read")
+    if len(text) > MAX_FILE_CHARS:
+        raise FileDamaged(f"{file}: {len(text)} characters", f"at most {MAX_FILE_CHARS} are read")
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise FileDamaged(f"{file}: it defines a document type or entities", "a URDF file needs neither: remove them")
     builder, parser = TreeBuilder(), ParserCreate()
@@ -182,7 +182,7 @@ def robot_element(file: str, text: str) -> Element:
     return root
 
 
-def named(element: Element, key: str = "name") -> str:
+def name_of(element: Element, key: str = "name") -> str:
     """A name that an element gives, in one line: a reader of XML takes a line end in it for a blank."""
     return " ".join(element.get(key, "").split())
 
@@ -237,14 +237,14 @@ class Tree:
     """Joints by their child link, which has one parent."""
 
     def __init__(self, file: str, robot: Element) -> None:
-        self.file, self.robot, self.name = file, robot, named(robot) or "robot"
+        self.file, self.robot, self.name = file, robot, name_of(robot) or "robot"
         self.by_child: dict[str, Joint] = {}
         self.below: dict[str, list[Joint]] = {}
-        for element in robot.findall("joint")[: MOST_JOINTS + 1]:
+        for element in robot.findall("joint")[: MAX_FILE_JOINTS + 1]:
             self._add(element)
-        if not self.by_child or len(self.by_child) > MOST_JOINTS:
+        if not self.by_child or len(self.by_child) > MAX_FILE_JOINTS:
             raise FileDamaged(
-                f"{self.file}: {len(self.by_child)} joints", f"1 to {MOST_JOINTS} <joint> elements make an arm"
+                f"{self.file}: {len(self.by_child)} joints", f"1 to {MAX_FILE_JOINTS} <joint> elements make an arm"
             )
         names = [joint.name for joint in self.by_child.values() if joint.moves]
         twice = next((name for name in names if names.count(name) > 1), None)
@@ -262,7 +262,7 @@ class Tree:
                 raise self.wrong(joint.element, f"is in a loop with link {joint.parent!r}", _CHAIN)
 
     def _add(self, element: Element) -> None:
-        parent, child, name = self._end(element, "parent"), self._end(element, "child"), named(element)
+        parent, child, name = self._end(element, "parent"), self._end(element, "child"), name_of(element)
         if EXPRESSION.search(name):
             raise FileDamaged(f"{self.file}: a joint is called {name!r}", expanding(self.file))
         joint = Joint(element, name or "joint", element.get("type", ""), parent, child)
@@ -275,7 +275,7 @@ class Tree:
 
     def _end(self, element: Element, which: str) -> str:
         found = element.find(which)
-        link = "" if found is None else named(found, "link")
+        link = "" if found is None else name_of(found, "link")
         if not link:
             raise self.wrong(element, f"has no {which} link", f'give <{which} link="..."/>')
         if EXPRESSION.search(link):
@@ -284,7 +284,7 @@ class Tree:
 
     # --- links ---
 
-    def known(self, link: str) -> str:
+    def check_link(self, link: str) -> str:
         if link not in self.by_child and link not in self.below:
             links = sorted({*self.by_child, *self.below})
             raise FileDamaged(f"{self.file}: no joint has a link {link!r}", f"links are {', '.join(links[:20])}")
@@ -301,7 +301,7 @@ class Tree:
         way: list[Joint] = []
         link = tip
         while link != base:
-            if link not in self.by_child or len(way) > MOST_JOINTS:
+            if link not in self.by_child or len(way) > MAX_FILE_JOINTS:
                 raise FileDamaged(
                     f"{self.file}: no chain of joints leads from {base} to {tip}", "name two links of one arm"
                 )
@@ -350,7 +350,7 @@ class Tree:
         assert found is not None  # who asks has looked
         (factor,) = self.numbers(joint.element, "mimic multiplier", found.get("multiplier", "1"), 1)
         (offset,) = self.numbers(joint.element, "mimic offset", found.get("offset", "0"), 1)
-        return Mimic(named(found, "joint"), factor, offset)
+        return Mimic(name_of(found, "joint"), factor, offset)
 
     def _limit(self, joint: Joint, values: Mapping[str, str], key: str) -> float | None:
         """A number that may be infinite; None where there is none."""
@@ -398,7 +398,7 @@ class Tree:
 
     def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:
         """The error for a joint, and what would be right."""
-        return FileDamaged(f"{self.file}: joint {named(joint) or '?'}: {what}", right)
+        return FileDamaged(f"{self.file}: joint {name_of(joint) or '?'}: {what}", right)
 
 
 if __name__ == "__main__":

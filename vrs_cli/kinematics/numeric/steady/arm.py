@@ -64,7 +64,7 @@ class SteadyArm(RobotArm):
         near: Joints,
         steps: Steps | None = None,  # noqa: ARG002 (a search has none)
     ) -> Joints | None:
-        return self.batch.followed(T, near)
+        return self.batch.follow(T, near)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         return (self._least(T, self.middle),)

@@ -25,7 +25,15 @@ from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.joints import NONE, Configuration, Joints
 from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, levers
-from vrs_cli.kinematics.numeric.continuation import LENGTH, LOST, MOST, Cubic, fourth_of_turn, inverse_or_nan, norm
+from vrs_cli.kinematics.numeric.continuation import (
+    LENGTH,
+    LOST,
+    MAX_KANTOROVICH,
+    Cubic,
+    fourth_of_turn,
+    inverse_or_nan,
+    norm,
+)
 from vrs_cli.kinematics.numeric.search import LARGEST_STEP
 from vrs_cli.kinematics.numeric.steady.conditions import (
     FIRST_SAMPLES,
@@ -77,7 +85,7 @@ class SteadyBatch(SerialBatch):
         """One way: that with the least turn of those that are found from all starts, within the limits."""
         q = np.full((len(T), self.joints), np.nan)
         for first in range(0, len(T), POSES):
-            pose, found = self._found(T[first : first + POSES])
+            pose, found = self._search_all(T[first : first + POSES])
             order = np.lexsort((found.turned, pose))
             row, at = np.unique(pose[order], return_index=True)
             q[first + row] = found.joints[order[at]]
@@ -87,14 +95,14 @@ class SteadyBatch(SerialBatch):
         """Joints within the limits for one pose, from all starts and from joints that are near, and the turns that are
         missing there.
         """
-        return _listed(self._found(np.reshape(T, (1, 3, 4)), near)[1])
+        return _joints_and_turns(self._search_all(np.reshape(T, (1, 3, 4)), near)[1])
 
     def without_limits(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
         """`least_turns` of the first starts, whatever the limits."""
         pose, begin, bounded = self._first_starts(np.reshape(T, (1, 3, 4)), near)
-        return _listed(self.search(np.reshape(T, (1, 3, 4))[pose], begin, bounded & False, pose=pose))
+        return _joints_and_turns(self.search(np.reshape(T, (1, 3, 4))[pose], begin, bounded & False, pose=pose))
 
-    def _found(self, T: Floats, near: Joints | None = None) -> tuple[Rows, Found]:
+    def _search_all(self, T: Floats, near: Joints | None = None) -> tuple[Rows, Found]:
         """Search poses (N, 3, 4) within the limits; return the numbers of the poses, and what is found for each.
 
         Where starts are samples and none of the first ones leads to the pose itself, search from others too.
@@ -106,7 +114,7 @@ class SteadyBatch(SerialBatch):
         rest = [i for i in np.unique(pose[~bounded]).tolist() if least[i] > STRAIGHT]
         if not rest:
             return pose, found
-        begin = np.concatenate([self._sampled.near(T[i], FIRST_SAMPLES, OTHERS) for i in rest])
+        begin = np.concatenate([self._sample_starts.near(T[i], FIRST_SAMPLES, OTHERS) for i in rest])
         again = np.repeat(rest, OTHERS)
         more = self._within_limits(self.search(T[again], begin, np.zeros(len(begin), dtype=np.bool_), pose=again))
         return np.concatenate((pose, again)), Found(*map(np.concatenate, zip(found, more, strict=True)))
@@ -120,7 +128,7 @@ class SteadyBatch(SerialBatch):
         pose, begin, bounded = list[int](), list[Floats](), list[bool]()
         for i, wanted in enumerate(T):
             table = None if self._planar is None else self._planar.of(wanted)
-            first = self._sampled.near(wanted, 0, FIRST_SAMPLES) if table is None else table
+            first = self._sample_starts.near(wanted, 0, FIRST_SAMPLES) if table is None else table
             own = np.empty((0, self.joints)) if near is None or not len(first) else np.array([near])
             begin += [own, first, *([first] if table is None else [])]
             bounded += [True] * len(own) + [True] * len(first) + [False] * (len(first) if table is None else 0)
@@ -128,7 +136,7 @@ class SteadyBatch(SerialBatch):
         return np.array(pose, dtype=np.intp), np.concatenate(begin), np.array(bounded, dtype=np.bool_)
 
     @cached_property
-    def _sampled(self) -> SampledStarts:
+    def _sample_starts(self) -> SampledStarts:
         return SampledStarts(self, self.conditions.tip)
 
     def _within_limits(self, found: Found) -> Found:
@@ -148,7 +156,7 @@ class SteadyBatch(SerialBatch):
             if not len(rows):
                 break
             bend = conditions.bend(at, multipliers)
-            step, multipliers = self._solved(at, bend)
+            step, multipliers = self._newton_step(at, bend)
             size = np.abs(step).max(axis=1)
             q[rows] += step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))[:, None]
             done = size < SETTLED
@@ -170,7 +178,7 @@ class SteadyBatch(SerialBatch):
         found = self.search(np.reshape(T, (1, 3, 4)), np.array([near]), np.array([True])).joints[0].tolist()
         return None if isnan(found[0]) else tuple(found)
 
-    def followed(self, T: Transform, near: Joints) -> Joints | None:
+    def follow(self, T: Transform, near: Joints) -> Joints | None:
         """`inverse_branch` of one pose."""
         q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
         return None if isnan(q[0]) else tuple(q)
@@ -239,7 +247,7 @@ class SteadyBatch(SerialBatch):
         slope = (np.swapaxes(bent, 1, 2) @ to_place[:, :, None] - np.swapaxes(ways, 1, 2) @ pull[:, :, None])[:, :, 0]
         return np.clip(to_place + least_in_box(ways, slope, curve, low - to_place, high - to_place), low, high)
 
-    def _solved(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
+    def _newton_step(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
         """Newton's step (N, n) to where the conditions are met, and the multipliers there (N, 3)."""
         conditions, n = self.conditions, self.joints
         wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
@@ -252,7 +260,7 @@ class SteadyBatch(SerialBatch):
         return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])
 
 
-def _listed(found: Found) -> list[tuple[Joints, float]]:
+def _joints_and_turns(found: Found) -> list[tuple[Joints, float]]:
     there = np.isfinite(found.turned)
     return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))
 
@@ -379,7 +387,7 @@ class SteadyContinuation:
         x, conditions, n = cubic.at(parts), self.conditions, self.n
         rows = (x * self.units).reshape(-1, x.shape[2])
         at = conditions.terms(rows[:, :n], gaps.poses(gaps.which, parts).reshape(-1, 3, 4))
-        missed = np.linalg.norm(conditions.missed(at, rows[:, n:]) * self.units, axis=1).reshape(x.shape[:2])
+        missed = np.linalg.norm(conditions.residual(at, rows[:, n:]) * self.units, axis=1).reshape(x.shape[:2])
         table = conditions.system(at, conditions.bend(at, rows[:, n:])) * self.units * self.units[:, None]
         table = table.reshape(*x.shape[:2], *table.shape[1:])
         fourth, bend, curved = self._bounds(gaps, cubic)
@@ -388,7 +396,7 @@ class SteadyContinuation:
         lost = 0.5 * norm(A @ (table[:, 1:] - table[:, :-1])) + size * (bend / (8.0 * pieces**2))[:, None]
         beta = size / np.where(lost < LOST, 1.0 - lost, np.nan)
         off = np.maximum(missed[:, 1:], missed[:, :-1]) + (CHORD * fourth / pieces**2)[:, None] + PROOF_ROUNDING
-        return np.asarray((beta * beta * curved[:, None] * off <= MOST).all(axis=1))
+        return np.asarray((beta * beta * curved[:, None] * off <= MAX_KANTOROVICH).all(axis=1))
 
     def stepped(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (none)
         """Joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
@@ -405,7 +413,7 @@ class SteadyContinuation:
         at = conditions.terms(q, T)
         multipliers = conditions.multipliers(at)
         table = conditions.system(at, conditions.bend(at, multipliers))
-        rate = (inverse_or_nan(table) @ conditions.gained(at, twist)[:, :, None])[:, :, 0]
+        rate = (inverse_or_nan(table) @ conditions.wanted_rates(at, twist)[:, :, None])[:, :, 0]
         return np.concatenate((q, multipliers), axis=1) / self.units, rate / self.units
 
     def _bounds(self, gaps: SteadyGaps, cubic: Cubic) -> tuple[Floats, Floats, Floats]:

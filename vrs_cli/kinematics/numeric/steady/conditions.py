@@ -120,13 +120,13 @@ class SteadyConditions:
         return table
 
     @staticmethod
-    def missed(at: Terms, multipliers: Floats) -> Floats:
+    def residual(at: Terms, multipliers: Floats) -> Floats:
         """(N, n + 3): by how much the conditions are not met."""
         slope = at.place @ multipliers[:, :, None] - at.turn @ at.sine[:, :, None]
         return np.concatenate((slope[:, :, 0], -at.away), axis=1)
 
     @staticmethod
-    def gained(at: Terms, twists: Floats) -> Floats:
+    def wanted_rates(at: Terms, twists: Floats) -> Floats:
         """(N, n + 3): what the conditions ask of the rates of the unknowns, for twists of the tool (N, 6)."""
         trace = np.trace(at.mixed, axis1=1, axis2=2)[:, None, None]
         turned = 0.5 * (trace * np.eye(3) - np.swapaxes(at.mixed, 1, 2)) @ twists[:, 3:, None]
@@ -154,7 +154,7 @@ OFFSETS = np.arange(-3.0, 4.0)
 SECOND = np.array([1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90])
 THIRD = np.array([1 / 8, -1.0, 13 / 8, 0.0, -13 / 8, 1.0, -1 / 8])
 STRIDE = 0.02  # [rad, m] of a joint from one of these times to the next at most
-LONGEST = 0.005  # [s] between them
+MAX_STEP_S = 0.005  # [s] between them
 LOST = 1e-12  # of the largest singular value of K: a lesser one is none
 
 
@@ -181,22 +181,22 @@ class Way:
         """The first `order` derivatives of the joints [rad/s, rad/s2, rad/s3], for the twist of the tool that is asked
         for; `poses`: those of the flange that are asked for, by the time from now [s]. Raises CannotFollow.
         """
-        first = self._solved(self.conditions.gained(self.at, np.array([twist]))[0])
+        first = self._solve(self.conditions.wanted_rates(self.at, np.array([twist]))[0])
         if order == 1:
             return (self._of_joints(first),)
-        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / LONGEST))
+        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / MAX_STEP_S))
         T = np.array([poses(offset * h) for offset in OFFSETS.tolist()]).reshape(-1, 3, 4)
-        second = self._solved(-SECOND @ self._missed(first, np.zeros_like(first), T, h) / h**2)
+        second = self._solve(-SECOND @ self._residuals(first, np.zeros_like(first), T, h) / h**2)
         if order == 2:
             return self._of_joints(first), self._of_joints(second)
-        third = self._solved(-THIRD @ self._missed(first, second, T, h) / h**3)
+        third = self._solve(-THIRD @ self._residuals(first, second, T, h) / h**3)
         return self._of_joints(first), self._of_joints(second), self._of_joints(third)
 
-    def _missed(self, first: Floats, second: Floats, T: Floats, h: float) -> Floats:
+    def _residuals(self, first: Floats, second: Floats, T: Floats, h: float) -> Floats:
         """(7, n + 3): F at the seven times, where the unknowns go on by these derivatives."""
         t, n = (h * OFFSETS)[:, None], len(self.q)
         x = np.concatenate((self.q, self.multipliers[0])) + t * first + 0.5 * t * t * second
-        return self.conditions.missed(self.conditions.terms(x[:, :n], T), x[:, n:])
+        return self.conditions.residual(self.conditions.terms(x[:, :n], T), x[:, n:])
 
     @cached_property
     def _table(self) -> Floats:
@@ -206,7 +206,7 @@ class Way:
             raise CannotFollow
         return table
 
-    def _solved(self, wanted: Floats) -> Floats:
+    def _solve(self, wanted: Floats) -> Floats:
         return np.asarray(np.linalg.solve(self._table, wanted))
 
     def _of_joints(self, x: Floats) -> Joints:
@@ -215,7 +215,7 @@ class Way:
 
 FIRST = 4  # joints: one turns the plane, three move in it
 PARALLEL = 0.01  # [rad] between axes that are parallel enough
-SHORTEST = 1e-3  # [m] a bar
+MIN_BAR_M = 1e-3  # [m] a bar
 ROLLS, DIRECTIONS = 24, 24  # angles of the last joint; directions of the hand on either side of the shoulder
 # of the way from one end of the directions to the other: dense near the ends, where the bars turn fast, and without
 # these, where they are stretched or folded and a search does not know which way to bend them
@@ -223,7 +223,7 @@ PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
 BEYOND = 0.02  # of the length of both bars: a place so little out of reach may be in reach between two entries
 OUTSIDE = 8.0  # [rad/rad] turn that outweighs an angle outside of its range
 WORSE = 0.5  # [rad] entries that miss so much more than the best one do not lead to a lesser turn
-MOST_STARTS = 16
+MAX_STARTS = 16
 ON_AXIS = 1e-6  # [m] of the tip from axis 1: joint 1 may stand anywhere
 
 
@@ -234,7 +234,9 @@ def is_planar(batch: SerialBatch) -> bool:
     points, ways = (np.array(rows) for rows in zip(*joint_axes(batch.model), strict=True))
     bars = np.cross(ways[1], np.diff(points[1:FIRST], axis=0))
     leaning = np.linalg.norm(np.cross(ways[1], np.stack((ways[0], *ways[2:FIRST]))), axis=1)
-    return bool(leaning[0] > 0.5 and (leaning[1:] < PARALLEL).all() and (np.linalg.norm(bars, axis=1) > SHORTEST).all())
+    return bool(
+        leaning[0] > 0.5 and (leaning[1:] < PARALLEL).all() and (np.linalg.norm(bars, axis=1) > MIN_BAR_M).all()
+    )
 
 
 class PlanarStarts:
@@ -287,7 +289,7 @@ class PlanarStarts:
         for i, angle in enumerate(angles, 1):
             joints[..., i] = angle
         joints[..., :FIRST] -= TURN * np.rint((joints[..., :FIRST] - self.middle[:FIRST]) / TURN)
-        missed = self._missed(q1, T, angles[0] + self.signs[0] * angles[1] + self.signs[1] * angles[2])
+        missed = self._residuals(q1, T, angles[0] + self.signs[0] * angles[1] + self.signs[1] * angles[2])
         outside = np.maximum(np.abs(joints - self.middle) - self.half, 0.0).sum(axis=-1)
         missed = np.where(reached, missed, np.inf)
         within = np.where(outside > 0.0, np.inf, missed)
@@ -295,7 +297,7 @@ class PlanarStarts:
         # where the bars just reach a place, all directions are one: its copies may not crowd out the others
         _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
         found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
-        order = np.argsort(size)[:MOST_STARTS]
+        order = np.argsort(size)[:MAX_STARTS]
         return np.asarray(found[order][size[order] < within.min() + WORSE])
 
     def _reach(self, model: RobotModel) -> Iterator[tuple[float, float, float]]:
@@ -318,8 +320,8 @@ class PlanarStarts:
         """Joints 2 to 4 (rolls, 2, 2, bends, directions) for places of the tip from the shoulder (rolls, 2), and by how
         much the bars are too short or too long to reach the wrist there [m].
         """
-        upper, fore, hand = np.abs(self.upper), np.abs(self.fore), np.maximum(np.abs(self.hand), SHORTEST)[..., None]
-        far = np.maximum(np.abs(place), SHORTEST)[..., None]
+        upper, fore, hand = np.abs(self.upper), np.abs(self.fore), np.maximum(np.abs(self.hand), MIN_BAR_M)[..., None]
+        far = np.maximum(np.abs(place), MIN_BAR_M)[..., None]
         first, last = (
             np.arccos(np.clip((far**2 + hand**2 - r**2) / (2.0 * far * hand), -1.0, 1.0)) for r in self.reach
         )
@@ -336,7 +338,7 @@ class PlanarStarts:
         q3 = self.signs[0] * (bent - np.angle(self.fore) + np.angle(self.upper))
         return (q2, q3, self.signs[1] * (directions - q2 - self.signs[0] * q3)), apart
 
-    def _missed(self, q1: Floats, T: Floats, direction: Floats) -> Floats:
+    def _residuals(self, q1: Floats, T: Floats, direction: Floats) -> Floats:
         """The turn that the hand misses [rad]: from the trace of a product of rotations, one about the normal."""
         back = rotation_about_batch(self.axis, q1.ravel())[:, :, :3].reshape(*q1.shape, 3, 3)
         rest = (self.hands @ T[:, :3].T)[:, None] @ back
