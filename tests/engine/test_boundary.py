@@ -29,9 +29,9 @@ from vrs_cli.kinematics.transform import (
     from_oat,
     inverse,
     position,
-    subtracted,
     translation,
     unit,
+    vector_difference,
 )
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
 from vrs_cli.values.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
@@ -111,7 +111,7 @@ def past_the_fold(profile: str, off: float) -> Engine:
     folded = (0.3, -1.0, pi, -0.7, 1.2, 0.4)
     touch, (_, shoulder, _, elbow, *_) = arm.forward(folded), arm.frames(folded)
     across = shoulder.ax, shoulder.ay, shoulder.az  # of the plane that the bars fold in
-    bar = unit(subtracted(position(elbow), position(shoulder)))
+    bar = unit(vector_difference(position(elbow), position(shoulder)))
     way = unit(cross(across, bar))
     begin, end = (along(along(position(touch), bar, off), way, part) for part in (-0.05, 0.05))
     start = arm.select(at_position(touch, *begin), folded, Configuration(elbow=Elbow.BELOW))
@@ -146,7 +146,7 @@ def test_a_line_out_of_a_stretched_elbow_is_refused(robot: str, stretched: tuple
     engine = Engine(load_robot(robot), start=stretched)
     engine.perform(SetParameter("PROFILE", profile))
     shoulder, *_, flange = (position(T) for T in engine.arm.frames(stretched)[robot == "ur5e" :])
-    x, y, z = (0.1 * 1e3 * part for part in unit(subtracted(shoulder, flange)))
+    x, y, z = (0.1 * 1e3 * part for part in unit(vector_difference(shoulder, flange)))
     with pytest.raises(StraightLineSingular, match="elbow"):
         engine.perform(by(engine, x, y, z))
 

@@ -208,7 +208,7 @@ def moved(profile: str, seed: int, *, robot: str = "puma560", lines: bool) -> Se
         if random.random() < 0.3:
             session.perform("BREAK")
         joints = (random.uniform(0.7 * low, 0.7 * high) for low, high in zip(model.lower, model.upper, strict=True))
-        place = ", ".join(map(str, model.units.shown(tuple(joints))))
+        place = ", ".join(map(str, model.units.to_display(tuple(joints))))
         shift = ", ".join(str(random.uniform(-250.0, 250.0)) for _ in range(3))
         with suppress(VrsError):  # many lines lead out of reach
             line = lines and random.random() < 0.75

@@ -70,7 +70,7 @@ def beside(model: RobotModel, part: float) -> tuple[float, ...]:
 
 
 def ppoint(model: RobotModel, q: tuple[float, ...]) -> str:
-    return f"#PPOINT({', '.join(f'{x:.6f}' for x in model.units.shown(q))})"
+    return f"#PPOINT({', '.join(f'{x:.6f}' for x in model.units.to_display(q))})"
 
 
 def told(session: Session, text: str) -> str:
@@ -97,7 +97,9 @@ def test_precision_points_have_as_many_values_as_the_robot_has_joints(session: S
     q = beside(model, 0.02)
     session.perform("MOVE #middle")
     assert joints(session.engine) == pytest.approx(q, abs=1e-7)
-    assert told(session, "LISTL #middle").split()[-model.joint_count :] == [f"{x:.3f}" for x in model.units.shown(q)]
+    assert told(session, "LISTL #middle").split()[-model.joint_count :] == [
+        f"{x:.3f}" for x in model.units.to_display(q)
+    ]
     with pytest.raises(IllegalValue, match=rf"the robot has {model.joint_count} joints"):
         session.perform(f"MOVE #PPOINT({', '.join(['0'] * (model.joint_count + 1))})")
 
@@ -120,7 +122,9 @@ def test_where_shows_every_joint_in_its_unit(session: Session) -> None:
     model = session.engine.model
     lines = told(session, "WHERE").splitlines()
     assert lines[2].split() == [f"JT{i}" for i in range(1, model.joint_count + 1)]
-    assert [float(x) for x in lines[3].split()] == pytest.approx(model.units.shown(joints(session.engine)), abs=6e-4)
+    assert [float(x) for x in lines[3].split()] == pytest.approx(
+        model.units.to_display(joints(session.engine)), abs=6e-4
+    )
 
 
 def test_a_taught_place_is_reached_again_and_a_line_leaves_it(session: Session) -> None:
@@ -229,7 +233,7 @@ def test_the_trajectory_is_saved_read_and_exported(session: Session, tmp_path: P
     header, first, *_ = stream.getvalue().decode().splitlines()
     count = engine.model.joint_count
     assert header.split(",")[1 : count + 1] == [f"jt{i}" for i in range(1, count + 1)]
-    start = engine.model.units.shown(engine.position(0.0).joints)
+    start = engine.model.units.to_display(engine.position(0.0).joints)
     assert [float(x) for x in first.split(",")[1 : count + 1]] == pytest.approx(start, abs=1e-8)
 
 
@@ -278,7 +282,7 @@ def test_jog_says_where_a_joint_stops(session: Session) -> None:
         said = told(session, f"JOG {joint}, 1000")
         assert (
             said.rstrip()
-            == f"Joint {joint} stops at the end of its range, {model.said(joint, model.upper[joint - 1], 1)}"
+            == f"Joint {joint} stops at the end of its range, {model.joint_text(joint, model.upper[joint - 1], 1)}"
         )
 
 
@@ -294,7 +298,7 @@ def test_the_jog_panel_shows_each_joint_in_its_unit(session: Session) -> None:
 def test_why_tells_each_joint_in_its_unit(session: Session) -> None:
     model, count = session.engine.model, session.engine.model.joint_count
     said = told(session, "WHY #middle").splitlines()
-    assert said[1].split()[-count:] == [f"{x:.3f}" for x in model.units.shown(beside(model, 0.02))]
+    assert said[1].split()[-count:] == [f"{x:.3f}" for x in model.units.to_display(beside(model, 0.02))]
     beyond = (*model.lower[:-1], model.upper[-1] + model.units.one_read(count, 5.0))
     session.perform(f"POINT #beyond = {ppoint(model, beyond)}")
     assert f"JT{count} +5.0 {model.units.unit(count)}" in told(session, "WHY #beyond")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vrs_cli.kinematics.link_data import Box, Capsule, Cylinder, Slab
 from vrs_cli.kinematics.model import frame
-from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, subtracted, translation, unit
+from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, translation, unit, vector_difference
 
 Points = NDArray[np.float64]  # (N, 3) [m]
 Faces = NDArray[np.uint32]  # (M, 3)
@@ -160,7 +160,7 @@ def _slab(body: Slab) -> Mesh:
     bands = [  # each is round along its two outlines
         Mesh(np.concatenate([low, high]), _band(0, len(low), len(low), len(high))) for low, high in pairwise(outlines)
     ]
-    x = unit(subtracted(body.end, body.start))
+    x = unit(vector_difference(body.end, body.start))
     z = unit(along(body.across, x, -dot(body.across, x)))  # as near to `across` as can be
     return moved(joined([_lid(outlines[0][::-1]), *bands, _lid(outlines[-1])]), frame(x, z, body.start))
 
@@ -181,10 +181,10 @@ def _outline(body: Slab, length: float, inset: float, side: int, lower: float) -
 
 
 def _length(start: Vector, end: Vector) -> float:
-    return hypot(*subtracted(end, start))
+    return hypot(*vector_difference(end, start))
 
 
 def _upright(start: Vector, end: Vector) -> Transform:
     """z from start to end."""
-    z = unit(subtracted(end, start))
+    z = unit(vector_difference(end, start))
     return frame(any_normal(z), z, start)

@@ -68,7 +68,7 @@ def test_largest_change() -> None:
 def test_turns_are_shown_in_degrees_and_slides_in_millimetres_and_read_back() -> None:
     units = JointUnits((JointKind.REVOLUTE, JointKind.PRISMATIC))
     q, shown = (0.5 * pi, 0.25, -pi), (90.0, 250.0, -180.0)
-    assert units.shown(q[:2]) == shown[:2]
+    assert units.to_display(q[:2]) == shown[:2]
     assert units.read(shown[:2]) == q[:2]
     for joint, (x, number, unit) in enumerate(zip(q, shown, ("deg", "mm", "deg"), strict=True), 1):
         assert units.one_shown(joint, x) == number
@@ -76,5 +76,5 @@ def test_turns_are_shown_in_degrees_and_slides_in_millimetres_and_read_back() ->
         assert units.unit(joint) == unit
         assert units.slides(joint) == (unit == "mm")
     assert not units.slides(0)
-    assert units.told(2) == {"joint_units": ["deg", "mm"]}
-    assert units.told(1) == {}
+    assert units.json_units(2) == {"joint_units": ["deg", "mm"]}
+    assert units.json_units(1) == {}

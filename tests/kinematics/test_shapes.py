@@ -21,7 +21,7 @@ from vrs_cli.kinematics.link_data import (
     MeshFile,
     Opening,
     Slab,
-    opened,
+    opening_motion,
     rgb,
 )
 from vrs_cli.kinematics.model_data import from_dict, to_dict
@@ -71,11 +71,11 @@ def test_what_tables_say(tmp_path: Path) -> None:
 
 def test_a_part_that_turns_goes_about_its_point() -> None:
     quarter = Opening(turn=(0.0, 0.0, pi / 2), point=(0.01, 0.0, 0.0))
-    assert position(opened((quarter,), 1.0)) == pytest.approx((0.01, -0.01, 0.0))
-    assert position(opened((Opening((0.0, 0.0, 0.3)), quarter), 0.5)) == pytest.approx(
+    assert position(opening_motion((quarter,), 1.0)) == pytest.approx((0.01, -0.01, 0.0))
+    assert position(opening_motion((Opening((0.0, 0.0, 0.3)), quarter), 0.5)) == pytest.approx(
         (0.01 - 0.01 * cos(pi / 4), -0.01 * sin(pi / 4), 0.15)
     )
-    assert opened((), 1.0) == IDENTITY
+    assert opening_motion((), 1.0) == IDENTITY
 
 
 def test_the_way_out_and_back(tmp_path: Path) -> None:

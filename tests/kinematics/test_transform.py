@@ -20,7 +20,7 @@ from vrs_cli.kinematics.transform import (
     distance,
     from_oat,
     inverse,
-    normalised,
+    orthonormal_frame,
     position,
     rotate,
     rotation_about,
@@ -48,7 +48,7 @@ def test_transformations_are_a_group(a: Transform, b: Transform, c: Transform) -
     assert apart(compose(a, inverse(a)), IDENTITY) < 1e-14
     assert apart(compose(inverse(a), a), IDENTITY) < 1e-14
     assert compose(a, IDENTITY) == a == compose(IDENTITY, a)
-    assert apart(normalised(compose(a, b)), compose(a, b)) < 1e-14, "it is rigid"
+    assert apart(orthonormal_frame(compose(a, b)), compose(a, b)) < 1e-14, "it is rigid"
 
 
 @given(POSES)
@@ -133,15 +133,15 @@ def test_normalised_mends_a_worn_matrix() -> None:
     T = from_oat(0.1, 0.2, 0.3, 0.5, 0.6, 0.7)
     worn = Transform(*(x + 1e-4 * math.sin(i) for i, x in enumerate(T)))
     assert apart(compose(worn, inverse(worn)), IDENTITY) > 1e-5
-    mended = normalised(worn)
+    mended = orthonormal_frame(worn)
     assert apart(compose(mended, inverse(mended)), IDENTITY) < 1e-15
     assert apart(mended, T) < 3e-4
-    assert apart(normalised(T), T) < 1e-15
+    assert apart(orthonormal_frame(T), T) < 1e-15
 
 
 def test_what_is_no_rotation_is_refused() -> None:
     flat = Transform(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
     with pytest.raises(IllegalValue, match="parallel"):
-        normalised(flat)
+        orthonormal_frame(flat)
     with pytest.raises(IllegalValue, match="no direction"):
         rotation_about((0, 0, 0), 1.0)

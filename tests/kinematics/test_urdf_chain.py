@@ -9,7 +9,7 @@ import pytest
 
 from tests.kinematics.test_urdf import written
 from vrs_cli.errors import FileDamaged, NotAvailable
-from vrs_cli.kinematics.link_data import Box, opened
+from vrs_cli.kinematics.link_data import Box, opening_motion
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import Ends, load_robot
@@ -210,7 +210,7 @@ def place(model: RobotModel, index: int, q: tuple[float, ...], hand: float) -> V
     shape = model.shapes[index]
     assert isinstance(shape.body, Box)
     frame = link_frames(model, q)[shape.link]
-    return position(compose(frame, compose(opened(shape.opens, hand), shape.body.pose)))
+    return position(compose(frame, compose(opening_motion(shape.opens, hand), shape.body.pose)))
 
 
 def test_fingers_are_seen_where_their_joints_put_them(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ from vrs_cli.kinematics.transform import (
     compose,
     from_oat,
     inverse,
-    normalised,
+    orthonormal_frame,
     position,
     rotation_about,
     translation,
@@ -274,7 +274,7 @@ class Hand:
 def pulled(T: Transform, way: tuple[float, float, float], turn: tuple[float, float, float]) -> Transform:
     angle = hypot(*turn)
     R = at_position(T, 0.0, 0.0, 0.0)
-    R = normalised(compose(rotation_about(unit(turn), angle), R)) if angle else R
+    R = orthonormal_frame(compose(rotation_about(unit(turn), angle), R)) if angle else R
     return compose(translation(T.px + way[0], T.py + way[1], T.pz + way[2]), R)
 
 

@@ -30,8 +30,8 @@ from vrs_cli.kinematics.transform import (
     from_oat,
     position,
     rotation_x,
-    subtracted,
     translation,
+    vector_difference,
 )
 from vrs_cli.values.commands import Move, PoseTarget
 
@@ -85,7 +85,7 @@ def test_a_line_of_a_planar_arm_stays_in_its_plane(robot: str, plane: str) -> No
     model = replace(load_robot(robot), base=PLANES[plane])
     engine = Engine(model, start=tuple(x + 0.5 for x in model.poses["ready"]))
     here, there = engine.position().T_world_tool, compose(PLANES[plane], translation(0.02, 0.05, 0.0))
-    goal = at_position(here, *along(position(here), subtracted(position(there), position(PLANES[plane])), 1.0))
+    goal = at_position(here, *along(position(here), vector_difference(position(there), position(PLANES[plane])), 1.0))
     engine.perform(Move(PoseTarget(goal), straight=True))
     assert distance(engine.position(engine.end).T_world_tool, goal) < 1e-8
     check_lines(engine, list(engine.timeline))

@@ -194,10 +194,10 @@ def chosen_robot(options: argparse.Namespace, named: str | None = None) -> Robot
 
 def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
     """Say what was decided of a robot though its file does not say it; `fitted`: its task, too."""
-    from vrs_cli.kinematics.model_data import said
+    from vrs_cli.kinematics.model_data import task_notes
 
     notes = () if model.origin is None else model.origin.notes
-    for note in (*notes, *(said(model) if fitted and not model.names_task else ())):
+    for note in (*notes, *(task_notes(model) if fitted and not model.names_task else ())):
         tell(f"note: {note}")
 
 

@@ -198,8 +198,8 @@ def position_object(position: Position, units: JointUnits) -> dict[str, list[flo
     slides.
     """
     return {
-        "joints_deg": [tidy(number) for number in units.shown(position.joints)],
-        **units.told(len(position.joints)),
+        "joints_deg": [tidy(number) for number in units.to_display(position.joints)],
+        **units.json_units(len(position.joints)),
         **pose_object(position.T_world_tool),
     }
 

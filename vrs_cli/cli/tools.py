@@ -135,7 +135,7 @@ def _one(arm: RobotArm) -> Iterator[Block]:
     rates = (model.lower, model.upper, model.max_velocity, model.max_acceleration)
     poses = tuple(model.poses)
     columns = tuple(map(number_column, (*headings, *(pose.upper() for pose in poses))))
-    table = [model.units.shown(row) for row in (*rates, *model.poses.values())]
+    table = [model.units.to_display(row) for row in (*rates, *model.poses.values())]
     names = () if model.origin is None else tuple(map("{}, {}".format, model.origin.joints, model.origin.types))
     rows = tuple(
         (f"JT{i}", model.units.unit(i), *(f"{row[i - 1]:.2f}" for row in table), *names[i - 1 : i])

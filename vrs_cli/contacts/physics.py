@@ -19,7 +19,7 @@ import numpy as np
 from vrs_cli.contacts.solids import LinkSolids, Solid, SolidForm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.link_data import opened
+from vrs_cli.kinematics.link_data import opening_motion
 from vrs_cli.kinematics.model import RobotModel, link_pose
 from vrs_cli.kinematics.transform import (
     IDENTITY,
@@ -168,7 +168,7 @@ class Physics:
             return
         self._hand = hand
         for body, opens in self._fingers:
-            self._move(body, opened(opens, hand))
+            self._move(body, opening_motion(opens, hand))
 
     def fill(self, standing: Iterable[Standing], held: Standing | None = None) -> None:
         """Put parts into the slots, in place of the earlier ones. There are as many slots as solids."""
@@ -241,7 +241,8 @@ class Physics:
         link = self._links.index(body if body in self._links else int(m.body_parentid[body]))
         if opens:
             return Bounds(
-                link, around([Ball(position(compose(opened(opens, hand), pose)), radius) for hand in (0.0, 1.0)])
+                link,
+                around([Ball(position(compose(opening_motion(opens, hand), pose)), radius) for hand in (0.0, 1.0)]),
             )
         T = link_pose(self.model, link, 0.0) if link else IDENTITY
         round_ = m.geom_type[number] in (TYPES[SolidForm.CYLINDER], TYPES[SolidForm.CAPSULE], TYPES[SolidForm.BALL])

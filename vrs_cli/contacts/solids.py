@@ -31,10 +31,10 @@ from vrs_cli.kinematics.transform import (
     dot,
     length,
     moved_point,
-    scaled,
-    subtracted,
+    scaled_vector,
     translation,
     unit,
+    vector_difference,
 )
 from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
@@ -106,15 +106,15 @@ def solid_of(body: Body) -> Solid:
         case Box(size, pose):
             return _box(size, pose)
         case Capsule(start, end, (r, s)) if r == s:
-            if hypot(*subtracted(end, start)) < SHORT:
+            if hypot(*vector_difference(end, start)) < SHORT:
                 return Solid(SolidForm.BALL, (r, 0.0, 0.0), translation(*start))
             return _upright(SolidForm.CAPSULE, start, end, r)
         case Cylinder(start, end, (r, s)) if r == s:
             return _upright(SolidForm.CYLINDER, start, end, r)
         case Capsule(start, end, (r, s)):
-            return _hull(start, end, (*_cap(r, -1.0), *_cap(s, 1.0, hypot(*subtracted(end, start)))))
+            return _hull(start, end, (*_cap(r, -1.0), *_cap(s, 1.0, hypot(*vector_difference(end, start)))))
         case Cylinder(start, end, (r, s)):
-            return _hull(start, end, (*_circle(r, 0.0), *_circle(s, hypot(*subtracted(end, start)))))
+            return _hull(start, end, (*_circle(r, 0.0), *_circle(s, hypot(*vector_difference(end, start)))))
         case Slab():
             return Solid(SolidForm.HULL, points=tuple(_slab(body)))
         case MeshFile(path, pose, scale):
@@ -124,12 +124,15 @@ def solid_of(body: Body) -> Solid:
 
 
 def _box(size: Vector, pose: Transform = IDENTITY) -> Solid:
-    x, y, z = scaled(size, 0.5)
+    x, y, z = scaled_vector(size, 0.5)
     return Solid(SolidForm.HULL, pose=pose, points=tuple(product((-x, x), (-y, y), (-z, z))))
 
 
 def _upright(form: SolidForm, start: Vector, end: Vector, radius: float) -> Solid:
-    middle, way = scaled((start[0] + end[0], start[1] + end[1], start[2] + end[2]), 0.5), subtracted(end, start)
+    middle, way = (
+        scaled_vector((start[0] + end[0], start[1] + end[1], start[2] + end[2]), 0.5),
+        vector_difference(end, start),
+    )
     return Solid(form, (radius, 0.5 * hypot(*way), 0.0), _along_z(middle, way))
 
 
@@ -141,7 +144,7 @@ def _along_z(place: Vector, way: Vector) -> Transform:
 
 def _hull(start: Vector, end: Vector, points: Sequence[Vector]) -> Solid:
     """Return the hull of points that are given in a frame at `start` with z towards `end`."""
-    T = _along_z(start, subtracted(end, start))
+    T = _along_z(start, vector_difference(end, start))
     return Solid(SolidForm.HULL, points=tuple(moved_point(T, point) for point in points))
 
 
@@ -162,7 +165,7 @@ def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[Vector]:
 
 def _slab(body: Slab) -> Iterator[Vector]:
     """Yield the corners of the hull of two discs, as the page draws a slab without its bevels."""
-    way, (r1, r2), (t1, t2) = subtracted(body.end, body.start), body.radii, body.thickness
+    way, (r1, r2), (t1, t2) = vector_difference(body.end, body.start), body.radii, body.thickness
     far, x = length(way), unit(way)
     z = unit(along(body.across, x, -dot(body.across, x)))
     T, edge = frame(x, z, body.start), acos((r1 - r2) / far)  # where the straight edges touch the discs

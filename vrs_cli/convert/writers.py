@@ -32,7 +32,7 @@ from vrs_cli.errors import UsageError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Arm, Elbow, Joints, Wrist
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle, scaled, to_oat, unit_quaternion
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle, scaled_vector, to_oat, unit_quaternion
 from vrs_cli.kinematics.transform import position as tip
 from vrs_cli.language.run.operations import trans
 from vrs_cli.values.commands import (
@@ -80,7 +80,7 @@ def numbers(values: Sequence[float], decimals: int = 4) -> str:
 
 def mm(T: Transform) -> Vector:
     """Return the place of a pose in millimetres."""
-    return scaled(tip(T), 1000.0)
+    return scaled_vector(tip(T), 1000.0)
 
 
 class StepWriter:
@@ -250,7 +250,7 @@ class StepWriter:
 
     def shown(self, joints: Joints) -> list[str]:
         """Return joints in degrees (mm where one slides)."""
-        return [number(value, 6) for value in self.units.shown(joints)]
+        return [number(value, 6) for value in self.units.to_display(joints)]
 
     def heading(self) -> list[str]:
         model = self.arm.model
@@ -316,7 +316,7 @@ class URScriptWriter(StepWriter):
 
     def frame(self, T: Transform) -> str:
         axis, angle = axis_angle(T)
-        return f"p[{numbers((*tip(T), *scaled(axis, angle)), 9)}]"
+        return f"p[{numbers((*tip(T), *scaled_vector(axis, angle)), 9)}]"
 
 
 # --- KRL --------------------------------------------------------------------------------------------------------------
@@ -466,13 +466,13 @@ def pose(T: Transform) -> str:
 
 
 def jointtarget(arm: RobotArm, joints: Joints) -> str:
-    shown = [number(q, 6) for q in arm.model.units.shown(joints)]
+    shown = [number(q, 6) for q in arm.model.units.to_display(joints)]
     return f"[[{', '.join([*shown[:6], *['0'] * (6 - len(shown))])}], {external(shown[6:])}]"
 
 
 def robtarget(arm: RobotArm, T: Transform, joints: Joints) -> str:
     """Return the robtarget of a pose that the arm reaches with these joints."""
-    shown = [number(q, 6) for q in arm.model.units.shown(joints)]
+    shown = [number(q, 6) for q in arm.model.units.to_display(joints)]
     return f"{pose(T)[:-1]}, [{', '.join(map(str, confdata(arm, joints)))}], {external(shown[6:])}]"
 
 

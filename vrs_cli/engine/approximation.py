@@ -16,7 +16,7 @@ from vrs_cli.engine.problem import joint_velocity, segment_joints
 from vrs_cli.errors import IllegalValue, PathWithoutJoints, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Vector, dot, inverse, moved_point, position, subtracted
+from vrs_cli.kinematics.transform import Vector, dot, inverse, moved_point, position, vector_difference
 from vrs_cli.trajectory.polynomial import Polynomial, value
 from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import Row
@@ -167,7 +167,7 @@ def _refine(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator[
 
 def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
     """Return the distance of a point from the straight line between a and b."""
-    along, there = subtracted(b, a), subtracted(p, a)
+    along, there = vector_difference(b, a), vector_difference(p, a)
     square = dot(along, along)
     part = min(max(dot(there, along) / square, 0.0), 1.0) if square > 0.0 else 0.0
     return dist(there, (part * along[0], part * along[1], part * along[2]))

@@ -182,7 +182,7 @@ class _Stretch:
         """Yield a breach for each row (of n joints) that is wrong, about its worst joint. `shift` 1: rows are seams."""
         for row in np.flatnonzero(wrong.any(axis=1)).tolist():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1
-            text = what.format(joint=joint, size=self.model.said(joint, float(size[row, joint - 1]), 4))
+            text = what.format(joint=joint, size=self.model.joint_text(joint, float(size[row, joint - 1]), 4))
             yield self._breach(row + shift, text)
 
     def _breach(self, row: int, what: str) -> Breach:
@@ -285,6 +285,6 @@ def _too_fast(arm: RobotArm, index: int, start: float, samples: Sequence[Sample]
     for sample in samples:
         for joint, (rate, most) in enumerate(zip(sample.velocity, arm.model.max_velocity, strict=True), 1):
             if abs(rate) > most * (1.0 + EXCESS):
-                fast = f"joint {joint} moves with {arm.model.said(joint, abs(rate), 4)}/s, faster than it can"
+                fast = f"joint {joint} moves with {arm.model.joint_text(joint, abs(rate), 4)}/s, faster than it can"
                 yield Breach(index, f"{fast}, {start + sample.s:.3f} s")
                 return

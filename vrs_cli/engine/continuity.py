@@ -153,7 +153,7 @@ def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[
     left = np.arange(len(gaps))
     arrays = _arrays(continuation, follower, gaps)
     for pieces in PIECES:
-        left = left[~continuation.proved(arrays.some(left), pieces)]
+        left = left[~continuation.prove(arrays.some(left), pieces)]
         if not len(left):
             break
     return [gaps[k] for k in left]
@@ -196,7 +196,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
     s, near = s[inside], np.array(path.seeds)[np.clip(number[inside], 0, last).astype(np.intp)]
     joints = followed.joints(s)
     guides = (np.array([guide.weights for guide in path.guides]), guide_values(path, s)) if path.guides else None
-    found = continuation.stepped(near, flange_poses(path, s, follower.tool), guides)
+    found = continuation.step(near, flange_poses(path, s, follower.tool), guides)
     before, after = (np.abs(q - joints).max(axis=1) for q in (near, found))
     return np.asarray(s[~(after <= NEARER * before + PROVED)])
 

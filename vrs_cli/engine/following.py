@@ -244,7 +244,7 @@ class Follower:
 
     def refuse_jump(self, path: CartesianPath, s: float, jumps: Sequence[float]) -> StraightLineSingular:
         joint = jumps.index(max(jumps)) + 1
-        far = self.arm.model.said(joint, max(jumps), 1)
+        far = self.arm.model.joint_text(joint, max(jumps), 1)
         return self.refuse(path, s, f"joint {joint} would have to jump by {far}", joint)
 
     def flange(self, pose: Transform) -> Transform:

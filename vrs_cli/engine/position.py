@@ -223,7 +223,9 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     tool = segment.motion.frames.tool
     poses = flange_poses(path, s, tool)
     if path.guides:
-        q = arm.batch.guided(poses, seeds, np.array([guide.weights for guide in path.guides]), guide_values(path, s))
+        q = arm.batch.solve_guided(
+            poses, seeds, np.array([guide.weights for guide in path.guides]), guide_values(path, s)
+        )
     else:
         q = arm.holding(tool).batch.inverse_branch(poses, path.configuration, seeds)
     for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many at once may end sooner than one alone

@@ -23,7 +23,17 @@ from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints, Twist
 from vrs_cli.kinematics.model import ArmTask
-from vrs_cli.kinematics.transform import Transform, Vector, added, compose, cross, dot, inverse, scaled, subtracted
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    compose,
+    cross,
+    dot,
+    inverse,
+    scaled_vector,
+    vector_difference,
+    vector_sum,
+)
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import value_and_rate
 from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Path, Segment
@@ -104,11 +114,11 @@ def joint_acceleration_and_jerk(
         return qdd, arm.joint_jerk(q, qd, qdd, change, T_flange_tool, third)
     turn = _free_turn(arm, path, s, q, qd)
     qdd = arm.joint_acceleration(q, qd, _asked_acceleration(turn, rate), T_flange_tool, second)
-    spin_rate = added(arm.twist(q, qdd)[3:], arm.acceleration_bias(q, qd)[3:])
-    extra_rate = dot(subtracted(spin_rate, rate[3:]), turn.axis)
-    again = added(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
-    more = added(scaled(again, turn.extra), scaled(turn.axis_rate, 2.0 * extra_rate))
-    return qdd, arm.joint_jerk(q, qd, qdd, (*change[:3], *added(change[3:], more)), T_flange_tool, third)
+    spin_rate = vector_sum(arm.twist(q, qdd)[3:], arm.acceleration_bias(q, qd)[3:])
+    extra_rate = dot(vector_difference(spin_rate, rate[3:]), turn.axis)
+    again = vector_sum(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
+    more = vector_sum(scaled_vector(again, turn.extra), scaled_vector(turn.axis_rate, 2.0 * extra_rate))
+    return qdd, arm.joint_jerk(q, qd, qdd, (*change[:3], *vector_sum(change[3:], more)), T_flange_tool, third)
 
 
 def _flange_poses(path: CartesianPath, s: float, T_flange_tool: Transform) -> Callable[[float], Transform]:
@@ -121,12 +131,12 @@ def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Join
     """Return how far the arm turns its flange beyond what the path asks."""
     flange, spin = arm.forward(q), path.twist(s)[3:]
     a = flange.ax, flange.ay, flange.az
-    return _FreeTurn(a, cross(spin, a), spin, dot(subtracted(arm.twist(q, qd)[3:], spin), a))
+    return _FreeTurn(a, cross(spin, a), spin, dot(vector_difference(arm.twist(q, qd)[3:], spin), a))
 
 
 def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
     """Add to the rate of a path's twist what a free turn adds to it."""
-    return (*rate[:3], *added(rate[3:], scaled(turn.axis_rate, turn.extra)))
+    return (*rate[:3], *vector_sum(rate[3:], scaled_vector(turn.axis_rate, turn.extra)))
 
 
 class Here(Struct, frozen=True):
@@ -156,7 +166,7 @@ class Here(Struct, frozen=True):
         if not self.joints.acceleration:
             return ToolState(pose, twist[:3], twist[3:])
         rates, bias = arm.twist(q, self.joints.acceleration, T_flange_tool), arm.acceleration_bias(q, qd, T_flange_tool)
-        return ToolState(pose, twist[:3], twist[3:], added(rates[:3], bias[:3]), added(rates[3:], bias[3:]))
+        return ToolState(pose, twist[:3], twist[3:], vector_sum(rates[:3], bias[:3]), vector_sum(rates[3:], bias[3:]))
 
 
 def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:

@@ -21,7 +21,6 @@ from vrs_cli.kinematics.joints import NONE, Configuration, Joints, joints_outsid
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
-    added,
     at_position,
     axis_angle,
     compose,
@@ -30,8 +29,9 @@ from vrs_cli.kinematics.transform import (
     length,
     position,
     rotation_about,
-    scaled,
-    subtracted,
+    scaled_vector,
+    vector_difference,
+    vector_sum,
 )
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
@@ -125,12 +125,15 @@ def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Tr
 
 def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
     """Yield poses half-way, beside a line, the nearest first."""
-    way = subtracted(position(end), position(begin))
+    way = vector_difference(position(end), position(begin))
     axis, angle = axis_angle(compose(inverse(begin), end))
-    half_turned, middle = compose(begin, rotation_about(axis, 0.5 * angle)), added(position(begin), scaled(way, 0.5))
+    half_turned, middle = (
+        compose(begin, rotation_about(axis, 0.5 * angle)),
+        vector_sum(position(begin), scaled_vector(way, 0.5)),
+    )
     for distance in SIDEWAYS:
         for direction in _across(way):
-            yield at_position(half_turned, *added(middle, scaled(direction, distance)))
+            yield at_position(half_turned, *vector_sum(middle, scaled_vector(direction, distance)))
 
 
 def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
@@ -157,11 +160,11 @@ def _across(way: Vector) -> Sequence[Vector]:
     if size < NO_WAY:
         across: Sequence[Vector] = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     else:
-        along = scaled(way, 1.0 / size)
+        along = scaled_vector(way, 1.0 / size)
         side = cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
-        side = scaled(side, 1.0 / length(side))
+        side = scaled_vector(side, 1.0 / length(side))
         across = cross(side, along), side
-    return [scaled(direction, sense) for direction in across for sense in (1.0, -1.0)]
+    return [scaled_vector(direction, sense) for direction in across for sense in (1.0, -1.0)]
 
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:

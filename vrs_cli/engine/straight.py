@@ -33,7 +33,7 @@ from vrs_cli.kinematics.transform import (
     inverse,
     position,
     rotation_about,
-    subtracted,
+    vector_difference,
 )
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import bisect_interval, value
@@ -280,11 +280,11 @@ class _Line:
     def _part_done(self, stretch: ToolStretch, s: float) -> float:
         """Return the part of the line that is done at an instant of a stretch."""
         begin = position(self.state.pose)
-        way = subtracted(position(self.goal), begin)
+        way = vector_difference(position(self.goal), begin)
         square = dot(way, way)
         if square > NO_WAY * NO_WAY:
             x, y, z = (value(a, s) for a in stretch.position)
-            return dot(subtracted((x, y, z), begin), way) / square
+            return dot(vector_difference((x, y, z), begin), way) / square
         _, angle = axis_angle(compose(inverse(self.state.pose), self.goal))
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 

@@ -118,7 +118,7 @@ def write_json(
     `measured_deg`, null where the measured robot is unknown.
     """
     n = arm.model.joint_count
-    units = arm.model.units.told(n)
+    units = arm.model.units.json_units(n)
     before = "[\n  "
     for times in sample_times(timeline, rate):
         places = position.places_at(arm, timeline, times)

@@ -188,7 +188,7 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
     outside = (goals < np.array(arm.model.lower) - PLACE) | (goals > np.array(arm.model.upper) + PLACE)
     for row in np.flatnonzero(outside.any(axis=1)).tolist():
         joint = int(outside[row].argmax()) + 1
-        said = arm.model.said(joint, float(goals[row, joint - 1]))
+        said = arm.model.joint_text(joint, float(goals[row, joint - 1]))
         yield Fault(told[row][0], f"the goal of joint {joint}, {said}, is beyond its range")
     yield from in_lines(breaches(arm, timeline), timeline, deltas, lines)
 

@@ -189,7 +189,7 @@ class Pursuit:
         """The joints of a pose in the present configuration; None where it is not in reach so."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
-        for way in (have, have.flipped) if have.wrist is not None and straight < PASSING else (have,):
+        for way in (have, have.other_wrist) if have.wrist is not None and straight < PASSING else (have,):
             q = arm.inverse_branch(wish, way, goal)
             if q is not None and (way is have or straight + arm.singularity(q).wrist < PASSING):
                 inside = self.range.put(q)

@@ -17,7 +17,16 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import UsageError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
-from vrs_cli.kinematics.transform import Transform, along, angle_between, compose, distance, dot, position, subtracted
+from vrs_cli.kinematics.transform import (
+    Transform,
+    along,
+    angle_between,
+    compose,
+    distance,
+    dot,
+    position,
+    vector_difference,
+)
 from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
@@ -134,7 +143,7 @@ def _miss(a: Transform, b: Transform, tolerance: Tolerance) -> float:
 def _as_written(arm: RobotArm, q: Joints) -> Joints:
     """Round joints to the decimals of a program, inside the ranges."""
     units, model = arm.model.units, arm.model
-    rounded = units.read(tuple(round(x, DECIMALS) for x in units.shown(q)))
+    rounded = units.read(tuple(round(x, DECIMALS) for x in units.to_display(q)))
     return put_inside(rounded, model.lower, model.upper)
 
 
@@ -142,7 +151,7 @@ def _lines(arm: RobotArm, name: str, joints: Sequence[Joints], rounding: float) 
     yield f".PROGRAM {name}"
     yield f"PARAMETER ROUNDING = {plain(round(1000.0 * rounding, 3))}"
     for q in joints:
-        yield f"MOVE #PPOINT({', '.join(plain(round(x, DECIMALS)) for x in arm.model.units.shown(q))})"
+        yield f"MOVE #PPOINT({', '.join(plain(round(x, DECIMALS)) for x in arm.model.units.to_display(q))})"
     yield "BREAK"
     yield "PARAMETER ROUNDING = DECEL"
     yield ".END"
@@ -186,9 +195,9 @@ def _unlike(a: Transform, b: Transform, weight: float) -> float:
 
 def _beside(pose: Transform, a: Transform, b: Transform, tolerance: Tolerance) -> float:
     """Return how far a pose is from the straight way between two, in parts of the tolerance."""
-    way = subtracted(position(b), position(a))
+    way = vector_difference(position(b), position(a))
     square = dot(way, way)
-    part = dot(subtracted(position(pose), position(a)), way) / square if square else 0.0
+    part = dot(vector_difference(position(pose), position(a)), way) / square if square else 0.0
     away = dist(position(pose), along(position(a), way, min(max(part, 0.0), 1.0)))
     turned = min(angle_between(pose, a), angle_between(pose, b)) - 0.5 * angle_between(a, b)
     return max(away / tolerance.away, turned / tolerance.turned)

@@ -94,10 +94,10 @@ class LineProof(Protocol):
 
     sure: float
 
-    def proved(self, gaps: Any, pieces: int) -> Flags:
+    def prove(self, gaps: Any, pieces: int) -> Flags:
         """Return for each of k gaps between samples whether it is proved (k,), each looked at in so many pieces."""
 
-    def stepped(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
+    def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
         """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
 
 
@@ -202,7 +202,7 @@ class RobotArm:
         raise NotImplementedError
 
     redundancy = 0  # joints more than a task takes: a straight line needs as many guides
-    held: tuple[int, ...] = ()  # such joints, by index, that stand still where nothing guides them
+    still_joints: tuple[int, ...] = ()  # such joints, by index, that stand still where nothing guides them
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
         """Of an arm with redundancy: the joints next to `near` that meet demands too, whatever their limits."""

@@ -34,7 +34,7 @@ class JointUnits:
 
     kinds: tuple[JointKind, ...] = ()
 
-    def shown(self, q: Iterable[float]) -> tuple[float, ...]:
+    def to_display(self, q: Iterable[float]) -> tuple[float, ...]:
         """[rad, m] -> [deg, mm]."""
         return tuple([self.one_shown(i, x) for i, x in enumerate(q, 1)])
 
@@ -58,7 +58,7 @@ class JointUnits:
         """The unit of a joint, counted from 1."""
         return "mm" if self.slides(joint) else "deg"
 
-    def told(self, count: int) -> dict[str, list[str]]:
+    def json_units(self, count: int) -> dict[str, list[str]]:
         """What a position in JSON says of its joints: `joint_units`, where one slides."""
         units = [self.unit(joint) for joint in range(1, count + 1)]
         return {"joint_units": units} if "mm" in units else {}
@@ -243,7 +243,7 @@ class Configuration:
         return self.arm, self.elbow, self.wrist
 
     @property
-    def flipped(self) -> Configuration:
+    def other_wrist(self) -> Configuration:
         """The same with the other wrist."""
         return Configuration(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
 

@@ -23,9 +23,9 @@ from vrs_cli.kinematics.transform import (
     cross,
     length,
     rotation_about,
-    scaled,
-    subtracted,
+    scaled_vector,
     translation,
+    vector_difference,
 )
 
 MAX_SHAPES = 1000  # of a robot
@@ -87,10 +87,10 @@ class Opening(NamedTuple):
         """The motion so far, of a hand that is open (1), closed (0) or between."""
         x, y, z = self.turn
         if not any(self.turn):
-            return translation(*scaled(self.slide, hand))
+            return translation(*scaled_vector(self.slide, hand))
         turned = rotation_about(self.turn, hand * hypot(x, y, z))
-        about = compose(compose(translation(*self.point), turned), translation(*scaled(self.point, -1.0)))
-        return compose(translation(*scaled(self.slide, hand)), about)
+        about = compose(compose(translation(*self.point), turned), translation(*scaled_vector(self.point, -1.0)))
+        return compose(translation(*scaled_vector(self.slide, hand)), about)
 
 
 class LinkShape(NamedTuple):
@@ -106,7 +106,7 @@ class LinkShape(NamedTuple):
     opens: tuple[Opening, ...] = ()
 
 
-def opened(openings: Iterable[Opening], hand: float) -> Transform:
+def opening_motion(openings: Iterable[Opening], hand: float) -> Transform:
     """How far a part of a hand has moved that is open (1), closed (0) or between, in the frame of its link."""
     return reduce(compose, (opening.at(hand) for opening in openings), IDENTITY)
 
@@ -255,7 +255,7 @@ class ShapeReader(DataReader):
             return Cylinder(start, end, radii)
         across = self.three(table["across"], f"{key}: across", PLAIN)
         thickness = self.pair(table["thickness"], f"{key}: thickness")
-        if length(cross(across, subtracted(end, start))) < TINY * dist(start, end):
+        if length(cross(across, vector_difference(end, start))) < TINY * dist(start, end):
             raise self.wrong(f"{key}: across", "does not lead across", "give the direction of its thickness")
         if dist(start, end) <= abs(radii[0] - radii[1]) + TINY:
             raise self.wrong(key, "one of its two discs holds the other", "give a cylinder")

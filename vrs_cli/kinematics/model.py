@@ -29,8 +29,8 @@ from vrs_cli.kinematics.transform import (
     dot,
     inverse,
     position,
-    subtracted,
     unit,
+    vector_difference,
 )
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def chain_of(
     links, signs = [], [1.0]
     for step, axis, kind in zip(steps, axes[1:], kinds, strict=False):
         theta = atan2(dot(cross(x, step.x), z), dot(x, step.x))
-        links.append(Link(step.a, dot(subtracted(step.foot, origin), z), step.alpha, theta, kind))
+        links.append(Link(step.a, dot(vector_difference(step.foot, origin), z), step.alpha, theta, kind))
         signs.append(1.0 if dot(step.z, axis.direction) > 0.0 else -1.0)
         x, z, origin = step.x, step.z, step.origin
     links.append(Link(0.0, 0.0, 0.0, 0.0, kinds[-1]))
@@ -156,12 +156,17 @@ def _next(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: fl
     found = atan2(sine, cosine)
     if alpha is not None and abs(found - alpha) > EXACT:
         return None
-    between = subtracted(axis.point, origin)  # feet of the common normal, by Cramer's rule
+    between = vector_difference(axis.point, origin)  # feet of the common normal, by Cramer's rule
     p, q = dot(between, z), dot(between, axis.direction)
     foot = along(origin, z, (p - cosine * q) / (sine * sine))
     onto = along(axis.point, axis.direction, (cosine * p - q) / (sine * sine))
     return _Step(
-        normal, axis.direction, onto, foot, found if alpha is None else alpha, dot(subtracted(onto, foot), normal)
+        normal,
+        axis.direction,
+        onto,
+        foot,
+        found if alpha is None else alpha,
+        dot(vector_difference(onto, foot), normal),
     )
 
 
@@ -172,7 +177,7 @@ def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha
     same = dot(z, direction) > 0.0
     if alpha is not None and same != (cos(alpha) > 0.0):
         direction, same = (-direction[0], -direction[1], -direction[2]), not same
-    between = subtracted(axis.point, origin)
+    between = vector_difference(axis.point, origin)
     across = along(between, z, -dot(between, z))
     a = hypot(*across)
     normal = (x or any_normal(z)) if a < EXACT else (across[0] / a, across[1] / a, across[2] / a)
@@ -314,18 +319,18 @@ class RobotModel:
         """How people see the joints: degrees and millimetres."""
         return JointUnits(tuple(link.kind for link in self.links))
 
-    def said(self, joint: int, x: float, decimals: int = 2) -> str:
+    def joint_text(self, joint: int, x: float, decimals: int = 2) -> str:
         """A value of a joint, counted from 1, for a message."""
         return f"{self.units.one_shown(joint, x):z.{decimals}f} {self.units.unit(joint)}"
 
     def range_of(self, joint: int, decimals: int = 2) -> str:
         """The range of a joint, counted from 1, for a message."""
         low = self.units.one_shown(joint, self.lower[joint - 1])
-        return f"{low:z.{decimals}f} to {self.said(joint, self.upper[joint - 1], decimals)}"
+        return f"{low:z.{decimals}f} to {self.joint_text(joint, self.upper[joint - 1], decimals)}"
 
     def refuse_joint(self, joint: int, x: float, hint: str = "") -> JointOutOfRange:
         """The refusal of a joint, counted from 1, that would stand at x [rad or m]."""
-        detail = f"would be {self.said(joint, x)}, its range is {self.range_of(joint)}"
+        detail = f"would be {self.joint_text(joint, x)}, its range is {self.range_of(joint)}"
         lower, upper = self.lower[joint - 1], self.upper[joint - 1]
         return JointOutOfRange(detail, hint, joint=joint, value=x, lower=lower, upper=upper)
 
@@ -390,7 +395,7 @@ def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
     at, far, found = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0, list[float]()
     rows = zip(joint_axes(model), model.links, model.lower, model.upper, strict=True)
     for axis, link, low, high in reversed(list(rows)):
-        foot = along(axis.point, axis.direction, dot(subtracted(at, axis.point), axis.direction))
+        foot = along(axis.point, axis.direction, dot(vector_difference(at, axis.point), axis.direction))
         far += dist(foot, at) + (max(abs(low), abs(high)) if link.kind is JointKind.PRISMATIC else 0.0)
         found.append(far)
         at = foot

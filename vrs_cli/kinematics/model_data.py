@@ -80,7 +80,7 @@ def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
     return None
 
 
-def said(model: RobotModel) -> tuple[str, ...]:
+def task_notes(model: RobotModel) -> tuple[str, ...]:
     """Return what is told of a task that nobody named, of an arm that cannot do all."""
     if not FEWEST <= model.joint_count < ALL_PARTS or model.task not in SAID:
         return ()

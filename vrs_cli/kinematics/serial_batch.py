@@ -86,7 +86,7 @@ class SerialBatch:
         found = fill_rows(len(q), 12 + 6 * self.joints, entries)
         return found[:, :12].reshape(-1, 3, 4), found[:, 12:].reshape(-1, 6, self.joints)
 
-    def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
+    def solve_guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
         """`guided_joints` by rows: weights (r, n) of r guides and their values (N, r)."""
         raise NotImplementedError
 

@@ -160,7 +160,7 @@ def turned_about(T: Transform, axis: Vector) -> Callable[[float], Transform]:
     xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
     nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
 
-    def turned(angle: float) -> Transform:
+    def turn(angle: float) -> Transform:
         s, half = sin(angle), sin(0.5 * angle)
         versine = 2.0 * half * half
         c = 1.0 - versine
@@ -186,7 +186,7 @@ def turned_about(T: Transform, axis: Vector) -> Callable[[float], Transform]:
             ),
         )
 
-    return turned
+    return turn
 
 
 def distance(a: Transform, b: Transform) -> float:
@@ -293,7 +293,7 @@ def angle_between(a: Transform, b: Transform) -> float:
 # --- rigidity --------------------------------------------------------------------------------------------
 
 
-def normalised(T: Transform) -> Transform:
+def orthonormal_frame(T: Transform) -> Transform:
     """The nearest right-handed frame that keeps the approach axis, then the y axis; V+ writes NORMAL.
 
     Raises IllegalValue where two axes are parallel or one has no length.
@@ -314,15 +314,15 @@ def _unit(v: Vector) -> Vector:
 # --- vectors -------------------------------------------------------------------------------------------------
 
 
-def added(a: Vector, b: Vector) -> Vector:
+def vector_sum(a: Vector, b: Vector) -> Vector:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-def subtracted(a: Vector, b: Vector) -> Vector:
+def vector_difference(a: Vector, b: Vector) -> Vector:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-def scaled(a: Vector, factor: float) -> Vector:
+def scaled_vector(a: Vector, factor: float) -> Vector:
     return (a[0] * factor, a[1] * factor, a[2] * factor)
 
 

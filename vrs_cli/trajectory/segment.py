@@ -21,13 +21,13 @@ from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Demands, J
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
-    added,
     compose,
     cross,
     rotate,
     rotation_about,
-    scaled,
+    scaled_vector,
     turned_about,
+    vector_sum,
 )
 from vrs_cli.trajectory.polynomial import (
     Polynomial,
@@ -237,7 +237,7 @@ class CartesianPath(NamedTuple):
             alpha = self._spin_rates(s)[0]
         elif self.turns:  # of one turn, as most paths have, it is along its axis
             ((axis, angle),) = self.turns
-            alpha = added(STILL, scaled(rotate(self.orientation, axis), second_derivative(angle, s)))
+            alpha = vector_sum(STILL, scaled_vector(rotate(self.orientation, axis), second_derivative(angle, s)))
         x, y, z = self.position
         return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha)
 
@@ -262,11 +262,13 @@ class CartesianPath(NamedTuple):
                 R = compose(R, rotation_about(before.axis, value(before.angle, s)))
             k, rate, second = rotate(R, axis), value_and_rate(angle, s)[1], second_derivative(angle, s)
             carried = cross(w, k)
-            again = added(cross(alpha, k), cross(w, carried))
-            beta = added(added(beta, scaled(k, third_derivative(angle, s))), scaled(carried, 2.0 * second))
-            beta = added(beta, scaled(again, rate))
-            alpha = added(added(alpha, scaled(k, second)), scaled(carried, rate))
-            w = added(w, scaled(k, rate))
+            again = vector_sum(cross(alpha, k), cross(w, carried))
+            beta = vector_sum(
+                vector_sum(beta, scaled_vector(k, third_derivative(angle, s))), scaled_vector(carried, 2.0 * second)
+            )
+            beta = vector_sum(beta, scaled_vector(again, rate))
+            alpha = vector_sum(vector_sum(alpha, scaled_vector(k, second)), scaled_vector(carried, rate))
+            w = vector_sum(w, scaled_vector(k, rate))
             before = Turn(axis, angle)
         return alpha, beta
 
@@ -304,7 +306,7 @@ def _orientations(R: Transform, turns: tuple[Turn, ...]) -> Callable[[float], tu
         now, w = turned(phi), (kx * rate, ky * rate, kz * rate)
         for another, polynomial in later:
             phi, rate = value_and_rate(polynomial, s)
-            w = added(w, scaled(rotate(now, another), rate))
+            w = vector_sum(w, scaled_vector(rotate(now, another), rate))
             now = compose(now, rotation_about(another, phi))
         return now, w
 

@@ -165,7 +165,7 @@ def _standing(it: Evidence) -> Likely | None:
     if stands.sum() == moving.sum() > 1:
         return DivergenceCause.STOPPED, "all joints stand still, and the timeline moves"
     if len(joints) == 1:
-        here = it.arm.model.said(joints[0], float(it.measured[-1, joints[0] - 1]), 1)
+        here = it.arm.model.joint_text(joints[0], float(it.measured[-1, joints[0] - 1]), 1)
         return DivergenceCause.BLOCKED, f"joint {joints[0]} stands still at {here}, and the others move"
     return DivergenceCause.BLOCKED, f"joints {', '.join(map(str, joints))} stand still, and the others move"
 

@@ -27,7 +27,7 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.link_data import Body, Box, Capsule, Cylinder, LinkMasses, MassReader, MeshFile, Slab
 from vrs_cli.kinematics.model import RobotModel, frame, link_pose
 from vrs_cli.kinematics.robot_file import ROBOTS
-from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, subtracted, unit
+from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, unit, vector_difference
 
 GRAVITY: Vector = (0.0, 0.0, -9.81)  # [m/s2]
 PARAMETERS = 10  # inertial parameters of a link
@@ -330,9 +330,9 @@ def point_masses(body: Body) -> PointMasses:
                 pose, _slices((-0.5 * size[2], 0.5 * size[2]), lambda z: _rectangle(z, size[0], size[1]))
             )
         case Cylinder(start, end, (r, s)):
-            far = hypot(*subtracted(end, start))
+            far = hypot(*vector_difference(end, start))
             slices = _slices((0.0, far), lambda z: _disc(z, r + (s - r) * z / far))
-            return _move_points(_along_z(start, subtracted(end, start)), slices)
+            return _move_points(_along_z(start, vector_difference(end, start)), slices)
         case Capsule(start, end, radii):
             return _capsule(start, end, radii)
         case Slab():
@@ -345,12 +345,12 @@ def point_masses(body: Body) -> PointMasses:
 
 def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMasses:
     """The hull of two balls: a cap of each, and a cone between the circles in which it touches them."""
-    (r, s), far = radii, hypot(*subtracted(end, start))
+    (r, s), far = radii, hypot(*vector_difference(end, start))
     if far <= abs(r - s):  # one ball holds the other
         centre, r, s, far = (start, r, r, 0.0) if r >= s else (end, s, s, 0.0)
         T = _along_z(centre, (0.0, 0.0, 1.0))
     else:
-        T = _along_z(start, subtracted(end, start))
+        T = _along_z(start, vector_difference(end, start))
     lean = asin((r - s) / far) if far else 0.0
     low, high = r * np.sin(lean), far + s * np.sin(lean)  # heights of the two circles
     r_low, r_high = r * np.cos(lean), s * np.cos(lean)
@@ -368,7 +368,7 @@ def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMas
 
 def _slab(body: Slab) -> PointMasses:
     """The hull of two discs: rectangles across it, of a thickness that tapers."""
-    way, (r1, r2), (t1, t2) = subtracted(body.end, body.start), body.radii, body.thickness
+    way, (r1, r2), (t1, t2) = vector_difference(body.end, body.start), body.radii, body.thickness
     far, x = hypot(*way), unit(way)
     z = unit(along(body.across, x, -dot(body.across, x)))
     lean = asin((r1 - r2) / far)

@@ -37,7 +37,8 @@ class Hold(Struct, frozen=True, omit_defaults=True):
         match self.limit:
             case Limit.JOINT:
                 ends = model.lower if self.end == "lower" else model.upper
-                return f"JT{self.joint} is at its {self.end} limit, {model.said(self.joint, ends[self.joint - 1], 1)}"
+                limit = model.joint_text(self.joint, ends[self.joint - 1], 1)
+                return f"JT{self.joint} is at its {self.end} limit, {limit}"
             case Limit.REACH:
                 return {"far": "out of reach: too far", "close": "out of reach: too close"}.get(
                     self.which, "out of reach"

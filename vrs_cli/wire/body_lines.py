@@ -57,7 +57,9 @@ def heading(joint_count: int) -> str:
 
 def setpoint_line(form: LineFormat, t: float, state: JointState, mode: BodyMode, units: JointUnits) -> str:
     """Write a set point as a line of text: joints and velocities of `state` [rad, m] at `t` [s]."""
-    joints, velocity = ([round(value, 9) + 0.0 for value in units.shown(row)] for row in (state.joints, state.velocity))
+    joints, velocity = (
+        [round(value, 9) + 0.0 for value in units.to_display(row)] for row in (state.joints, state.velocity)
+    )
     if form is LineFormat.JSON:
         return json.dumps({"t": round(t, 9), "joints": joints, "velocity": velocity, "mode": mode.value})
     return ",".join([f"{t:.9g}", *(f"{value:.9g}" for value in (*joints, *velocity)), mode.value])

@@ -212,7 +212,7 @@ class Form(msgspec.Struct, frozen=True):
         ways: dict[tuple[str | None, ...], Configuration] = {
             _words(configuration): configuration for configuration in arm.all_line_ways
         }
-        return cls(arm.model.joint_count, ways, arm.redundancy, arm.held)
+        return cls(arm.model.joint_count, ways, arm.redundancy, arm.still_joints)
 
 
 class RecordError(ValueError):

@@ -16,7 +16,16 @@ from vrs_cli.engine.problem import segment_joints
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import levers
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, length, moved_point, subtracted
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    compose,
+    inverse,
+    length,
+    moved_point,
+    vector_difference,
+)
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.values.commands import Frames
@@ -76,7 +85,7 @@ def _from_box(size: Vector) -> Callable[[Vector], float]:
 def _from_rod(end: Vector, rod: Solid) -> Callable[[Vector], float]:
     """Return the distance of a point from a cylinder with round ends. `end`: one end of its axis."""
     mx, my, mz = rod.middle
-    ax, ay, az = subtracted(end, rod.middle)
+    ax, ay, az = vector_difference(end, rod.middle)
     square = ax * ax + ay * ay + az * az
 
     def distance(p: Vector) -> float:

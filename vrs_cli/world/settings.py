@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from math import sqrt
 
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, subtracted, translation
+from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, translation, vector_difference
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.values import INPUTS, INTERNAL
 from vrs_cli.values.world import (
@@ -109,7 +109,7 @@ def part_between(
     for name, T in parts:
         solids, part = settings.solids[name], settings.parts[name]
         reach = max(one.reach for one in solids) + max(abs(x) for one in solids for x in one.middle)
-        if max(map(abs, subtracted(position(T), tip))) > reach + tolerance:
+        if max(map(abs, vector_difference(position(T), tip))) > reach + tolerance:
             continue
         away, low, high = _hold_of(part, solids, T, tip, axis)
         if away > tolerance:
@@ -150,7 +150,7 @@ def _hold_of(part: ScenePart, solids: Solids, T: Transform, tip: Vector, axis: V
         return point_apart(solids, T, tip), low - at, high - at
     found = []
     for place in part.grasp:
-        away = subtracted(moved_point(T, place.point), tip)
+        away = vector_difference(moved_point(T, place.point), tip)
         found.append((sqrt(dot(away, away)), dot(away, axis), place.width))
     away_from, offset, wide = min(found)
     return away_from, offset - 0.5 * wide, offset + 0.5 * wide

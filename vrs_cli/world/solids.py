@@ -21,8 +21,8 @@ from vrs_cli.kinematics.transform import (
     inverse,
     moved_point,
     rotated_back,
-    scaled,
-    subtracted,
+    scaled_vector,
+    vector_difference,
 )
 from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
@@ -91,7 +91,7 @@ def _cylinder(r: float, h: float) -> Support:
 
 def _rod(begin: Vector, end: Vector, radius: float) -> Solid:
     """Return a cylinder with round ends."""
-    x, y, z = subtracted(end, begin)
+    x, y, z = vector_difference(end, begin)
     middle = (begin[0] + 0.5 * x, begin[1] + 0.5 * y, begin[2] + 0.5 * z)
 
     def support(d: Vector) -> Vector:
@@ -103,7 +103,7 @@ def _rod(begin: Vector, end: Vector, radius: float) -> Solid:
 def _piece(points: Sequence[Vector]) -> Solid:
     count = len(points)
     middle = (sum(p[0] for p in points) / count, sum(p[1] for p in points) / count, sum(p[2] for p in points) / count)
-    reach = max(hypot(*subtracted(point, middle)) for point in points)
+    reach = max(hypot(*vector_difference(point, middle)) for point in points)
 
     def support(d: Vector) -> Vector:
         x, y, z = d
@@ -129,14 +129,14 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
     overlap (the cores, without `radius`, are apart), the distance is negative and exact.
     """
     rims = a.radius + b.radius
-    v = subtracted(b.middle, moved_point(T_b_a, a.middle))  # from a to b
+    v = vector_difference(b.middle, moved_point(T_b_a, a.middle))  # from a to b
     if not any(v):
         v = (1e-9, 0.0, 0.0)
     simplex: list[Vector] = []
     gap, best = inf, -inf
     for _ in range(MAX_STEPS):
         far_a = moved_point(T_b_a, a.support(rotated_back(T_b_a, v)))
-        w = subtracted(b.support((-v[0], -v[1], -v[2])), far_a)
+        w = vector_difference(b.support((-v[0], -v[1], -v[2])), far_a)
         size = sqrt(dot(v, v))
         best = max(best, dot(v, w) / size)
         if gap < inf and (gap - best <= CLOSE or w in simplex):
@@ -150,7 +150,7 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
             return Separation(-rims, _ORIGIN)
         v, gap = nearer, closer
     size = sqrt(dot(v, v))
-    return Separation(size - rims, scaled(v, 1.0 / size))
+    return Separation(size - rims, scaled_vector(v, 1.0 / size))
 
 
 def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
@@ -174,12 +174,12 @@ def _same_side(a: Vector, b: Vector, c: Vector, d: Vector) -> bool:
     """Return whether the origin and d lie on the same side of the plane of a, b, c; False if all four points are in a
     plane.
     """
-    normal = cross(subtracted(b, a), subtracted(c, a))
-    return dot(normal, a) * dot(normal, subtracted(a, d)) > 0.0
+    normal = cross(vector_difference(b, a), vector_difference(c, a))
+    return dot(normal, a) * dot(normal, vector_difference(a, d)) > 0.0
 
 
 def _on_edge(a: Vector, b: Vector) -> tuple[Vector, list[Vector]]:
-    ab = subtracted(b, a)
+    ab = vector_difference(b, a)
     t = -dot(a, ab)
     if t <= 0.0:
         return a, [a]
@@ -192,7 +192,7 @@ def _on_edge(a: Vector, b: Vector) -> tuple[Vector, list[Vector]]:
 
 def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
     """Return the nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5), and its corners."""
-    ab, ac = subtracted(b, a), subtracted(c, a)
+    ab, ac = vector_difference(b, a), vector_difference(c, a)
     d1, d2 = -dot(ab, a), -dot(ac, a)
     if d1 <= 0.0 and d2 <= 0.0:
         return a, [a]
@@ -213,7 +213,7 @@ def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
     square = dot(normal, normal)
     if not square > 0.0:
         return min((_on_edge(a, b), _on_edge(a, c), _on_edge(b, c)), key=lambda found: dot(found[0], found[0]))
-    return scaled(normal, dot(a, normal) / square), [a, b, c]
+    return scaled_vector(normal, dot(a, normal) / square), [a, b, c]
 
 
 # --- bodies in the world ---------------------------------------------------------------------------------------------
@@ -235,7 +235,7 @@ def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
     """Return the lower and upper end of a solid at T along an axis of the world."""
     d = rotated_back(T, axis)
     high = dot(axis, moved_point(T, solid.support(d))) + solid.radius
-    low = dot(axis, moved_point(T, solid.support(scaled(d, -1.0)))) - solid.radius
+    low = dot(axis, moved_point(T, solid.support(scaled_vector(d, -1.0)))) - solid.radius
     return low, high
 
 

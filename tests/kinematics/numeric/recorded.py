@@ -54,7 +54,7 @@ def most(proved: Callable[[float, int], bool], pieces: int) -> float:
 def of_closed(
     arm: RobotArm, q: np.ndarray, way: np.ndarray, bent: np.ndarray, bounds: list[float]
 ) -> Callable[[float, int], bool]:
-    proof, weights = arm.continuation, np.eye(len(q))[list(arm.held)]
+    proof, weights = arm.continuation, np.eye(len(q))[list(arm.still_joints)]
     assert isinstance(proof, Continuation)
 
     def proved(part: float, pieces: int) -> bool:

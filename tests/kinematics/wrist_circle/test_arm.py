@@ -222,9 +222,9 @@ def test_what_was_said_holds_for_the_next_motions(tmp_path: Path) -> None:
     engine = Engine(model, start=model.units.read((10.0, -20.0, -60.0, 30.0, 60.0, 0.0)))
     have = engine.arm.configuration(engine.position().joints)
     assert have.wrist is not None
-    engine.perform(SetConfiguration(have.flipped.wrist))
+    engine.perform(SetConfiguration(have.other_wrist.wrist))
     pose = compose(engine.arm.forward(engine.position().joints), translation(0.0, 0.01, 0.0))
     engine.perform(Move(PoseTarget(pose), straight=False))
     after = engine.position(engine.end).joints
-    assert engine.arm.configuration(after).wrist is have.flipped.wrist
+    assert engine.arm.configuration(after).wrist is have.other_wrist.wrist
     assert nearest_turn(after[0], 0.0) == pytest.approx(after[0])

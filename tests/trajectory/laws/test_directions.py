@@ -17,7 +17,7 @@ from vrs_cli.kinematics.transform import (
     position,
     rotate,
     rotation_about,
-    scaled,
+    scaled_vector,
     translation,
     unit,
 )
@@ -83,8 +83,8 @@ def test_a_line_that_is_turned_as_a_whole_takes_the_same_times(
 def test_a_line_out_of_rest_or_motion_along_it_takes_as_long_in_every_direction(profile: Profile, fast: float) -> None:
     law, found = LAWS[profile], list[list[float]]()
     for along in DIRECTIONS:
-        begin = ToolState(IDENTITY, scaled(along, fast), (0.0, 0.0, 0.0))
-        stretches = law.straight_motion(begin, translation(*scaled(along, 0.3)), LIMITS)
+        begin = ToolState(IDENTITY, scaled_vector(along, fast), (0.0, 0.0, 0.0))
+        stretches = law.straight_motion(begin, translation(*scaled_vector(along, 0.3)), LIMITS)
         found.append([one.duration for one in stretches])
         middle = position(pose(stretches[0], 0.5 * stretches[0].duration))
         assert unit(middle) == pytest.approx(along, abs=1e-9)

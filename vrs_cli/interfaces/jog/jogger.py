@@ -261,7 +261,7 @@ class Jogger:
         if value == wanted or not change:  # a joint may stand beside the end of its range by rounding
             return goal, 1.0, ""
         part = (value - begin[index]) / change
-        return goal, part, f"Joint {index + 1} stops at the end of its range, {model.said(index + 1, value, 1)}"
+        return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
 
     def _reached(self, pose: Transform, begin: Joints) -> Joints:
         """Raises MotionError for a pose that is out of reach, TooNear a singularity where a joint would jump."""
@@ -270,7 +270,7 @@ class Jogger:
         if change > JUMP:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
             raise TooNear(
-                f"joint {joint} would move by {self.engine.model.said(joint, change, 0)} for it",
+                f"joint {joint} would move by {self.engine.model.joint_text(joint, change, 0)} for it",
                 AWAY,
                 joint=joint,
                 value=change,

@@ -14,7 +14,16 @@ from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.bodies import outermost
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    along,
+    dot,
+    inverse,
+    moved_point,
+    position,
+    vector_difference,
+)
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Frames
 from vrs_cli.values.replies import ArmPicture, BodyKind, PicturedBody
@@ -103,7 +112,7 @@ def skeleton(arm: RobotArm, q: Joints, frames: Frames) -> tuple[tuple[Vector, ..
 def _foot(T: Transform, p: Vector) -> Vector:
     """The foot of a point on the z axis of a frame."""
     origin, z = position(T), (T.ax, T.ay, T.az)
-    return along(origin, z, dot(subtracted(p, origin), z))
+    return along(origin, z, dot(vector_difference(p, origin), z))
 
 
 def _seen(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:

@@ -95,7 +95,7 @@ def _words_for_next_motion(engine: Engine) -> tuple[str, ...]:
     if settings.duration.once is not None:
         said.append(f"DURATION {plain(settings.duration.once)} s")
     if settings.swivel.once is not None and (swivel := settings.swivel.once.swivel) is not None:
-        at = "" if swivel.value is None else f" to {engine.model.said(swivel.joint, swivel.value)}"
+        at = "" if swivel.value is None else f" to {engine.model.joint_text(swivel.joint, swivel.value)}"
         said.append(f"SWIVEL of joint {swivel.joint}{at}")
     said += (word for word, (mode, on) in MODE_WORDS.items() if settings.modes[mode].once is on)
     if settings.hand is not None:

@@ -88,7 +88,7 @@ class NumericArm(RobotArm):
     # --- redundancy ------------------------------------------------------------------------------------------
 
     @cached_property
-    def held(self) -> tuple[int, ...]:  # type: ignore[override] # found when asked for
+    def still_joints(self) -> tuple[int, ...]:  # type: ignore[override] # found when asked for
         """Those that the others miss least."""
         held: tuple[int, ...] = ()
         while self.model.joint_count - len(held) > self.model.task.size:
@@ -98,7 +98,7 @@ class NumericArm(RobotArm):
 
     def _still(self, q: Joints) -> Demands:
         """That the joints which are held are as they are in q."""
-        return tuple([(tuple([float(i == k) for k in self._all]), q[i]) for i in self.held])
+        return tuple([(tuple([float(i == k) for k in self._all]), q[i]) for i in self.still_joints])
 
     @cached_property
     def _mean_freedom(self) -> float:
@@ -201,8 +201,8 @@ class NumericArm(RobotArm):
         """The walk with such a part of the gradient."""
         q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
         axes = [_axis(joint, len(q)) for joint, _ in asked]
-        others = [i for i in self.held if i not in dict(asked)]
-        basis = [_axis(joint, len(q)) for joint in others[: len(self.held) - len(asked)]]
+        others = [i for i in self.still_joints if i not in dict(asked)]
+        basis = [_axis(joint, len(q)) for joint in others[: len(self.still_joints) - len(asked)]]
         for k, pose in enumerate(poses):
             held = [(axis, begin[i] + k / steps * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
             step, basis = self._walk_step(q, pose, held, basis, part / len(poses))
@@ -297,7 +297,7 @@ class NumericArm(RobotArm):
     def batch(self) -> NumericBatch:
         from vrs_cli.kinematics.numeric.batch import NumericBatch  # here: it brings numpy
 
-        return NumericBatch(self.model, self.unchanging, self.held)
+        return NumericBatch(self.model, self.unchanging, self.still_joints)
 
     def _search(
         self, T: Transform, q: Joints, demands: Demands = (), *, bounded: bool

@@ -22,7 +22,7 @@ class NumericBatch(SerialBatch):
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, held: tuple[int, ...]) -> None:
         super().__init__(model, (NONE,), unchanging)
-        self.held, self.short = held, model.joint_count < model.task.size
+        self.still_joints, self.short = held, model.joint_count < model.task.size
         self.counts = np.array(model.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
@@ -49,10 +49,12 @@ class NumericBatch(SerialBatch):
         return []
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
-        axes = np.eye(self.joints)[list(self.held)]
-        return self.guided(T, near, axes, np.broadcast_to(near, (len(T), self.joints))[:, list(self.held)])
+        axes = np.eye(self.joints)[list(self.still_joints)]
+        return self.solve_guided(
+            T, near, axes, np.broadcast_to(near, (len(T), self.joints))[:, list(self.still_joints)]
+        )
 
-    def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
+    def solve_guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
         return self.search(T, near, bounded=False, guides=(weights, values))
 
     def search(

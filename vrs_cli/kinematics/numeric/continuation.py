@@ -110,7 +110,7 @@ class Continuation:
         # a bound of the second derivatives of the flange's place: of two joints the later one's lever counts
         self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
-    def proved(self, gaps: Gaps, pieces: int) -> Flags:
+    def prove(self, gaps: Gaps, pieces: int) -> Flags:
         """(k,): of each gap."""
         n = float(self.turns.sum())
         missed, bend = self._bounds(gaps)
@@ -129,7 +129,7 @@ class Continuation:
         least = np.fmin(MAX_KANTOROVICH, MAX_KANTOROVICH / (beta * hypot(self.place_bend, n)))
         return np.asarray((beta * missed[:, None] <= least).all(axis=1))
 
-    def stepped(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
+    def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
         """Joints (N, n) after one step of Newton's method to poses (N, 3, 4), and to sums of the joints, by their
         weights (r, n), that are these (N, r).
         """

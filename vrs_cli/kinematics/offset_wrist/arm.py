@@ -72,7 +72,7 @@ class OffsetWristArm(RobotArm):
         return g.a2 * cos(q2) + g.a3 * cos(q2 + q3) + g.d5 * sin(q2 + q3 + q4)
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        return () if abs(sin(q[4])) >= WRIST_SINGULAR else (self.configuration(q).flipped,)
+        return () if abs(sin(q[4])) >= WRIST_SINGULAR else (self.configuration(q).other_wrist,)
 
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()

@@ -72,7 +72,7 @@ class SphericalWristArm(RobotArm):
         return configuration_of(self.geometry, q)
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        return () if abs(q[4]) >= WRIST_SINGULAR else (self.configuration(q).flipped,)
+        return () if abs(q[4]) >= WRIST_SINGULAR else (self.configuration(q).other_wrist,)
 
     def _inside(self, q: Joints, near: Joints) -> Joints | None:
         return q if self._within(q) else super()._inside(q, near)

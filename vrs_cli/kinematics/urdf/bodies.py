@@ -31,13 +31,13 @@ from vrs_cli.kinematics.link_data import (
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
-    added,
     compose,
     position,
     rotate,
-    scaled,
-    subtracted,
+    scaled_vector,
     translation,
+    vector_difference,
+    vector_sum,
 )
 from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, name_of
 
@@ -120,10 +120,10 @@ def _together(solids: Sequence[_Solid | None]) -> LinkMasses | None:
         return LinkMasses(mass=0.0, centre=known[0].centre, inertia=known[0].inertia)
     centre: Vector = (0.0, 0.0, 0.0)
     for one in known:
-        centre = added(centre, scaled(one.centre, one.mass / mass))
+        centre = vector_sum(centre, scaled_vector(one.centre, one.mass / mass))
     total = ZERO
     for one in known:
-        x, y, z = subtracted(one.centre, centre)
+        x, y, z = vector_difference(one.centre, centre)
         moved = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
         total = _sum(total, one.inertia, [one.mass * part for part in moved])
     return LinkMasses(mass=mass, centre=centre, inertia=total if any(total) else None)

@@ -20,17 +20,17 @@ from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
     Vector,
-    added,
     compose,
     length,
     position,
     rotation_about,
     rotation_x,
     rotation_y,
-    scaled,
-    subtracted,
+    scaled_vector,
     to_oat,
     translation,
+    vector_difference,
+    vector_sum,
 )
 from vrs_cli.kinematics.urdf.tree import LOOSE, MOVING, Joint, Tree
 
@@ -270,7 +270,7 @@ def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
     if not value:
         return IDENTITY
     if MOVING[joint.type] is JointKind.PRISMATIC:
-        return translation(*scaled(tree.axis(joint), value))
+        return translation(*scaled_vector(tree.axis(joint), value))
     return rotation_about(tree.axis(joint), value)
 
 
@@ -352,11 +352,13 @@ def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
 
     They point from the last joint to their ends and to the tip.
     """
-    ends = [subtracted(end, last) for end in fingers]
+    ends = [vector_difference(end, last) for end in fingers]
     if not ends:
         return None
-    mean = scaled((sum(x for x, _, _ in ends), sum(y for _, y, _ in ends), sum(z for _, _, z in ends)), 1.0 / len(ends))
-    ahead = added(mean, scaled(last, -1.0))
+    mean = scaled_vector(
+        (sum(x for x, _, _ in ends), sum(y for _, y, _ in ends), sum(z for _, _, z in ends)), 1.0 / len(ends)
+    )
+    ahead = vector_sum(mean, scaled_vector(last, -1.0))
     far = length(ahead)
     if far < SHORT:
         return None

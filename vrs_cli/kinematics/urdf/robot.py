@@ -46,9 +46,9 @@ from vrs_cli.kinematics.transform import (
     inverse,
     position,
     rotate,
-    scaled,
-    subtracted,
+    scaled_vector,
     translation,
+    vector_difference,
 )
 from vrs_cli.kinematics.urdf.bodies import LinkPlace, complete, link_shapes, masses_of_bodies
 from vrs_cli.kinematics.urdf.chain import (
@@ -167,7 +167,7 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
         follows = _follows(tree, joint, axis, joints[-1:], axes[-1:])
         if follows is not None:
             scales[-1] += follows.factor
-            T = compose(T, translation(*scaled(tree.axis(joint), follows.offset)))
+            T = compose(T, translation(*scaled_vector(tree.axis(joint), follows.offset)))
             continue
         joints.append(joint)
         axes.append(axis)
@@ -217,7 +217,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
             T = T_base_joint
             if (travel := fingers.travels.get(joint.name)) is not None and joint.moves:
                 T_body_joint = compose(bodies[body], T_base_joint)
-                way = scaled(rotate(T_body_joint, tree.axis(joint)), travel.open - travel.closed)
+                way = scaled_vector(rotate(T_body_joint, tree.axis(joint)), travel.open - travel.closed)
                 slides = MOVING[joint.type] is JointKind.PRISMATIC
                 opens += (Opening(slide=way) if slides else Opening(turn=way, point=position(T_body_joint)),)
                 T = compose(T_base_joint, joint_motion(tree, joint, travel.closed))
@@ -317,7 +317,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     best = wanted.level_tool(max((wanted.improve(q) for q in starts[:TRIED]), key=wanted.worth))
     if wanted.isotropy(link_frames(model, best)) <= SINGULAR:
         return None
-    values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(best))
+    values = ", ".join(f"{round(x, 3):g}" for x in model.units.to_display(best))
     return Ready(best, f"READY: at its zeros {fault}, ours is {values} ([poses] ready of a TOML file is another)")
 
 
@@ -406,7 +406,7 @@ class _Wanted:
             if link.kind is JointKind.PRISMATIC:
                 columns.append([*axis.direction, 0.0, 0.0, 0.0][: self.rows])
             else:
-                x, y, z = cross(axis.direction, subtracted(at, axis.point))
+                x, y, z = cross(axis.direction, vector_difference(at, axis.point))
                 columns.append([x / unit, y / unit, z / unit, *axis.direction][: self.rows])
         by_rows = [list(row) for row in zip(*columns, strict=True)]
         vectors = by_rows if len(by_rows) <= len(columns) else columns

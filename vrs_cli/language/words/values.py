@@ -17,7 +17,7 @@ from math import degrees, fmod, isfinite, radians
 
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, StringOverflow
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
-from vrs_cli.kinematics.transform import Transform, from_oat, normalised, to_oat
+from vrs_cli.kinematics.transform import Transform, from_oat, orthonormal_frame, to_oat
 from vrs_cli.values.numbers import LIMIT, Value
 
 NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
@@ -173,7 +173,7 @@ def transformation(numbers: Iterable[float]) -> Transform:
                 f"the axes are no rotation: a number is off by {off:.3f}",
                 "the 12 numbers are the axes n, s and a of a right-handed frame, then x, y and z",
             )
-        return normalised(from_axes(given))
+        return orthonormal_frame(from_axes(given))
     x, y, z, o, a, t = given
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
 
@@ -193,7 +193,7 @@ def from_axes(numbers: Iterable[float]) -> Transform:
 def rounding(numbers: Iterable[float]) -> float:
     """Return the largest difference between the axes of 12 numbers and those of a rotation."""
     given = from_axes(numbers)
-    return max(abs(x - y) for x, y in zip(given, normalised(given), strict=True))
+    return max(abs(x - y) for x, y in zip(given, orthonormal_frame(given), strict=True))
 
 
 def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[float, ...]:
@@ -201,7 +201,7 @@ def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[
     if isinstance(value, Transform):
         angles = to_oat(value)
         return (*map(millimetres, (value.px, value.py, value.pz)), *map(in_degrees, angles))
-    return tuple([round(number, EDGE_DIGITS) + 0.0 for number in units.shown(value)])
+    return tuple([round(number, EDGE_DIGITS) + 0.0 for number in units.to_display(value)])
 
 
 # --- text --------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.transform import Transform, added, angle_between, at_position, distance, position
+from vrs_cli.kinematics.transform import Transform, angle_between, at_position, distance, position, vector_sum
 from vrs_cli.teach import checks
 from vrs_cli.teach.judging import basis
 from vrs_cli.teach.judging.ways import PASSED_MM, did_not_go, windows
@@ -58,7 +58,7 @@ def _nearness(
     what: str, found: Transform, place: Transform, check: checks.ToolAtCheck | checks.PartAtCheck, run: basis.JudgedRun
 ) -> basis.Verdict:
     """Compare a pose with the required one."""
-    wanted = at_position(place, *added(position(place), check.offset))
+    wanted = at_position(place, *vector_sum(position(place), check.offset))
     step, turn_step = run.mm, run.basis.rounding.deg
     far, share = 1000.0 * distance(found, wanted), 1.0
     if basis.exceeds(far, check.mm, step):

@@ -37,7 +37,7 @@ def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
     units, step = evidence.arm.model.units, basis.rounding.deg
 
     def fits(q: Joints) -> bool:
-        pairs = zip(units.shown(q), check.at, strict=False)
+        pairs = zip(units.to_display(q), check.at, strict=False)
         return all(wanted is None or not exceeds(abs(one - wanted), check.deg, step) for one, wanted in pairs)
 
     if check.time is None and check.when is state_checks.When.PASSED:
@@ -46,7 +46,7 @@ def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
         return _verdict(count >= check.count, f"{count} motions ended there, {check.count} are wanted")
     t = evidence.end if check.time is None else check.time
     q = joints_at(evidence.arm, evidence.timeline, t)
-    shown = ", ".join(figure(one, step) for one in units.shown(q))
+    shown = ", ".join(figure(one, step) for one in units.to_display(q))
     return _verdict(fits(q), f"the joints are {shown} at {figure(t, basis.rounding.s)} s", t)
 
 

@@ -23,7 +23,7 @@ from vrs_cli.kinematics.transform import (
     inverse,
     position,
     rotation_about,
-    subtracted,
+    vector_difference,
 )
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
@@ -280,7 +280,7 @@ class ToolMotion:
         self, state: ToolState, target: Transform, limits: ToolLimits, dying: Sequence[tuple[Vector, float, float]]
     ) -> None:
         self.state, self.target, self.limits, self.dying = state, target, limits, dying
-        self.displacement = subtracted(position(target), position(state.pose))
+        self.displacement = vector_difference(position(target), position(state.pose))
 
     def orientation_after(self, change: VelocityChange) -> Transform:
         """Return the orientation reached while the present spin dies."""

@@ -26,7 +26,7 @@ from math import copysign, inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, length, rotated_back, scaled
+from vrs_cli.kinematics.transform import Transform, Vector, length, rotated_back, scaled_vector
 from vrs_cli.trajectory.instant import TICK, up_to_grid
 from vrs_cli.trajectory.laws.law import SLIVER, Blend, Coming, Course, Law, ToolMotion, VelocityChange, joint_stretches
 from vrs_cli.trajectory.polynomial import parabola, value
@@ -290,7 +290,7 @@ class _ToolMotion(ToolMotion):
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
         self.spin = length(state.spin)
         dying = self.spin > NEGLIGIBLE
-        axes = [scaled(rotated_back(state.pose, state.spin), 1.0 / self.spin)] if dying else []
+        axes = [scaled_vector(rotated_back(state.pose, state.spin), 1.0 / self.spin)] if dying else []
         super().__init__(state, target, limits, [(axis, self.spin, 0.0) for axis in axes])
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float:

@@ -29,8 +29,8 @@ from vrs_cli.kinematics.transform import (
     position,
     rotated_back,
     rotation_about,
-    scaled,
-    subtracted,
+    scaled_vector,
+    vector_difference,
 )
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
@@ -150,7 +150,7 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
     Raises NoTimes if the state at the start allows none.
     """
-    way = subtracted(position(target), position(state.pose))
+    way = vector_difference(position(target), position(state.pose))
     if state.at_rest:
         _, angle = axis_angle(compose(inverse(state.pose), target))
         tip = length(way), Bounds(limits.speed, limits.acceleration, limits.jerk)
@@ -185,11 +185,11 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
     """Return the tip's way along the line, and its velocity and acceleration along it and across."""
     size = length(way)
-    along = scaled(way, 1.0 / size) if size > NEGLIGIBLE else (1.0, 0.0, 0.0)
-    beside = subtracted(state.velocity, scaled(along, dot(state.velocity, along)))
+    along = scaled_vector(way, 1.0 / size) if size > NEGLIGIBLE else (1.0, 0.0, 0.0)
+    beside = vector_difference(state.velocity, scaled_vector(along, dot(state.velocity, along)))
     if length(beside) <= NEGLIGIBLE:
         beside = cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
-    beside = scaled(beside, 1.0 / length(beside))
+    beside = scaled_vector(beside, 1.0 / length(beside))
     axes = along, beside, cross(along, beside)
     return [(dot(way, axis), dot(state.velocity, axis), dot(state.acceleration, axis)) for axis in axes]
 

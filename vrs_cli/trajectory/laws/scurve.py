@@ -28,12 +28,12 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
-    added,
     dot,
     length,
     rotated_back,
-    scaled,
-    subtracted,
+    scaled_vector,
+    vector_difference,
+    vector_sum,
 )
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import NONE, SLIVER, Change, Course, Law, NoTimes, ToolMotion, joint_stretches, ramps
@@ -162,13 +162,13 @@ def vector_bounds(
     """
     reach = change.reach
     k0, k1 = change.ways
-    carried = added(velocity, scaled(acceleration, 0.5 * change.rise))
-    way = subtracted(displacement, scaled(velocity, change.lasts))
-    ahead = added(subtracted(way, scaled(acceleration, k0)), scaled(carried, k1 / reach))
+    carried = vector_sum(velocity, scaled_vector(acceleration, 0.5 * change.rise))
+    way = vector_difference(displacement, scaled_vector(velocity, change.lasts))
+    ahead = vector_sum(vector_difference(way, scaled_vector(acceleration, k0)), scaled_vector(carried, k1 / reach))
     level = min(limits.blend_acceleration, limits.blend_jerk * change.fall)
     spheres = (
         (carried, reach * level),
-        (added(carried, scaled(acceleration, reach)), reach * limits.blend_jerk * change.rise),
+        (vector_sum(carried, scaled_vector(acceleration, reach)), reach * limits.blend_jerk * change.rise),
         ((0.0, 0.0, 0.0), limits.speed),
     )
     low, high = 0.0, inf
@@ -183,9 +183,9 @@ def vector_bounds(
 
 def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jerk: float) -> bool:
     """Return whether a change to rest from a velocity and an acceleration `at` the start is within limits."""
-    level = scaled(added(velocity, scaled(at, 0.5 * change.rise)), -1.0 / change.reach)
+    level = scaled_vector(vector_sum(velocity, scaled_vector(at, 0.5 * change.rise)), -1.0 / change.reach)
     most = min(acceleration, jerk * change.fall)
-    return length(level) <= most and length(subtracted(level, at)) <= jerk * change.rise
+    return length(level) <= most and length(vector_difference(level, at)) <= jerk * change.rise
 
 
 def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
@@ -203,11 +203,11 @@ def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
 def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: ToolLimits) -> Bounds:
     """Return the bounds on u for a turn by `angle` while a present spin (with its rate) dies. Both share the limits."""
     blend_jerk = limits.blend_spin_jerk
-    level = scaled(added(spin, scaled(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
+    level = scaled_vector(vector_sum(spin, scaled_vector(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
     room = min(
         limits.blend_spin_acceleration - length(level),
         blend_jerk * change.fall - length(level),
-        blend_jerk * change.rise - length(subtracted(level, spin_rate)),
+        blend_jerk * change.rise - length(vector_difference(level, spin_rate)),
     )
     if room < 0.0:
         return IMPOSSIBLE
@@ -437,13 +437,13 @@ class _ToolMotion(ToolMotion):
 def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:
     """Yield the turns by which a spin dies: axis, speed and acceleration at the start."""
     size = length(spin)
-    axis = scaled(spin, 1.0 / size) if size > NEGLIGIBLE else (0.0, 0.0, 0.0)
+    axis = scaled_vector(spin, 1.0 / size) if size > NEGLIGIBLE else (0.0, 0.0, 0.0)
     along = dot(spin_rate, axis)
     if size > NEGLIGIBLE:
         yield axis, size, along
-    across = subtracted(spin_rate, scaled(axis, along))
+    across = vector_difference(spin_rate, scaled_vector(axis, along))
     if length(across) > STEADY:
-        yield scaled(across, 1.0 / length(across)), 0.0, length(across)
+        yield scaled_vector(across, 1.0 / length(across)), 0.0, length(across)
 
 
 LAW = Law(

@@ -24,7 +24,7 @@ def load(session: Session, *lines: str) -> None:
 
 
 def degrees(session: Session) -> tuple[float, ...]:
-    return tuple(round(value, 9) for value in session.engine.model.units.shown(session.engine.position().joints))
+    return tuple(round(value, 9) for value in session.engine.model.units.to_display(session.engine.position().joints))
 
 
 def test_jmove_goes_to_joints_and_leaves_others_as_they_are(session: Session) -> None:

@@ -377,7 +377,7 @@ class SteadyContinuation:
         self.single = float(np.linalg.norm(self.levers))
         self.units = np.concatenate((np.where(turning, 1.0, self.length), np.full(PLACES, 1.0 / self.length)))
 
-    def proved(self, gaps: SteadyGaps, pieces: int) -> Flags:
+    def prove(self, gaps: SteadyGaps, pieces: int) -> Flags:
         """(k,): of each gap."""
         parts = np.linspace(0.0, 1.0, pieces + 1)
         poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
@@ -398,7 +398,7 @@ class SteadyContinuation:
         off = np.maximum(missed[:, 1:], missed[:, :-1]) + (CHORD * fourth / pieces**2)[:, None] + PROOF_ROUNDING
         return np.asarray((beta * beta * curved[:, None] * off <= MAX_KANTOROVICH).all(axis=1))
 
-    def stepped(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (none)
+    def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (none)
         """Joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
         conditions = self.conditions
         at = conditions.terms(q, T)
