@@ -135,4 +135,4 @@ def test_a_robot_may_name_its_profile(tmp_path: Path) -> None:
 
 
 def test_a_joint_next_to_zero_is_said_to_be_at_zero() -> None:
-    assert load_robot("puma560").said(4, -1e-5, 0) == "0 deg"
+    assert load_robot("puma560").joint_text(4, -1e-5, 0) == "0 deg"

@@ -62,7 +62,7 @@ def of_closed(
         turn = np.array([[bound * part ** (k + 1) for k, bound in enumerate(bounds[:4])]])
         place, guide = (np.array([bound * part**4]) for bound in bounds[4:])
         gaps = Gaps(Cubic(begin, begin + go, go + bend, go - bend), place, turn, guide * len(weights), weights)
-        return bool(proof.proved(gaps, pieces)[0])
+        return bool(proof.prove(gaps, pieces)[0])
 
     return proved
 
@@ -82,7 +82,7 @@ def of_steady(arm: RobotArm, q: np.ndarray, way: np.ndarray, bounds: list[float]
         def poses(_which: np.ndarray, parts: np.ndarray) -> np.ndarray:
             return arm.batch.forward(begin + parts[:, None] * (end - begin)).reshape(1, len(parts), 3, 4)
 
-        return bool(proof.proved(SteadyGaps(np.arange(1), begin, end, twists, place, turn, poses), pieces)[0])
+        return bool(proof.prove(SteadyGaps(np.arange(1), begin, end, twists, place, turn, poses), pieces)[0])
 
     return proved
 

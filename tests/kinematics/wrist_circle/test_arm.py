@@ -211,7 +211,7 @@ def test_a_line_goes_on_where_words_change(tmp_path: Path) -> None:
     engine.perform(Move(PoseTarget(goal), straight=True))
     assert {s.path.configuration for s in engine.timeline if isinstance(s.path, CartesianPath)} == {NONE}
     after = engine.position(engine.end).joints
-    assert engine.arm.configuration(after) == before.flipped
+    assert engine.arm.configuration(after) == before.other_wrist
     steps = [engine.position(t).joints for t in np.linspace(0.0, engine.end, 400).tolist()]
     assert max(abs(y - x) for a, b in pairwise(steps) for x, y in zip(a, b, strict=True)) < 0.02
     assert engine.arm.forward(after) == pytest.approx(goal, abs=1e-9)
