@@ -16,7 +16,7 @@ from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.transform import Vector, compose, position, translation
 from vrs_cli.kinematics.urdf import robot
 from vrs_cli.kinematics.urdf.chain import choice
-from vrs_cli.kinematics.urdf.tree import MOST_JOINTS, Tree, robot_element
+from vrs_cli.kinematics.urdf.tree import MAX_FILE_JOINTS, Tree, robot_element
 
 
 @pytest.fixture(autouse=True)
@@ -343,8 +343,8 @@ def test_fingers_that_point_along_z_are_not_named(tmp_path: Path) -> None:
 
 
 def test_a_chain_as_long_as_a_file_may_be_is_read() -> None:
-    tree = Tree("long.urdf", robot_element("long.urdf", f"<robot>{arm(MOST_JOINTS)}</robot>"))
-    assert choice(tree, None, None).tip == f"l{MOST_JOINTS}"
-    forked = arm(MOST_JOINTS // 2 - 1) + arm(MOST_JOINTS // 2, "l1", "other_")
+    tree = Tree("long.urdf", robot_element("long.urdf", f"<robot>{arm(MAX_FILE_JOINTS)}</robot>"))
+    assert choice(tree, None, None).tip == f"l{MAX_FILE_JOINTS}"
+    forked = arm(MAX_FILE_JOINTS // 2 - 1) + arm(MAX_FILE_JOINTS // 2, "l1", "other_")
     with pytest.raises(FileDamaged, match="several arms"):
         choice(Tree("forked.urdf", robot_element("forked.urdf", f"<robot>{forked}</robot>")), None, None)
