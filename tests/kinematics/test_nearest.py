@@ -7,9 +7,8 @@ from random import Random
 
 import pytest
 
-from vrs_cli.kinematics.compiled import positive
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.numeric.search import Aim, bounded_step
+from vrs_cli.kinematics.numeric.search import Aim, bounded_step, positive
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position
 

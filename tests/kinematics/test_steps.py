@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tests.robots import QUICK
 from vrs_cli.kinematics.forms import MappedArm, arm_for
-from vrs_cli.kinematics.joints import ALL, Joints, Steps
+from vrs_cli.kinematics.joints import ALL, Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 
@@ -50,8 +50,8 @@ def test_the_steps_of_the_puma_are_those_of_the_textbook(seed: int) -> None:
     r, R = np.sqrt(p[0] ** 2 + p[1] ** 2 - D2**2), np.sqrt(p @ p - D2**2)
     bars = np.hypot(D4, A3)
     for way in ALL:
-        steps = Steps()
-        found = arm.branch_joints(transform(T), way, arm.middle, steps)
+        steps = arm.branch_steps(transform(T), way, arm.middle)
+        found = arm.branch_joints(transform(T), way, arm.middle)
         if found is None:
             continue
         ARM, ELBOW, WRIST = steps["arm"], steps["elbow"], steps["wrist"]
@@ -82,8 +82,8 @@ def test_the_steps_lead_to_the_joints_that_are_used(name: str) -> None:
         q = tuple(random.uniform(low, high) for low, high in zip(arm.model.lower, arm.model.upper, strict=True))
         T = arm.forward(q)
         for solution in arm.inverse_all(T):
-            steps = Steps()
-            found = arm.branch_joints(T, solution.configuration, arm.middle, steps)
+            steps = arm.branch_steps(T, solution.configuration, arm.middle)
+            found = arm.branch_joints(T, solution.configuration, arm.middle)
             assert (found is None) == (solution.joints is None)
             assert steps
             if solution.joints is None or found is None:
@@ -97,8 +97,7 @@ def test_the_steps_lead_to_the_joints_that_are_used(name: str) -> None:
 
 
 def test_a_search_has_no_steps() -> None:
-    arm, steps = arm_for(load_robot("panda")), Steps()
+    arm = arm_for(load_robot("panda"))
     q = arm.model.poses["ready"]
-    assert arm.branch_joints(arm.forward(q), arm.ways[0], q, steps) is not None
-    assert not steps
+    assert not arm.branch_steps(arm.forward(q), arm.ways[0], q)
     assert not arm.constants

@@ -9,7 +9,6 @@ from random import Random
 import pytest
 
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Steps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.render.symbols import FAMILIES, latex, latex_name
 
@@ -40,8 +39,8 @@ def test_every_formula_gives_the_value_beside_it(name: str) -> None:
     q = tuple(random.uniform(0.6 * low, 0.6 * high) for low, high in zip(arm.model.lower, arm.model.upper, strict=True))
     T, computed = arm.forward(q), set[str]()
     for way in arm.ways:
-        steps = Steps()
-        if arm.branch_joints(T, way, arm.middle, steps) is None:
+        steps = arm.branch_steps(T, way, arm.middle)
+        if arm.branch_joints(T, way, arm.middle) is None:
             continue
         values = {**arm.constants, **steps}
         known = {family.symbols[one].name: value for one, value in values.items() if one in family.symbols}

@@ -22,7 +22,7 @@ from vrs_cli.engine.single_motion import hardest_limits, joint_limits
 from vrs_cli.engine.straight import tool_limits
 from vrs_cli.errors import StraightLineSingular, UsageError
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import Joints, Steps
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Vector, compose, inverse, length, position
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, third_derivative, turning_points
@@ -224,8 +224,8 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
     arm = stand.arm.holding(frames.tool)
     solutions = []
     for option in reach.options:
-        way, steps = option.configuration, Steps()
-        arm.branch_joints(T_robot_flange, way, option.joints or arm.middle, steps)  # a joint that is free is as there
+        way = option.configuration
+        steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)  # a joint that is free is as there
         near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
         time = None if near is None else arm.shortest_time(here, near)
         solutions.append(results.SolutionSteps(option, steps, time))

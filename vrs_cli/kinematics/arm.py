@@ -21,7 +21,7 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, unchanging
-from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, solve
+from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, solve, steps_of
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     NONE,
@@ -61,12 +61,7 @@ class Solution(NamedTuple):
         return self.joints is not None and not self.outside
 
 
-class Branch(Protocol):
-    """One branch of the inverse; `steps` takes what is found on the way, where somebody wants to see it."""
-
-    def __call__(
-        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
-    ) -> Joints | None: ...
+Branch = Callable[[Transform, Configuration, Joints], Joints | None]  # the inverse of one branch
 
 
 class Steady(Protocol):
@@ -191,15 +186,18 @@ class RobotArm:
     # how joints of a closed form become those of the robot, joint = sign (theta - offset [rad]); empty: they are them
     senses: tuple[tuple[float, float], ...] = ()
 
-    def branch_joints(
-        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
-    ) -> Joints | None:
-        """One branch, every joint on the turn nearest to `near`, whatever its limits: for straight lines.
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        """Return one branch of the inverse, every joint on the turn nearest to `near`, whatever its limits.
 
-        None where the location is out of reach. At a singular wrist joint 4 stays as `near` has it. `steps`: a closed
-        form adds what it finds on the way.
+        None where the pose is out of reach. At a singular wrist joint 4 stays at `near`.
         """
         raise NotImplementedError
+
+    step_names: tuple[str, ...] = ()  # variables of the formula of a closed form, in `render/symbols.py`
+
+    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
+        """Return the variables that `branch_joints` computes, as far as it comes; none without a closed form."""
+        return steps_of(self.branch_joints, self.step_names, T, configuration, near) if self.step_names else {}
 
     redundancy = 0  # joints more than a task takes: a straight line needs as many guides
     still_joints: tuple[int, ...] = ()  # such joints, by index, that stand still where nothing guides them

@@ -19,23 +19,10 @@ from math import acos, degrees, dist, hypot, inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import ALL_PARTS, LEVEL, SAMPLES, STILL, STRAIGHT, RobotModel, axis_of, plane_normal
-from vrs_cli.kinematics.transform import (
-    Transform,
-    Vector,
-    along,
-    angle_between,
-    any_normal,
-    at_position,
-    compose,
-    cross,
-    dot,
-    position,
-    rotation_about,
-    to_oat,
-    unit,
-)
+from vrs_cli.kinematics.transform import Transform, Vector
 
 AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -58,29 +45,36 @@ class Unchanging(NamedTuple):
 
     def allows(self, T: Transform) -> bool:
         """Return whether `forbids` finds nothing."""
-        return all(abs(dot(position(T), way) - value) <= LEVEL for way, value in self.places) and (
+        return all(abs(transform.dot(transform.position(T), way) - value) <= LEVEL for way, value in self.places) and (
             self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT
         )
 
     def forbids(self, T: Transform) -> Forbidden | None:
         """Return what a pose of the flange asks for that no joint changes."""
-        approach, at = self.approach, position(T)
+        approach, at = self.approach, transform.position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
             upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
             points = upright if abs(approach[2]) > 1.0 - CONSTANT else "in one direction"
             what = f"keeps its tool {points}; the location tilts it by {degrees(tilt):.2f} deg"
             z = axis_of(T).direction  # turned the shortest way until it lies along the approach
-            axis = any_normal(z) if dist(cross(z, approach), STILL) < CONSTANT else cross(z, approach)
-            return Forbidden(what, at_position(compose(rotation_about(unit(axis), tilt), T), *at))
+            axis = (
+                transform.any_normal(z)
+                if dist(transform.cross(z, approach), STILL) < CONSTANT
+                else transform.cross(z, approach)
+            )
+            return Forbidden(
+                what,
+                transform.at_position(transform.compose(transform.rotation_about(transform.unit(axis), tilt), T), *at),
+            )
         for way, value in self.places:
-            beside = dot(at, way) - value
+            beside = transform.dot(at, way) - value
             if abs(beside) > LEVEL:
                 what = f"moves in one plane, its flange would be {1000.0 * abs(beside):.1f} mm beside that"
                 if way in AXES:
                     name, plane, flange = "XYZ"[AXES.index(way)], 1000.0 * value, 1000.0 * (value + beside)
                     what = f"moves in the plane {name} = {plane:.1f} mm of its own frame, "
                     what += f"its flange would be at {name} = {flange:.1f} mm"
-                return Forbidden(what, at_position(T, *along(at, way, -beside)))
+                return Forbidden(what, transform.at_position(T, *transform.along(at, way, -beside)))
         return None
 
 
@@ -90,33 +84,33 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
         return Unchanging()
     limits = list(zip(model.lower, model.upper, strict=True))
     poses = [forward(tuple(low + part * (high - low) for low, high in limits)) for part in SAMPLES]
-    first, approach, normal = position(poses[0]), axis_of(poses[0]).direction, plane_normal(model)
+    first, approach, normal = transform.position(poses[0]), axis_of(poses[0]).direction, plane_normal(model)
     kept = [way for way in AXES if _is_kept(way, poses)]
     if not kept and normal is not None and _is_kept(normal, poses):
         kept = [normal]
     steady = all(dist(axis_of(T).direction, approach) < CONSTANT for T in poses)
-    return Unchanging(tuple((way, dot(first, way)) for way in kept), approach if steady else None)
+    return Unchanging(tuple((way, transform.dot(first, way)) for way in kept), approach if steady else None)
 
 
 def difference(asked: Transform, instead: Transform) -> str:
     """The angles or coordinates to give in place of those of a location, as the user writes them."""
-    rows = list(zip("OAT", map(degrees, to_oat(instead)), strict=True))
-    if angle_between(asked, instead) <= STRAIGHT:
-        places = zip("XYZ", position(asked), position(instead), strict=True)
+    rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
+    if transform.angle_between(asked, instead) <= STRAIGHT:
+        places = zip("XYZ", transform.position(asked), transform.position(instead), strict=True)
         rows = [(name, 1000.0 * b) for name, a, b in places if abs(a - b) > 0.5 * LEVEL]
     return ", ".join(f"{name} {round(x, 3) + 0.0:.10g}" for name, x in rows)
 
 
 def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
     """Return whether all these poses are equally far along a direction."""
-    first, *others = (dot(position(T), way) for T in poses)
+    first, *others = (transform.dot(transform.position(T), way) for T in poses)
     return all(abs(other - first) < CONSTANT for other in others)
 
 
 def _angle(a: Vector, b: Vector) -> float:
     """Between two directions [rad]."""
-    sine = dist(cross(a, b), STILL)
-    return sine if dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(dot(a, b), -1.0), 1.0))
+    sine = dist(transform.cross(a, b), STILL)
+    return sine if transform.dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(transform.dot(a, b), -1.0), 1.0))
 
 
 SINGULAR = 1e-10  # sine, or [m]: below it a joint's angle is noise

@@ -59,8 +59,7 @@ def _spherical_wrist(model: RobotModel) -> RobotArm | None:
 
 def _offset_wrist(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.joints import ARM, ELBOW, WRIST
-    from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
-    from vrs_cli.kinematics.offset_wrist.inverse import ALPHAS, offsets_of
+    from vrs_cli.kinematics.offset_wrist.arm import ALPHAS, OffsetWristArm, offsets_of
 
     way = canonical(model, ALPHAS)
     offsets = None if way is None else offsets_of(way.model)
@@ -71,11 +70,10 @@ def _offset_wrist(model: RobotModel) -> RobotArm | None:
 
 
 def _wrist_circle(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.spherical_wrist.inverse import swapped_words
+    from vrs_cli.kinematics.spherical_wrist.inverse import CIRCLE_ALPHAS, circle_of, swapped_words
     from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
-    from vrs_cli.kinematics.wrist_circle.circle import ALPHAS, circle_of
 
-    way = canonical(model, ALPHAS, bare=False)
+    way = canonical(model, CIRCLE_ALPHAS, bare=False)
     circle = None if way is None else circle_of(way.model)
     if way is None or circle is None:
         return None
@@ -84,8 +82,7 @@ def _wrist_circle(model: RobotModel) -> RobotArm | None:
 
 
 def _parallel_axes(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.parallel_axes.arm import ParallelAxesArm
-    from vrs_cli.kinematics.parallel_axes.bars import bars_of
+    from vrs_cli.kinematics.parallel_axes.arm import ParallelAxesArm, bars_of
 
     bars = bars_of(model)
     return None if bars is None else ParallelAxesArm(model, bars)
@@ -209,11 +206,12 @@ class MappedArm(RobotArm):
         back, found = self._back, self.inner.branches(self._inner_pose(T))
         return tuple([None if (q := found[i]) is None else back(q) for i in self._order])
 
-    def branch_joints(
-        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
-    ) -> Joints | None:
-        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near), steps)
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near))
         return None if q is None else self._back(q)
+
+    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
+        return self.inner.branch_steps(self._inner_pose(T), self._other(configuration), self._inner_joints(near))
 
     @cached_property
     def hand(self) -> Hand | None:  # type: ignore[override] # found when asked for

@@ -14,19 +14,9 @@ from re import fullmatch
 from reprlib import repr as brief
 from typing import Any, NamedTuple
 
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, PLAIN, POSITIVE, TINY, DataReader, Quantity
-from vrs_cli.kinematics.transform import (
-    IDENTITY,
-    Transform,
-    Vector,
-    compose,
-    cross,
-    length,
-    rotation_about,
-    scaled_vector,
-    translation,
-    vector_difference,
-)
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 
 MAX_SHAPES = 1000  # of a robot
 
@@ -87,10 +77,13 @@ class Opening(NamedTuple):
         """The motion so far, of a hand that is open (1), closed (0) or between."""
         x, y, z = self.turn
         if not any(self.turn):
-            return translation(*scaled_vector(self.slide, hand))
-        turned = rotation_about(self.turn, hand * hypot(x, y, z))
-        about = compose(compose(translation(*self.point), turned), translation(*scaled_vector(self.point, -1.0)))
-        return compose(translation(*scaled_vector(self.slide, hand)), about)
+            return transform.translation(*transform.scaled_vector(self.slide, hand))
+        turned = transform.rotation_about(self.turn, hand * hypot(x, y, z))
+        about = transform.compose(
+            transform.compose(transform.translation(*self.point), turned),
+            transform.translation(*transform.scaled_vector(self.point, -1.0)),
+        )
+        return transform.compose(transform.translation(*transform.scaled_vector(self.slide, hand)), about)
 
 
 class LinkShape(NamedTuple):
@@ -108,7 +101,7 @@ class LinkShape(NamedTuple):
 
 def opening_motion(openings: Iterable[Opening], hand: float) -> Transform:
     """How far a part of a hand has moved that is open (1), closed (0) or between, in the frame of its link."""
-    return reduce(compose, (opening.at(hand) for opening in openings), IDENTITY)
+    return reduce(transform.compose, (opening.at(hand) for opening in openings), IDENTITY)
 
 
 COLOURS = {
@@ -233,7 +226,7 @@ class ShapeReader(DataReader):
     def body(self, kind: str, table: Mapping[str, object], key: str) -> Body:
         at, place = IDENTITY, table.get("at")
         if isinstance(place, list | tuple) and len(place) == 3:
-            at = translation(*self.point(place, f"{key}: at"))
+            at = transform.translation(*self.point(place, f"{key}: at"))
         elif "at" in table:
             at = self.frame(place, f"{key}: at")
         if kind == "box":
@@ -255,7 +248,7 @@ class ShapeReader(DataReader):
             return Cylinder(start, end, radii)
         across = self.three(table["across"], f"{key}: across", PLAIN)
         thickness = self.pair(table["thickness"], f"{key}: thickness")
-        if length(cross(across, vector_difference(end, start))) < TINY * dist(start, end):
+        if transform.length(transform.cross(across, transform.vector_difference(end, start))) < TINY * dist(start, end):
             raise self.wrong(f"{key}: across", "does not lead across", "give the direction of its thickness")
         if dist(start, end) <= abs(radii[0] - radii[1]) + TINY:
             raise self.wrong(key, "one of its two discs holds the other", "give a cylinder")

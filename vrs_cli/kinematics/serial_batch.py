@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
+from math import pi
 from typing import Any
 
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats, compose_batch, stack
-from vrs_cli.kinematics.clearance import Unchanging
+from vrs_cli.kinematics.clearance import ON_BOUNDARY, Unchanging
 from vrs_cli.kinematics.compiled import biases, formulas
 from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration, JointKind
 from vrs_cli.kinematics.model import LEVEL, STRAIGHT, Chain, RobotModel
@@ -125,6 +126,48 @@ class SerialBatch:
             cosine, sine = T[:, :, 2] @ approach, np.linalg.norm(np.cross(T[:, :, 2], approach), axis=1)
             within &= np.arctan2(sine, cosine) <= STRAIGHT
         return within
+
+
+class FormulaBatch(SerialBatch):
+    """An arm whose inverse of one branch is a formula for arrays: `formula(T, configuration, near)`, by columns."""
+
+    def __init__(
+        self, model: RobotModel, ways: tuple[Configuration, ...], unchanging: Unchanging, formula: Callable[..., Floats]
+    ) -> None:
+        super().__init__(model, ways, unchanging)
+        self.formula = formula
+
+    def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
+        near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
+        with np.errstate(invalid="ignore", divide="ignore"):  # where a choice is not taken
+            for part in chunks(len(T)):
+                q[part] = self.formula(columns(T[part]), configuration, columns(near[part])).T
+        if self.unchanging != Unchanging():
+            q[~self.in_task(T)] = np.nan
+        return self.turned_near(q, near)
+
+
+class WristBatch(FormulaBatch):
+    """An arm with a spherical wrist: FLIP follows from NOFLIP."""
+
+    def inverse(self, T: Floats) -> tuple[Floats, Flags]:
+        q, inside = np.empty((len(T), len(self.ways), 6)), np.empty((len(T), len(self.ways)), dtype=np.bool_)
+        rest = np.where(np.arange(6) == 3, np.clip(0.0, self.lower, self.upper), 0.0)  # joint 4 of a singular wrist
+        middle, half = 0.5 * (self.upper + self.lower)[:, None], 0.5 * (self.upper - self.lower)[:, None]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for part in chunks(len(T)):
+                poses = columns(T[part])
+                near = np.broadcast_to(rest[:, None], (6, poses.shape[1]))
+                for k, way in enumerate(self.ways):
+                    if k % 2 == 0:
+                        joints, first = self.formula(poses, way, near), 0
+                    else:
+                        bent, first = np.abs(np.sin(joints[4])) > ON_BOUNDARY, 3
+                        joints[3:] = np.where(bent, (joints[3] + pi, -joints[4], joints[5] + pi), joints[3:])
+                    joints[first:] += TURN * np.rint((middle[first:] - joints[first:]) / TURN)
+                    q[part, k] = joints.T
+                    inside[part, k] = (np.abs(joints - middle) <= half + LIMIT_TOLERANCE).all(axis=0)
+        return q, inside
 
 
 class MappedBatch(SerialBatch):

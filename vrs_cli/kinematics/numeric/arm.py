@@ -34,27 +34,12 @@ from vrs_cli.kinematics.joints import (
     Jacobian,
     Joints,
     Singularity,
-    Steps,
     Twist,
     Walk,
 )
 from vrs_cli.kinematics.model import LEVEL, MEASURED, STRAIGHT, ArmTask, RobotModel, levers, some_joints
-from vrs_cli.kinematics.numeric.search import (
-    CONVERGED,
-    DAMPING,
-    FEW,
-    HOPELESS,
-    LARGEST_STEP,
-    LAST,
-    LEAST_DAMPING,
-    NEWTON,
-    NO_TWIST,
-    SHORT,
-    STEPS,
-    Newton,
-    missing,
-    newton,
-)
+from vrs_cli.kinematics.numeric import search
+from vrs_cli.kinematics.numeric.search import newton
 from vrs_cli.kinematics.transform import Transform, position
 
 if TYPE_CHECKING:
@@ -110,7 +95,7 @@ class NumericArm(RobotArm):
 
     def _freedom_at(self, q: Joints, joints: Sequence[int]) -> float:
         """Of one pose; of an arm with too few joints, how well it does what it can."""
-        rows, _ = self.rows_that_count(q, self.jacobian(q), NO_TWIST)
+        rows, _ = self.rows_that_count(q, self.jacobian(q), search.NO_TWIST)
         if joints != self._all:
             rows = [tuple(row[i] for i in joints) for row in rows]
         return volume(list(zip(*rows, strict=True)) if self.short else rows)
@@ -128,42 +113,36 @@ class NumericArm(RobotArm):
 
     # --- inverse ---------------------------------------------------------------------------------------------
 
-    def branch_joints(
-        self,
-        T: Transform,
-        configuration: Configuration,  # noqa: ARG002
-        near: Joints,
-        steps: Steps | None = None,  # noqa: ARG002 (a search has none)
-    ) -> Joints | None:
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:  # noqa: ARG002
         return self.guided_joints(T, near, self._still(near))
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
-        at_once = self.guided_state(T, near, demands, NO_TWIST, (0.0,) * len(demands))
+        at_once = self.guided_state(T, near, demands, search.NO_TWIST, (0.0,) * len(demands))
         return at_once[0] if at_once else self._search(T, near, demands, bounded=False)[0]
 
     def guided_state(
         self, T: Transform, near: Joints, demands: Demands, twist: Twist, rates: Sequence[float]
     ) -> tuple[Joints, Joints] | None:
-        q, before = near, LAST
+        q, before = near, search.LAST
         if self.short or len(demands) != self.redundancy or not self.unchanging.allows(T):
             return None
-        for _ in range(FEW):
+        for _ in range(search.FEW):
             found = self._newton(q, T, demands, twist, rates)
             if found is None:
                 return None
             step, qd = found
             largest = max(map(abs, step))
-            if largest > SHORT:
+            if largest > search.SHORT:
                 return None
             q = tuple(map(add, q, step))
             shrunk = (largest / before) ** 2  # what is left of steps that shrink so, and of the rates what is wrong
-            if shrunk < MAX_RATE_ERROR and shrunk * largest < CONVERGED:
+            if shrunk < MAX_RATE_ERROR and shrunk * largest < search.CONVERGED:
                 return q, qd
             before = largest
         return None
 
     @cached_property
-    def _newton(self) -> Newton:
+    def _newton(self) -> search.Newton:
         model = self.model
         return newton(model.links, model.base, model.flange) if all(model.counts) else self._newton_of_parts
 
@@ -228,7 +207,7 @@ class NumericArm(RobotArm):
         demands = (*held, *((unit, _dot(unit, q)) for unit in near))
         step, directions = Joints(), list[Joints]()
         for k in range(len(held), max(len(demands), len(held) + 1)):
-            found = self._newton(q, pose, demands, NO_TWIST, _axis(k, len(demands)))
+            found = self._newton(q, pose, demands, search.NO_TWIST, _axis(k, len(demands)))
             if found is None:
                 rows, error = self.missing(q, pose)
                 rest = [value - _dot(axis, q) for axis, value in held]
@@ -307,22 +286,22 @@ class NumericArm(RobotArm):
             return None, (0.0, 0.0)
         held = list(q)
         before = inf
-        for _ in range(STEPS):
+        for _ in range(search.STEPS):
             at = tuple(held)
             rows, error = self.missing(at, T)
             for weights, value in demands:
                 rows.append(weights)
                 error.append(value - sum(map(mul, weights, at)))
-            if max(map(abs, error)) < CONVERGED:
+            if max(map(abs, error)) < search.CONVERGED:
                 return at, (0.0, 0.0)
             step = self._step(at, rows, error, bounded=bounded)
             largest = max(map(abs, step))
-            if self.short and largest < CONVERGED and self.reaches(at, T):
+            if self.short and largest < search.CONVERGED and self.reaches(at, T):
                 return at, (0.0, 0.0)
-            if largest <= before and largest < HOPELESS * max(map(abs, error)):
+            if largest <= before and largest < search.HOPELESS * max(map(abs, error)):
                 break
             before = largest
-            scale = min(1.0, LARGEST_STEP / largest) if largest else 0.0
+            scale = min(1.0, search.LARGEST_STEP / largest) if largest else 0.0
             held = [x + scale * dx for x, dx in zip(at, step, strict=True)]
             if bounded:
                 held = [min(max(x, low), high) for x, (low, high) in zip(held, self._limits, strict=True)]
@@ -334,12 +313,12 @@ class NumericArm(RobotArm):
 
     def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
         """The damped step; again without the joints that it would push out of their range."""
-        damping, free = DAMPING * sum([e * e for e in error]) + LEAST_DAMPING, self._all
+        damping, free = search.DAMPING * sum([e * e for e in error]) + search.LEAST_DAMPING, self._all
         limits = zip(self._all, q, self._limits, strict=True) if bounded else ()
         at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}
         while True:
             J = rows if free is self._all else [[row[i] for i in free] for row in rows]
-            newton = squares(J, error) if len(free) == len(J) and damping < NEWTON else None
+            newton = squares(J, error) if len(free) == len(J) and damping < search.NEWTON else None
             part = newton[0] if newton else solve_damped(J, error, damping)
             pushed = [i for i, dx in zip(free, part, strict=True) if i in at_lower and dx and (dx < 0.0) == at_lower[i]]
             if not pushed:
@@ -353,11 +332,11 @@ class NumericArm(RobotArm):
     def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
         """Rows of the Jacobian that count, and what is missing in them [m, rad]."""
         have, J = self.forward_and_jacobian(q)
-        return self.rows_that_count(q, J, missing(self.model.task, have, T))
+        return self.rows_that_count(q, J, search.missing(self.model.task, have, T))
 
     def _miss(self, q: Joints, T: Transform) -> tuple[float, float]:
         counts = self.model.counts
-        x, y, z, *turn = missing(self.model.task, self.forward(q), T)
+        x, y, z, *turn = search.missing(self.model.task, self.forward(q), T)
         away = [v for v, counted in zip((x, y, z), counts, strict=False) if counted]
         return hypot(*away), hypot(*turn) if self.model.task.turns else 0.0
 

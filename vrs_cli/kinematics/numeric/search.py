@@ -21,23 +21,8 @@ from itertools import islice
 from math import atan2, cos, hypot, sin, sqrt
 from typing import Any, NamedTuple, cast
 
+from vrs_cli.kinematics import compiled
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.compiled import (
-    LARGE,
-    SMALL,
-    STILL,
-    Column,
-    Entry,
-    Writer,
-    comma_list,
-    elimination_lines,
-    function,
-    gram,
-    minus,
-    positive,
-    text_of,
-    twist_entries,
-)
 from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
 from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot, inverse
@@ -105,7 +90,7 @@ SEEN_FROM = 2  # the frame with the axis of the third joint
 SIDES = 2  # of the equations: what is missing, and the rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-Table = list[list[Entry]]
+Table = list[list[compiled.Entry]]
 Newton = Callable[[Joints, Transform, Demands, Twist, Sequence[float]], tuple[Joints, Joints] | None]
 
 
@@ -115,12 +100,18 @@ def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newto
     demanded; and the rates of the joints at q for the twist of the flange and the rates of the sums. None where q is
     singular. There are as many demands as joints more than six.
     """
-    names: dict[str, Any] = {"cos": cos, "sin": sin, "turned": as_long_as_angle, "SMALL": SMALL, "LARGE": LARGE}
+    names: dict[str, Any] = {
+        "cos": cos,
+        "sin": sin,
+        "turned": as_long_as_angle,
+        "SMALL": compiled.SMALL,
+        "LARGE": compiled.LARGE,
+    }
     exec(compile(_StepWriter(links, base, flange).step_text(), "<newton>", "exec"), names)
     return cast(Newton, names["newton"])
 
 
-class _StepWriter(Writer):
+class _StepWriter(compiled.Writer):
     """The arm from `SEEN_FROM` on, and back from there to its base; then the equations."""
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
@@ -135,43 +126,60 @@ class _StepWriter(Writer):
         """The inverse of `_joint`."""
         n, s, a, p = self.columns
         c, z, d = self.joint_entries(i, link)
-        ca, sa = twist_entries(link)
+        ca, sa = compiled.twist_entries(link)
         s, a = self.mix((ca, s), (-sa, a)), self.mix((ca, a), (sa, s))
         p = self.mix((1.0, p), (-link.a, n))
         self.axes.insert(0, (a, p))
-        n, s = self.mix((c, n), (minus(z), s)), self.mix((c, s), (z, n))
-        self.columns = n, s, a, self.mix((1.0, p), (minus(d), a))
+        n, s = self.mix((c, n), (compiled.minus(z), s)), self.mix((c, s), (z, n))
+        self.columns = n, s, a, self.mix((1.0, p), (compiled.minus(d), a))
 
     def step_text(self) -> str:
         joints, guides = range(len(self.all)), range(self.guides)
         weights = [[f"g{k}_{i}" for i in joints] for k in guides]
-        head = [f"{comma_list(f'q{i}' for i in joints)} = q", f"{comma_list(f'p{i}' for i in range(12))} = T"]
-        head += [f"{comma_list(f'u{i}' for i in range(6))} = twist"]
+        head = [
+            f"{compiled.comma_list(f'q{i}' for i in joints)} = q",
+            f"{compiled.comma_list(f'p{i}' for i in range(12))} = T",
+        ]
+        head += [f"{compiled.comma_list(f'u{i}' for i in range(6))} = twist"]
         if self.guides:
-            head += [f"{comma_list(f'(({comma_list(row)}), v{k})' for k, row in enumerate(weights))} = demands"]
-            head += [f"{comma_list(f'r{k}' for k in guides)} = rates"]
-        sums = [self.sum([(1.0, f"v{k}"), *((minus(w), f"q{i}") for i, w in enumerate(weights[k]))]) for k in guides]
+            head += [
+                compiled.comma_list(f"(({compiled.comma_list(row)}), v{k})" for k, row in enumerate(weights))
+                + " = demands"
+            ]
+            head += [f"{compiled.comma_list(f'r{k}' for k in guides)} = rates"]
+        sums = [
+            self.sum([(1.0, f"v{k}"), *((compiled.minus(w), f"q{i}") for i, w in enumerate(weights[k]))])
+            for k in guides
+        ]
         n, s, a, _ = self.columns
         v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
         twist = *self.add_crosses(v, (self.flange[3], w)), *w  # of the flange as one of the origin
         wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
-        columns = list[tuple[Entry, ...]]()  # of the Jacobian: the velocity of the origin, and the angular velocity
+        columns = list[
+            tuple[compiled.Entry, ...]
+        ]()  # of the Jacobian: the velocity of the origin, and the angular velocity
         for link, (z, o) in zip(self.all, self.axes, strict=True):
-            columns.append((*z, *STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
+            columns.append((*z, *compiled.STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
         rows = (*zip(*columns, strict=True), *weights)
         table = [[*row, *sides] for row, sides in zip(rows, wanted, strict=True)]
-        found = (f"({comma_list(map(text_of, side))})" for side in zip(*self._solve(table), strict=True))
-        return function("newton(q, T, demands, twist, rates)", [*head, *self.lines, f"return {comma_list(found)}"])
+        found = (
+            f"({compiled.comma_list(map(compiled.text_of, side))})" for side in zip(*self._solve(table), strict=True)
+        )
+        return compiled.function(
+            "newton(q, T, demands, twist, rates)", [*head, *self.lines, f"return {compiled.comma_list(found)}"]
+        )
 
-    def _missing(self) -> tuple[Entry, ...]:
+    def _missing(self) -> tuple[compiled.Entry, ...]:
         """The way of the origin, if it went with the flange, and the turn to the pose that is wanted."""
         n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         *want, p = self.product((n, s, a, origin))
         *have, o = self.flange
-        x, y, z = map(text_of, self.add_crosses(STILL, *zip(have, want, strict=True)))
+        x, y, z = map(compiled.text_of, self.add_crosses(compiled.STILL, *zip(have, want, strict=True)))
         trace = self.sum([pair for a, b in zip(have, want, strict=True) for pair in zip(a, b, strict=True)])
-        self.lines.append(f"x, y, z = turned((0.5 * {x}, 0.5 * {y}, 0.5 * {z}), 0.5 * ({text_of(trace)} - 1.0))")
-        turn: Column = ("x", "y", "z")
+        self.lines.append(
+            f"x, y, z = turned((0.5 * {x}, 0.5 * {y}, 0.5 * {z}), 0.5 * ({compiled.text_of(trace)} - 1.0))"
+        )
+        turn: compiled.Column = ("x", "y", "z")
         return *self.add_crosses(self.mix((1.0, p), (-1.0, o)), (o, turn)), *turn
 
     # --- equations ---
@@ -180,19 +188,23 @@ class _StepWriter(Writer):
         """The unknowns, each on both sides, of rows of coefficients and sides."""
         n = len(table)
         entries = ((r, c, table[r][c]) for r in range(n) for c in range(n))
-        r, c, pivot = next(((r, c, x) for r, c, x in entries if isinstance(x, float) and abs(x) >= LARGE), (n, n, 0.0))
+        r, c, pivot = next(
+            ((r, c, x) for r, c, x in entries if isinstance(x, float) and abs(x) >= compiled.LARGE), (n, n, 0.0)
+        )
         if r == n:  # the rest is solved where the function runs
             table = sorted(table, key=lambda row: row[0] == 0.0)
-            self.lines += [f"a{r}_{c} = {text_of(x)}" for r, row in enumerate(table) for c, x in enumerate(row)]
-            self.lines += elimination_lines(n, SIDES)
+            self.lines += [
+                f"a{r}_{c} = {compiled.text_of(x)}" for r, row in enumerate(table) for c, x in enumerate(row)
+            ]
+            self.lines += compiled.elimination_lines(n, SIDES)
             return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(n)]
         row = [self.sum([(1.0 / pivot, x)]) for x in table[r]]
-        others = list[list[Entry]]()  # each less so much of that row that it has none of its unknown
+        others = list[list[compiled.Entry]]()  # each less so much of that row that it has none of its unknown
         for other in (*table[:r], *table[r + 1 :]):
             pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
-            others.append([self.sum([(1.0, x), (minus(other[c]), y)]) for x, y in pairs])
+            others.append([self.sum([(1.0, x), (compiled.minus(other[c]), y)]) for x, y in pairs])
         found = self._solve(others)
-        known = [minus(x) for x in row[:c] + row[c + 1 : n]]
+        known = [compiled.minus(x) for x in row[:c] + row[c + 1 : n]]
         sides = zip(row[n:], zip(*found, strict=True), strict=True)
         own = [self.sum([(1.0, wanted), *zip(known, values, strict=True)]) for wanted, values in sides]
         return [*found[:c], own, *found[c:]]
@@ -328,7 +340,7 @@ def bounded_step(
 ) -> list[float]:
     """The step d that makes |rows d - error|^2 + damping |d|^2 least, each d within its room, which holds 0."""
     columns = list(zip(*rows, strict=True))
-    table = gram(columns)
+    table = compiled.gram(columns)
     for k, row in enumerate(table):
         row[k] += damping
     slope = [sum([a * e for a, e in zip(column, error, strict=True)]) for column in columns]
@@ -360,3 +372,20 @@ def bounded_step(
             break
         held[inwards] = 0
     return d
+
+
+def positive(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> list[float]:
+    """x with rows @ x = wanted, for a symmetric matrix without negative eigenvalues or nearly so (Cholesky)."""
+    n = len(rows)
+    lower: list[list[float]] = []
+    y: list[float] = []
+    for i in range(n):
+        line: list[float] = []
+        for k, above in enumerate(lower):
+            line.append((rows[i][k] - sum([a * b for a, b in zip(line, above, strict=False)])) / above[k])
+        line.append(sqrt(max(rows[i][i] - sum([a * a for a in line]), compiled.LOST * rows[i][i] or compiled.LOST)))
+        lower.append(line)
+        y.append((wanted[i] - sum([a * b for a, b in zip(line, y, strict=False)])) / line[i])
+    for i in reversed(range(n)):
+        y[i] = (y[i] - sum([lower[k][i] * y[k] for k in range(i + 1, n)])) / lower[i][i]
+    return y

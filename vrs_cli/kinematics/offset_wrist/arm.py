@@ -8,28 +8,188 @@ from math import cos, sin, sqrt
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange
+from vrs_cli.kinematics import clearance as bounds
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.clearance import (
-    BOUNDARY,
-    SINGULAR,
-    UNKNOWN,
-    Clearance,
-    Hand,
-    HandPace,
-    TwoBars,
-    from_axis,
-    from_shoulder,
-    shortest,
-    turning,
-    turning_beside_axis,
-)
+from vrs_cli.kinematics.compiled import over_arrays
 from vrs_cli.kinematics.joints import ALL, WRIST_SINGULAR, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.offset_wrist.inverse import Offsets, make_branch, make_branches
 from vrs_cli.kinematics.transform import IDENTITY, Transform, cross, length
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
+from collections.abc import Callable
+from math import acos, atan2, copysign, dist, pi
+from typing import NamedTuple
+
+from vrs_cli.kinematics.arm import Branch
+from vrs_cli.kinematics.clearance import ON_BOUNDARY
+from vrs_cli.kinematics.joints import TURN, six_turned_near
+from vrs_cli.kinematics.model import EXACT
+
+ALPHAS = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2)
+
+
+class Offsets(NamedTuple):
+    """Lengths [m]; `right` is the side of the arm: +1.0 where w is positive, else -1.0."""
+
+    d1: float
+    a2: float
+    a3: float
+    side: float
+    d5: float
+    d6: float
+    right: float
+
+
+def offsets_of(model: RobotModel) -> Offsets | None:
+    """The lengths of a model whose links have these alphas; None where it is not of this kind."""
+    l1, l2, l3, l4, l5, l6 = model.links
+    if max(abs(l1.a), abs(l4.a), abs(l5.a)) > EXACT or min(l2.a, l3.a) <= EXACT:
+        return None
+    side = l2.d + l3.d + l4.d
+    return Offsets(l1.d, l2.a, l3.a, side, l5.d, l6.d, -1.0 if side < 0.0 else 1.0)
+
+
+NOWHERE = (None, None, None, None)
+ON_AXIS = bounds.SINGULAR * bounds.SINGULAR  # [m2]
+
+Branches = Callable[[Transform], tuple[Joints | None, ...]]
+
+
+def make_branches(offsets: Offsets, middle: Joints) -> Branches:
+    """All eight joint vectors, in the order of `configuration.ALL`; None where the arm does not reach.
+
+    Each joint is on the turn nearest to the middle of its range.
+    """
+    d1, a2, a3, side, d5, d6, right = offsets
+    bars, twice = a2 * a2 + a3 * a3, 1.0 / (2.0 * a2 * a3)
+    mid1, mid2, mid3, mid4, mid5, mid6 = middle
+    low1, low2, low3, low4, low5, low6 = (angle - pi for angle in middle)
+    high1, high2, high3, high4, high5, high6 = (angle + pi for angle in middle)
+
+    def branches(T: Transform) -> tuple[Joints | None, ...]:
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+        x, y, z = px - d6 * ax, py - d6 * ay, pz - d6 * az - d1
+        reach2 = x * x + y * y
+        outward2 = reach2 - side * side
+        if outward2 < -bounds.BOUNDARY:
+            return NOWHERE + NOWHERE
+        root = sqrt(outward2) if outward2 > 0.0 else 0.0
+        found: tuple[Joints | None, ...] = ()
+        for forward in (right, -right):
+            if reach2 > ON_AXIS:
+                c1 = (forward * root * x - side * y) / reach2
+                s1 = (forward * root * y + side * x) / reach2
+                q1 = atan2(s1, c1)
+                if not low1 <= q1 <= high1:
+                    q1 -= TURN * round((q1 - mid1) / TURN)
+            else:  # joint 1 may stand anywhere
+                q1, c1, s1 = mid1, cos(mid1), sin(mid1)
+            n, s, c5 = nx * s1 - ny * c1, sx * s1 - sy * c1, ax * s1 - ay * c1  # along the axes of joints 2 to 4
+            s5 = sqrt(n * n + s * s)
+            q5, q6, other6, back = atan2(s5, c5), mid6, mid6, 1.0
+            if s5 > ON_BOUNDARY:
+                c6, s6, q6, back = n / s5, -s / s5, atan2(-s, n), -1.0
+                other6 = q6 - pi if q6 > 0.0 else q6 + pi
+                if not low6 <= q6 <= high6:
+                    q6 -= TURN * round((q6 - mid6) / TURN)
+                if not low6 <= other6 <= high6:
+                    other6 -= TURN * round((other6 - mid6) / TURN)
+            else:  # joint 6 may stand anywhere
+                c6, s6 = cos(mid6), sin(mid6)
+            u, v = c5 * c6, -c5 * s6  # x axis of frame 4 seen from the flange: (u, v, -s5)
+            level = c1 * (nx * u + sx * v - ax * s5) + s1 * (ny * u + sy * v - ay * s5)
+            lift = nz * u + sz * v - az * s5
+            out = c1 * x + s1 * y
+            solved: tuple[Joints | None, ...] = ()
+            for _ in (1, 2):  # NOFLIP, then FLIP
+                h, v = out - d5 * lift, z + d5 * level  # joint 4 in the arm's plane, outward and up
+                k = (h * h + v * v - bars) * twice
+                if not -1.0 < k < 1.0:
+                    if -1.0 - bounds.BOUNDARY < k < 1.0 + bounds.BOUNDARY:
+                        k = 1.0 if k > 0.0 else -1.0
+                    else:
+                        solved += (None, None)
+                        lift, level, q5, q6 = back * lift, back * level, -q5, other6
+                        continue
+                bearing, pitch = atan2(v, h), atan2(lift, level)
+                beside, bend = forward * atan2(a3 * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k), forward * acos(k)
+                turned5 = q5 if low5 <= q5 <= high5 else q5 - TURN * round((q5 - mid5) / TURN)
+                for _ in (1, 2):  # ABOVE, then BELOW
+                    q2, q3 = bearing + beside, -bend
+                    q4 = pitch - q2 - q3
+                    if not low2 <= q2 <= high2:
+                        q2 -= TURN * round((q2 - mid2) / TURN)
+                    if not low3 <= q3 <= high3:
+                        q3 -= TURN * round((q3 - mid3) / TURN)
+                    if not low4 <= q4 <= high4:
+                        q4 -= TURN * round((q4 - mid4) / TURN)
+                    solved += ((q1, q2, q3, q4, turned5, q6),)
+                    beside, bend = -beside, -bend
+                lift, level, q5, q6 = back * lift, back * level, -q5, other6
+            above, below, other_above, other_below = solved
+            found += (above, other_above, below, other_below)
+        return found
+
+    return branches
+
+
+STEPS = (  # variables of a branch, as `render/symbols.py` shows them
+    *("arm", "elbow", "wrist", "x", "y", "z", "u2", "u", "q1", "c5", "s5", "q5", "q6"),
+    *("lift", "level", "h", "v", "k", "q3", "q2", "phi", "q4"),
+)
+
+
+def make_branch(offsets: Offsets) -> Branch:
+    """Return the inverse of one branch: each joint on the turn nearest to `near`, whatever the limits.
+
+    None where the pose is out of reach. Joint 1 or joint 6 stays at `near` where it may stand anywhere.
+    """
+    d1, a2, a3, side, d5, d6, right = offsets
+    bars, twice = a2 * a2 + a3 * a3, 1.0 / (2.0 * a2 * a3)
+    most = 1.0 + bounds.BOUNDARY
+
+    def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+        arm, elbow, wrist = configuration.signs
+        forward = arm * right
+        x, y, z = px - d6 * ax, py - d6 * ay, pz - d6 * az - d1
+        reach2 = x * x + y * y
+        u2 = reach2 - side * side
+        if u2 < -bounds.BOUNDARY:
+            return None
+        outward = forward * sqrt(u2 if u2 > 0.0 else 0.0)
+        c1, s1 = (
+            ((outward * x - side * y) / reach2, (outward * y + side * x) / reach2)
+            if reach2 > ON_AXIS
+            else (cos(near[0]), sin(near[0]))
+        )
+        q1 = atan2(s1, c1) if reach2 > ON_AXIS else near[0]
+        n, s, c5 = nx * s1 - ny * c1, sx * s1 - sy * c1, ax * s1 - ay * c1
+        size = sqrt(n * n + s * s)
+        c6, s6 = (wrist * n / size, -wrist * s / size) if size > ON_BOUNDARY else (cos(near[5]), sin(near[5]))
+        q6 = atan2(s6, c6) if size > ON_BOUNDARY else near[5]
+        s5 = size * wrist
+        q5 = atan2(s5, c5)
+        along, beside = c5 * c6, -c5 * s6
+        level = c1 * (nx * along + sx * beside - ax * s5) + s1 * (ny * along + sy * beside - ay * s5)
+        lift = nz * along + sz * beside - az * s5
+        u = c1 * x + s1 * y
+        h, v = u - d5 * lift, z + d5 * level
+        k = (h * h + v * v - bars) * twice
+        if k >= most or k <= -most:
+            return None
+        cosine = k if -1.0 < k < 1.0 else copysign(1.0, k)
+        fold = -elbow * forward
+        q2 = atan2(v, h) - fold * atan2(a3 * sqrt((1.0 - cosine) * (1.0 + cosine)), a2 + a3 * cosine)
+        q3 = fold * acos(cosine)
+        phi = atan2(lift, level)
+        q4 = phi - q2 - q3
+        found = q1, q2, q3, q4, q5, q6
+        return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
+
+    return branch
+
 
 CLEAR = 1e-3  # of the measures of singularities, from which on the rates are these
 
@@ -39,16 +199,17 @@ class OffsetWristArm(RobotArm):
 
     ways = ALL
     method = "closed form, joints 2 to 4 parallel"
+    step_names = STEPS
 
     def __init__(self, model: RobotModel, offsets: Offsets) -> None:
         super().__init__(model)
         self.offsets = offsets
         self.branches = make_branches(offsets, self.middle)  # type: ignore[method-assign, assignment] # as on a PUMA
-        self.branch_joints = make_branch(offsets)  # type: ignore[method-assign]
-        self.reach = TwoBars(offsets.a2, offsets.a3, abs(offsets.side))
+        self.branch_joints = make_branch(offsets)  # type: ignore[method-assign, assignment]
+        self.reach = bounds.TwoBars(offsets.a2, offsets.a3, abs(offsets.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, 0.0
-        self.hand = Hand(IDENTITY, (0.0, 0.0, -offsets.d6), (0.0, 0.0, 1.0))
+        self.hand = bounds.Hand(IDENTITY, (0.0, 0.0, -offsets.d6), (0.0, 0.0, 1.0))
 
     @property
     def constants(self) -> Mapping[str, float]:
@@ -57,10 +218,10 @@ class OffsetWristArm(RobotArm):
     def configuration(self, q: Joints) -> Configuration:
         g = self.offsets
         outward = self._outward(q)
-        lefty = outward * g.right < -SINGULAR
-        forward = -1.0 if outward < -SINGULAR or (abs(outward) <= SINGULAR and g.right < 0.0) else 1.0
-        below = sin(q[2]) * forward > SINGULAR
-        return ALL[4 * lefty + 2 * below + (sin(q[4]) < -SINGULAR)]
+        lefty = outward * g.right < -bounds.SINGULAR
+        forward = -1.0 if outward < -bounds.SINGULAR or (abs(outward) <= bounds.SINGULAR and g.right < 0.0) else 1.0
+        below = sin(q[2]) * forward > bounds.SINGULAR
+        return ALL[4 * lefty + 2 * below + (sin(q[4]) < -bounds.SINGULAR)]
 
     def outward(self, q: Joints) -> float:
         return -self.offsets.right * self._outward(q)
@@ -114,57 +275,57 @@ class OffsetWristArm(RobotArm):
         qd3 = -(h * vo + v * vu) / (a2 * a3 * s3)
         return qd1, qd2, qd3, turn - qd2 - qd3, s * out - c * up, qd6
 
-    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+    def clearance(self, T: Transform, configuration: Configuration) -> bounds.Clearance:
         """Joint 4 is at o - d5 z, with o the wrist's centre and z along y x a, which is as long as sin q5."""
         d1, _, _, side, d5, d6, right = self.offsets
         arm, _, wrist = configuration.signs
         x, y = T[3] - d6 * T[2], T[7] - d6 * T[6]
         reach2 = x * x + y * y
         shoulder = reach2 - side * side
-        if shoulder < -BOUNDARY:
-            return Clearance(shoulder)
+        if shoulder < -bounds.BOUNDARY:
+            return bounds.Clearance(shoulder)
         outward, c1, s1 = arm * right * sqrt(max(shoulder, 0.0)), 1.0, 0.0
-        if reach2 > SINGULAR * SINGULAR:
+        if reach2 > bounds.SINGULAR * bounds.SINGULAR:
             c1, s1 = (outward * x - side * y) / reach2, (outward * y + side * x) / reach2
         across = cross((s1, -c1, 0.0), (T[2], T[6], T[10]))
         s5 = length(across)
-        away = d5 * wrist / s5 if s5 > SINGULAR else 0.0
+        away = d5 * wrist / s5 if s5 > bounds.SINGULAR else 0.0
         h = c1 * x + s1 * y - away * (c1 * across[0] + s1 * across[1])
         v = T[11] - d6 * T[10] - d1 - away * across[2]
         square = h * h + v * v
-        return Clearance(shoulder, self.reach.outer - square, square - self.reach.inner, s5, across)
+        return bounds.Clearance(shoulder, self.reach.outer - square, square - self.reach.inner, s5, across)
 
     def least_clearance(
-        self, a: Clearance, b: Clearance, pace: HandPace, h: float, *, beside_axis: bool = False
-    ) -> Clearance:
-        shoulder, far = from_axis(self.reach, a.shoulder, b.shoulder, pace, h)
+        self, a: bounds.Clearance, b: bounds.Clearance, pace: bounds.HandPace, h: float, *, beside_axis: bool = False
+    ) -> bounds.Clearance:
+        shoulder, far = bounds.from_axis(self.reach, a.shoulder, b.shoulder, pace, h)
         if beside_axis:
-            turns = turning_beside_axis(self.reach.side, pace)
+            turns = bounds.turning_beside_axis(self.reach.side, pace)
         elif shoulder > 0.0:
-            turns = turning(sqrt(shoulder), far, self.reach.side, pace)
+            turns = bounds.turning(sqrt(shoulder), far, self.reach.side, pace)
         else:
-            return Clearance(shoulder, UNKNOWN, UNKNOWN, UNKNOWN)
+            return bounds.Clearance(shoulder, bounds.UNKNOWN, bounds.UNKNOWN, bounds.UNKNOWN)
         rate = pace.tilt + turns.rate
         change = turns.bend + turns.rate * (turns.rate + 2.0 * pace.tilt) + pace.tilt_bend
-        wrist = shortest(a.across, b.across, rate, change, h)
+        wrist = bounds.shortest(a.across, b.across, rate, change, h)
         if wrist <= 0.0:
-            return Clearance(shoulder, UNKNOWN, UNKNOWN, wrist)
+            return bounds.Clearance(shoulder, bounds.UNKNOWN, bounds.UNKNOWN, wrist)
         swing, swing_bend = (
             rate / wrist,
             change / wrist + 3.0 * (rate / wrist) ** 2,
         )  # of z, a vector made of length one
         d5, beside = abs(self.offsets.d5), self.reach.side * self.reach.side
         speed, bend = pace.speed + d5 * swing, pace.bend + d5 * swing_bend
-        return Clearance(shoulder, *from_shoulder(self.reach, a, b, speed, bend, h, beside), wrist)
+        return bounds.Clearance(shoulder, *bounds.from_shoulder(self.reach, a, b, speed, bend, h, beside), wrist)
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         return self.reach.refusal(self.clearance(T, configuration), "joint 4", hint)
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.offset_wrist.batch import OffsetWristBatch  # here: it brings numpy
+        from vrs_cli.kinematics.serial_batch import FormulaBatch  # here: it brings numpy
 
-        return OffsetWristBatch(self.model, self.offsets)
+        return FormulaBatch(self.model, ALL, bounds.Unchanging(), over_arrays(self.branch_joints))
 
     def singularity(self, q: Joints) -> Singularity:
         g = self.offsets

@@ -2,24 +2,105 @@
 
 from __future__ import annotations
 
-from cmath import phase, rect
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from math import acos, atan2, cos, sin
+from math import acos, atan2, copysign, cos, sin
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
-from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arm import Branch, RobotArm
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
+from vrs_cli.kinematics.compiled import over_arrays, steps_of
 from vrs_cli.kinematics.joints import SIDES, Configuration, Demands, Joints, Singularity, Steps, Twist, nearest_turn
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.parallel_axes.bars import Bars
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, rotate
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
+from cmath import phase
+from dataclasses import dataclass
 
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.model import EXACT, ArmTask, axes_parallel, frame, joint_axes, link_frames
+from vrs_cli.kinematics.transform import any_normal, dot
+
+TASKS = {
+    (2, 0): ArmTask.POINT,
+    (3, 0): ArmTask.PLANE,
+    (3, 1): ArmTask.UPRIGHT,
+    (2, 1): ArmTask.POSITION,
+}  # turning, sliding joints
+
+
+@dataclass(frozen=True)
+class Bars:
+    """The arm while all joints are 0, in the plane of the first axis (z up along it).
+
+    `turns` and `slides`: joints by index, `signs` the sense of each; `first` and `second` bar, `hand` from the wrist to
+    the flange [m]; `height` of the flange [m].
+    """
+
+    T_plane_base: Transform
+    turns: tuple[int, ...]
+    slides: tuple[int, ...]
+    signs: tuple[float, ...]
+    first: complex
+    second: complex
+    hand: complex
+    flange: Transform
+    up: float
+
+    @cached_property
+    def lengths(self) -> tuple[float, float]:
+        return abs(self.first), abs(self.second)
+
+    @cached_property
+    def bearings(self) -> tuple[float, float]:
+        return phase(self.first), phase(self.second)
+
+
+def bars_of(model: RobotModel) -> Bars | None:
+    """The bars of a model of this kind; None for every other robot."""
+    kinds = model.units.kinds
+    turns = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.REVOLUTE)
+    slides = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.PRISMATIC)
+    if TASKS.get((len(turns), len(slides))) is not model.task or not axes_parallel(model):
+        return None
+    axes = joint_axes(model)
+    start = axes[turns[0]]
+    z = start.direction
+    T_plane_base = inverse(frame(any_normal(z), z, start.point))
+    flange = compose(T_plane_base, link_frames(model, (0.0,) * model.joint_count)[-1])
+    turning = (axes[i] for i in turns)
+    across = [compose(T_plane_base, frame(any_normal(a.direction), a.direction, a.point)) for a in turning]
+    points = [complex(T.px, T.py) for T in (*across, flange)]
+    bars = Bars(
+        T_plane_base=T_plane_base,
+        turns=turns,
+        slides=slides,
+        signs=tuple(1.0 if dot(axis.direction, z) > 0.0 else -1.0 for axis in axes),
+        first=points[1] - points[0],
+        second=points[2] - points[1],
+        hand=points[-1] - points[2],
+        flange=flange,
+        up=-1.0 if z[2] < -EXACT else 1.0,
+    )
+    return None if min(bars.lengths) < EXACT else bars
+
+
+STEPS = (
+    "arm",
+    "x",
+    "y",
+    "turn",
+    "rise",
+    "k",
+    "psi",
+    "m",
+    "t",
+    "first",
+)  # variables of a branch, as `render/symbols.py` shows them
 CLEAR = 1e-3  # of the measure of the singularity, from which on the rates are in closed form
 
 
@@ -32,7 +113,8 @@ class ParallelAxesArm(RobotArm):
     def __init__(self, model: RobotModel, bars: Bars) -> None:
         super().__init__(model)
         self.bars = bars
-        self._closed_rates = make_rates(bars)
+        self.wrist, self._closed_rates = make_wrist(bars), make_rates(bars)
+        self._branch = make_branch(bars, self.wrist)
         self.reach = TwoBars(*bars.lengths, 0.0)
         self.boundary = self.reach.boundary()
         centre = rotate(inverse(bars.flange), (-bars.hand.real, -bars.hand.imag, 0.0))
@@ -52,50 +134,11 @@ class ParallelAxesArm(RobotArm):
     def configuration(self, q: Joints) -> Configuration:
         return SIDES[sin(self.elbow(q)) * self.bars.up < -SINGULAR]
 
-    def wrist(self, T: Transform) -> tuple[complex, float, float]:
-        """Where the second bar ends, the turn of the flange since all joints were 0 [rad], and its rise [m]."""
-        bars = self.bars
-        seen, zero = compose(bars.T_plane_base, T), bars.flange
-        turn = 0.0
-        if len(bars.turns) > 2:  # a rotation about z: R = Rz(turn) R_zero
-            turn = atan2(
-                seen.ny * zero.nx + seen.sy * zero.sx + seen.ay * zero.ax
-                - (seen.nx * zero.ny + seen.sx * zero.sy + seen.ax * zero.ay),
-                seen.nx * zero.nx + seen.sx * zero.sx + seen.ax * zero.ax
-                + (seen.ny * zero.ny + seen.sy * zero.sy + seen.ay * zero.ay),
-            )  # fmt: skip
-        return complex(seen.px, seen.py) - bars.hand * rect(1.0, turn), turn, seen.pz - zero.pz
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        return self._branch(T, configuration, near) if self.unchanging.allows(T) else None
 
-    def branch_joints(
-        self, T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None
-    ) -> Joints | None:
-        if not self.unchanging.allows(T):
-            return None
-        bars, (l1, l2) = self.bars, self.bars.lengths
-        wrist, turn, rise = self.wrist(T)
-        k = (abs(wrist) ** 2 - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
-        if steps is not None:
-            steps.update(arm=configuration.signs[0] * bars.up, x=wrist.real, y=wrist.imag, turn=turn, rise=rise, k=k)
-        if not -1.0 < k < 1.0:
-            if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
-                return None
-            k = 1.0 if k > 0.0 else -1.0
-        psi = acos(k) * configuration.signs[0] * bars.up
-        i1, i2, *i3 = bars.turns
-        q = list(near)
-        if abs(wrist) > SINGULAR:  # else joint 1 may stand anywhere: it stays
-            q[i1] = bars.signs[i1] * (phase(wrist) - phase(l1 + l2 * rect(1.0, psi)) - self.bars.bearings[0])
-        q[i2] = bars.signs[i2] * (psi - self.bars.bearings[1] + self.bars.bearings[0])
-        for i in i3:
-            q[i] = bars.signs[i] * (turn - bars.signs[i1] * q[i1] - bars.signs[i2] * q[i2])
-        for i in bars.slides:
-            q[i] = bars.signs[i] * rise
-        for i in bars.turns:
-            q[i] = nearest_turn(q[i], near[i])
-        if steps is not None:
-            first = phase(wrist) - phase(l1 + l2 * rect(1.0, psi)) if abs(wrist) > SINGULAR else 0.0
-            steps.update(psi=psi, m=l1 + l2 * k, t=l2 * sin(psi), first=first)
-        return tuple(q)
+    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
+        return steps_of(self._branch, STEPS, T, configuration, near) if self.unchanging.allows(T) else {}
 
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
@@ -104,7 +147,7 @@ class ParallelAxesArm(RobotArm):
         return super().joint_velocity(q, twist, T_flange_tool, demands) if found is None else found
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
-        far, (l1, l2) = abs(self.wrist(T)[0]), self.bars.lengths
+        far, (l1, l2) = abs(complex(*self.wrist(T)[:2])), self.bars.lengths
         where = f"the arm would have to reach {1000 * far:.1f} mm, "
         if far > l1 + l2:
             right = f"move the location {1000 * (far - l1 - l2):.1f} mm nearer"
@@ -115,7 +158,7 @@ class ParallelAxesArm(RobotArm):
         return LocationTooClose(what, right, value=far, lower=least)
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (the same in both)
-        square = abs(self.wrist(T)[0]) ** 2
+        square = abs(complex(*self.wrist(T)[:2])) ** 2
         return Clearance(outer=self.reach.outer - square, inner=square - self.reach.inner)
 
     def least_clearance(
@@ -135,9 +178,60 @@ class ParallelAxesArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.parallel_axes.batch import ParallelAxesBatch  # here: it brings numpy
+        from vrs_cli.kinematics.serial_batch import FormulaBatch  # here: it brings numpy
 
-        return ParallelAxesBatch(self.model, self.unchanging, self.bars)
+        formula = over_arrays(self._branch, wrist=over_arrays(self.wrist))
+        return FormulaBatch(self.model, SIDES, self.unchanging, formula)
+
+
+def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, float]]:
+    """Return a function of T_base_flange: where the second bar ends in the plane of the arm (x, y) [m], the turn of the
+    flange since all joints were 0 [rad], and its rise since then [m].
+    """
+    plane, zero, turns = bars.T_plane_base, bars.flange, len(bars.turns) > 2
+    hx, hy = bars.hand.real, bars.hand.imag
+
+    def wrist(T: Transform) -> tuple[float, float, float, float]:
+        nx, sx, ax, px, ny, sy, ay, py, _, _, _, pz = compose(plane, T)
+        across = ny * zero.nx + sy * zero.sx + ay * zero.ax - (nx * zero.ny + sx * zero.sy + ax * zero.ay)
+        ahead = nx * zero.nx + sx * zero.sx + ax * zero.ax + (ny * zero.ny + sy * zero.sy + ay * zero.ay)
+        turn = atan2(across, ahead) if turns else 0.0 * px  # a rotation about z: R = Rz(turn) R_zero
+        c, s = cos(turn), sin(turn)
+        return px - (hx * c - hy * s), py - (hx * s + hy * c), turn, pz - zero.pz
+
+    return wrist
+
+
+def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, float, float]]) -> Branch:
+    """Return the inverse of one branch: each joint that turns on the turn nearest to `near`, whatever the limits."""
+    (l1, l2), (b1, b2), up, most = bars.lengths, bars.bearings, bars.up, 1.0 + BOUNDARY
+    i1, i2, i3 = (*bars.turns, bars.turns[1])[:3]
+    s1, s2, s3, s4 = (bars.signs[i] for i in (i1, i2, i3, (*bars.slides, i1)[0]))
+    in_order = joints_in_order(bars)
+
+    def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        x, y, turn, rise = wrist(T)
+        arm = configuration.signs[0] * up
+        far = abs(complex(x, y))
+        k = (far**2 - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+        if k >= most or k <= -most:
+            return None
+        psi = acos(k if -1.0 < k < 1.0 else copysign(1.0, k)) * arm
+        m, t = l1 + l2 * cos(psi), l2 * sin(psi)
+        first = atan2(y, x) - atan2(t, m)
+        q1 = s1 * (first - b1) if far > SINGULAR else near[i1]  # else joint 1 may stand anywhere: it stays
+        q2 = s2 * (psi - b2 + b1)
+        q3 = nearest_turn(s3 * (turn - s1 * q1 - s2 * q2), near[i3])
+        joints: Joints = in_order((nearest_turn(q1, near[i1]), nearest_turn(q2, near[i2]), q3, s4 * rise))
+        return joints
+
+    return branch
+
+
+def joints_in_order(bars: Bars) -> Callable[[tuple[float, ...]], Joints]:
+    """Return what puts values for the joints that turn and for the one that slides in the order of the arm's joints."""
+    places = dict(zip(bars.turns, range(3), strict=False)) | dict.fromkeys(bars.slides, 3)
+    return itemgetter(*(places[i] for i in range(len(places))))
 
 
 def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None]:
@@ -151,8 +245,7 @@ def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None
     i1, i2, *i3 = bars.turns
     third, signs = (*i3, i2)[0], bars.signs
     s1, s2, s3, s4 = signs[i1], signs[i2], signs[third], signs[(*bars.slides, i1)[0]]
-    places = dict(zip(bars.turns, range(3), strict=False)) | dict.fromkeys(bars.slides, 3)
-    in_order = itemgetter(*(places[i] for i in range(len(places))))
+    in_order = joints_in_order(bars)
     near = CLEAR * l1 * l2
 
     def rates(q: Joints, twist: Twist, T_flange_tool: Transform) -> Joints | None:

@@ -11,32 +11,13 @@ from math import cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, StraightLineSingular
+from vrs_cli.kinematics import clearance as bounds
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.clearance import (
-    ON_BOUNDARY,
-    SINGULAR,
-    UNKNOWN,
-    Clearance,
-    Hand,
-    HandPace,
-    TwoBars,
-    from_axis,
-    from_shoulder,
-    shortest,
-    turning,
-    turning_beside_axis,
-)
+from vrs_cli.kinematics.compiled import over_arrays
 from vrs_cli.kinematics.joints import ALL, AT_REST, WRIST_SINGULAR, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.spherical_wrist.inverse import (
-    Geometry,
-    configuration_of,
-    make_branch,
-    make_branches,
-    make_outside,
-    make_within,
-    outward,
-)
+from vrs_cli.kinematics.spherical_wrist import inverse
+from vrs_cli.kinematics.spherical_wrist.inverse import outward
 from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 
 if TYPE_CHECKING:
@@ -50,26 +31,27 @@ class SphericalWristArm(RobotArm):
 
     ways = ALL
     method = "closed form, spherical wrist"
+    step_names = inverse.STEPS
 
-    def __init__(self, model: RobotModel, geometry: Geometry) -> None:
+    def __init__(self, model: RobotModel, geometry: inverse.Geometry) -> None:
         super().__init__(model)
         self.geometry = geometry
         self.forward = make_forward(geometry)
-        self.branches = make_branches(geometry, model)  # type: ignore[method-assign, assignment] # written out, for speed
-        self.branch_joints = make_branch(geometry)  # type: ignore[method-assign]
-        self._outside = make_outside(model)  # type: ignore[method-assign, assignment]
-        self._within = make_within(model)
-        self.reach = TwoBars(geometry.a2, geometry.forearm, abs(geometry.side))
+        self.branches = inverse.make_branches(geometry, model)  # type: ignore[method-assign, assignment] # written out, for speed
+        self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
+        self._outside = inverse.make_outside(model)  # type: ignore[method-assign, assignment]
+        self._within = inverse.make_within(model)
+        self.reach = bounds.TwoBars(geometry.a2, geometry.forearm, abs(geometry.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, geometry.beta
-        self.hand = Hand(IDENTITY, (0.0, 0.0, -geometry.d6), (0.0, 0.0, 1.0))
+        self.hand = bounds.Hand(IDENTITY, (0.0, 0.0, -geometry.d6), (0.0, 0.0, 1.0))
 
     @property
     def constants(self) -> Mapping[str, float]:
         return self.geometry._asdict()
 
     def configuration(self, q: Joints) -> Configuration:
-        return configuration_of(self.geometry, q)
+        return inverse.configuration_of(self.geometry, q)
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
         return () if abs(q[4]) >= WRIST_SINGULAR else (self.configuration(q).other_wrist,)
@@ -82,7 +64,7 @@ class SphericalWristArm(RobotArm):
 
     # --- clearances --------------------------------------------------------------------------------------
 
-    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+    def clearance(self, T: Transform, configuration: Configuration) -> bounds.Clearance:
         d1, a1, _, _, _, d6, side, _, _ = self.geometry
         x, y, down = T[3] - d6 * T[2], T[7] - d6 * T[6], d1 + d6 * T[10] - T[11]
         shoulder = x * x + y * y - side * side
@@ -91,29 +73,29 @@ class SphericalWristArm(RobotArm):
         q = self.branch_joints(T, configuration, self.middle)
         outer, inner = self.reach.outer - square, square - self.reach.inner
         if q is None:
-            return Clearance(shoulder, outer, inner)
+            return bounds.Clearance(shoulder, outer, inner)
         s23 = sin(q[1] + q[2])
         forearm = cos(q[0]) * s23, sin(q[0]) * s23, cos(q[1] + q[2])  # along the axis of joint 4
-        return Clearance(shoulder, outer, inner, abs(sin(q[4])), cross(forearm, (T[2], T[6], T[10])))
+        return bounds.Clearance(shoulder, outer, inner, abs(sin(q[4])), cross(forearm, (T[2], T[6], T[10])))
 
     def least_clearance(
-        self, a: Clearance, b: Clearance, pace: HandPace, h: float, *, beside_axis: bool = False
-    ) -> Clearance:
+        self, a: bounds.Clearance, b: bounds.Clearance, pace: bounds.HandPace, h: float, *, beside_axis: bool = False
+    ) -> bounds.Clearance:
         bars = self.reach
-        shoulder, far = from_axis(bars, a.shoulder, b.shoulder, pace, h)
-        turns = turning(sqrt(shoulder), far, bars.side, pace) if shoulder > 0.0 else None
+        shoulder, far = bounds.from_axis(bars, a.shoulder, b.shoulder, pace, h)
+        turns = bounds.turning(sqrt(shoulder), far, bars.side, pace) if shoulder > 0.0 else None
         if beside_axis:
-            turns = turning_beside_axis(bars.side, pace)
+            turns = bounds.turning_beside_axis(bars.side, pace)
         if turns is not None:
             speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
         if beside_axis or self.geometry.a1 == 0.0:
-            outer, inner = from_shoulder(bars, a, b, pace.speed, pace.bend, h, bars.side * bars.side)
+            outer, inner = bounds.from_shoulder(bars, a, b, pace.speed, pace.bend, h, bars.side * bars.side)
         elif turns is not None:
-            outer, inner = from_shoulder(bars, a, b, speed, bend, h)
+            outer, inner = bounds.from_shoulder(bars, a, b, speed, bend, h)
         else:
-            outer = inner = UNKNOWN
+            outer = inner = bounds.UNKNOWN
         if turns is None or outer <= 0.0 or inner <= 0.0:
-            return Clearance(shoulder, outer, inner, UNKNOWN)
+            return bounds.Clearance(shoulder, outer, inner, bounds.UNKNOWN)
         # joints 2 and 3 turn the bars as a2 and forearm, square to them, make the velocity of the wrist's centre, and
         # their derivatives its acceleration
         fold = bars.fold(outer, inner)
@@ -121,8 +103,10 @@ class SphericalWristArm(RobotArm):
         fore_bend = (bend + bars.upper * upper * upper + bars.fore * fore * fore) / (bars.fore * fold)
         spin = hypot(turns.rate, fore)  # of the forearm, whose axes of turning are square to each other
         swing = turns.bend + fore_bend + turns.rate * fore + spin * spin
-        wrist = shortest(a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h)
-        return Clearance(shoulder, outer, inner, wrist)
+        wrist = bounds.shortest(
+            a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h
+        )
+        return bounds.Clearance(shoulder, outer, inner, wrist)
 
     def outward(self, q: Joints) -> float:
         return outward(self.geometry, q)
@@ -179,7 +163,7 @@ class SphericalWristArm(RobotArm):
         turn = c1 * wx + s1 * wy
         # the turn of the hand, about the axes of frame 3
         x, y, z = c23 * turn - s23 * wz, c1 * wy - s1 * wx, s23 * turn + c23 * wz
-        if u > SINGULAR or u < -SINGULAR:
+        if u > bounds.SINGULAR or u < -bounds.SINGULAR:
             qd1 = across / u
         elif -AT_REST < across < AT_REST:
             qd1 = 0.0
@@ -187,13 +171,13 @@ class SphericalWristArm(RobotArm):
             raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
         out += side * qd1
         stretch = uu * fv - uv * fu  # a2 forearm sin psi
-        if abs(stretch) > SINGULAR * a2 * forearm:
+        if abs(stretch) > bounds.SINGULAR * a2 * forearm:
             qd2 = (out * fu + down * fv) / stretch
             qd23 = -(out * uu + down * uv) / stretch
         else:
             h, v = uu + fu, uv + fv
             reach = hypot(h, v)
-            if reach < SINGULAR or abs(out * h + down * v) > AT_REST * reach:
+            if reach < bounds.SINGULAR or abs(out * h + down * v) > AT_REST * reach:
                 raise _singular("elbow", "the arm is stretched or folded flat")
             qd2 = qd23 = (down * h - out * v) / (reach * reach)
         # what is left for the wrist to turn
@@ -202,12 +186,12 @@ class SphericalWristArm(RobotArm):
         z -= c23 * qd1
         lost = c4 * x + s4 * y
         qd5 = c4 * y - s4 * x
-        if s5 > ON_BOUNDARY or s5 < -ON_BOUNDARY:
+        if s5 > bounds.ON_BOUNDARY or s5 < -bounds.ON_BOUNDARY:
             qd6 = lost / s5
             return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
         # a vector so short has no direction: joint 4 is held. Where it would have to turn, joints jump to the next
         # sample, which no velocity explains
-        if -SINGULAR <= s5 <= SINGULAR and not -AT_REST < lost < AT_REST:
+        if -bounds.SINGULAR <= s5 <= bounds.SINGULAR and not -AT_REST < lost < AT_REST:
             raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
         return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5
 
@@ -224,12 +208,12 @@ class SphericalWristArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.spherical_wrist.batch import SphericalWristBatch  # here: it brings numpy
+        from vrs_cli.kinematics.serial_batch import WristBatch  # here: it brings numpy
 
-        return SphericalWristBatch(self.model, self.geometry)
+        return WristBatch(self.model, ALL, bounds.Unchanging(), over_arrays(self.branch_joints))
 
 
-def make_forward(geometry: Geometry) -> Callable[[Joints], Transform]:
+def make_forward(geometry: inverse.Geometry) -> Callable[[Joints], Transform]:
     """T_base_flange(q) in closed form, for an arm with a spherical wrist."""
     d1, a1, a2, a3, d4, d6, side, _, _ = geometry
 

@@ -31,7 +31,7 @@ last bit.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, atan2, cos, dist, hypot, pi, sin, sqrt
+from math import acos, atan2, copysign, cos, dist, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.arm import Branch
@@ -46,7 +46,6 @@ from vrs_cli.kinematics.joints import (
     Configuration,
     JointKind,
     Joints,
-    Steps,
     six_turned_near,
 )
 from vrs_cli.kinematics.model import EXACT, RobotModel
@@ -243,18 +242,25 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
     return branches
 
 
-def make_branch(geometry: Geometry) -> Branch:
-    """One branch: each joint on the turn nearest to `near`, whatever the limits; None where out of reach.
+STEPS = (  # variables of a branch, as `render/symbols.py` shows them
+    *("arm", "elbow", "wrist", "x", "y", "v", "u2", "u", "h", "k"),
+    *("q1", "psi", "q3", "m", "t", "q2", "X", "Y", "Z", "s5", "q4", "q5", "q6"),
+)
 
-    At a singular wrist joint 4 stays as `near` has it and joint 6 carries the rest.
+
+def make_branch(geometry: Geometry) -> Branch:
+    """Return the inverse of one branch: each joint on the turn nearest to `near`, whatever the limits.
+
+    None where the pose is out of reach. At a singular wrist joint 4 stays at `near`, and joint 6 takes the rest.
     """
     d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
     side2 = side * side
     bars = a2 * a2 + forearm * forearm
     twice = 1.0 / (2.0 * a2 * forearm)
     f3, f4 = a3 / (forearm * forearm), d4 / (forearm * forearm)
+    most = 1.0 + BOUNDARY
 
-    def branch(T: Transform, configuration: Configuration, near: Joints, steps: Steps | None = None) -> Joints | None:
+    def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         arm, elbow, wrist = configuration.signs
         x = px - d6 * ax
@@ -262,60 +268,49 @@ def make_branch(geometry: Geometry) -> Branch:
         v = d1 + d6 * az - pz
         across = x * x + y * y
         u2 = across - side2
-        if steps is not None:
-            steps.update(arm=arm, elbow=elbow, wrist=wrist, x=x, y=y, v=v, u2=u2)
-        if u2 < ON_AXIS:
-            if u2 < -BOUNDARY:
-                return None
-            u2 = 0.0
-        u = -arm * sqrt(u2)
+        if u2 < -BOUNDARY:
+            return None
+        u = -arm * sqrt(u2 if u2 >= ON_AXIS else 0.0)
         h = u - a1
         rho = h * h + v * v
         k = (rho - bars) * twice
-        if steps is not None:
-            steps.update(u=u, h=h, k=k)
-        if not -1.0 < k < 1.0:
-            if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
-                return None
-            k = 1.0 if k > 0.0 else -1.0
-        if rho == 0.0:
+        if k >= most or k <= -most or rho == 0.0:
             return None
-        if across > ON_AXIS:
-            c1 = (u * x + side * y) / across
-            s1 = (u * y - side * x) / across
-        else:  # joint 1 may stand anywhere: it stays
-            c1, s1 = cos(near[0]), sin(near[0])
+        cosine = k if -1.0 < k < 1.0 else copysign(1.0, k)
+        c1, s1 = (
+            ((u * x + side * y) / across, (u * y - side * x) / across)
+            if across > ON_AXIS
+            else (cos(near[0]), sin(near[0]))  # joint 1 may stand anywhere: it stays
+        )
         fold = -arm * elbow
-        m = a2 + forearm * k
-        t = forearm * sqrt((1.0 - k) * (1.0 + k)) * fold
+        m = a2 + forearm * cosine
+        t = forearm * sqrt((1.0 - cosine) * (1.0 + cosine)) * fold
         c2 = (h * m + v * t) / rho
         s2 = (v * m - h * t) / rho
         q1 = atan2(s1, c1)
         q2 = atan2(s2, c2)
-        q3 = beta + acos(k) * fold
-        c2 = h - a2 * c2
-        s2 = v - a2 * s2
-        c23 = f3 * c2 - f4 * s2
-        s23 = f4 * c2 + f3 * s2
-        X = c1 * ax + s1 * ay
-        Y = c1 * ay - s1 * ax
-        Z = s23 * X + c23 * az
-        X = c23 * X - s23 * az
+        psi = acos(cosine) * fold
+        q3 = beta + psi
+        fh = h - a2 * c2
+        fv = v - a2 * s2
+        c23 = f3 * fh - f4 * fv
+        s23 = f4 * fh + f3 * fv
+        out = c1 * ax + s1 * ay
+        X = wrist * (c23 * out - s23 * az)
+        Y = wrist * (c1 * ay - s1 * ax)
+        Z = s23 * out + c23 * az
         nX = c23 * (c1 * nx + s1 * ny) - s23 * nz
         nY = c1 * ny - s1 * nx
         sX = c23 * (c1 * sx + s1 * sy) - s23 * sz
         sY = c1 * sy - s1 * sx
         s5 = sqrt(X * X + Y * Y)
-        if s5 > ON_BOUNDARY:
-            X *= wrist
-            Y *= wrist
-            q4 = atan2(Y, X)
-            q5 = atan2(s5 * wrist, Z)
-            q6 = atan2(X * nY - Y * nX, X * sY - Y * sX)
-        else:
-            q4, q5, q6 = singular_wrist(near[3], X, Y, Z, nX, nY, sX, sY)
-        if steps is not None:
-            steps.update(q1=q1, psi=acos(k) * fold, q3=q3, m=m, t=t, q2=q2, X=X, Y=Y, Z=Z, s5=s5, q4=q4, q5=q5, q6=q6)
+        c4, s4, q4, sine = (
+            (X, Y, atan2(Y, X), wrist * s5)
+            if s5 > ON_BOUNDARY
+            else (cos(near[3]), sin(near[3]), near[3], wrist * (cos(near[3]) * X + sin(near[3]) * Y))
+        )
+        q5 = atan2(sine, Z)
+        q6 = atan2(c4 * nY - s4 * nX, c4 * sY - s4 * sX)
         found = q1, q2, q3, q4, q5, q6
         return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
 
@@ -375,3 +370,32 @@ def make_outside(model: RobotModel) -> Callable[[Joints], tuple[int, ...]]:
         return joints
 
     return outside
+
+
+CIRCLE_ALPHAS = (-pi / 2, 0.0, pi / 2, None, None)
+SKEW = 0.1  # the sine of an angle between axes of the wrist, at least
+
+
+class Circle(NamedTuple):
+    """`arm`: joints 1 to 3, with the wrist where axes 4 and 5 meet; lengths [m], angles [rad]."""
+
+    arm: Geometry
+    alpha4: float
+    d5: float
+    a5: float
+    alpha5: float
+
+    @property
+    def straight(self) -> float:
+        """Positive where z3 and z5 are nearer to one direction at q5 = 0 than half a turn on, else negative."""
+        return -sin(self.alpha4) * sin(self.alpha5)
+
+
+def circle_of(model: RobotModel) -> Circle | None:
+    """The constants of a model whose first axes lie as CIRCLE_ALPHAS say; None where it is not of this kind."""
+    l1, l2, l3, l4, l5, _ = model.links
+    forearm = hypot(l3.a, l4.d)
+    if abs(l4.a) > EXACT or min(l2.a, forearm) <= EXACT or min(abs(sin(l4.alpha)), abs(sin(l5.alpha))) < SKEW:
+        return None
+    arm = Geometry(l1.d, l1.a, l2.a, l3.a, l4.d, 0.0, l2.d + l3.d, forearm, atan2(l4.d, l3.a))
+    return Circle(arm, l4.alpha, l5.d, l5.a, l5.alpha)

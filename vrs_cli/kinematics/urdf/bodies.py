@@ -15,34 +15,13 @@ from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element
 
 from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics import link_data, transform
 from vrs_cli.kinematics.data_reader import TINY
-from vrs_cli.kinematics.link_data import (
-    MAX_SHAPES,
-    Body,
-    Box,
-    Capsule,
-    Cylinder,
-    Inertia,
-    LinkMasses,
-    LinkShape,
-    MeshFile,
-    Opening,
-)
-from vrs_cli.kinematics.transform import (
-    Transform,
-    Vector,
-    compose,
-    position,
-    rotate,
-    scaled_vector,
-    translation,
-    vector_difference,
-    vector_sum,
-)
+from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, name_of
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # in the order of `Inertia`
-ZERO: Inertia = (0.0,) * 6
+ZERO: link_data.Inertia = (0.0,) * 6
 USUAL_COLOUR = "grey"
 
 
@@ -51,7 +30,7 @@ class LinkPlace(NamedTuple):
 
     body: int
     T: Transform
-    opens: tuple[Opening, ...] = ()
+    opens: tuple[link_data.Opening, ...] = ()
 
 
 class _Solid(NamedTuple):
@@ -59,12 +38,12 @@ class _Solid(NamedTuple):
 
     mass: float
     centre: Vector
-    inertia: Inertia
+    inertia: link_data.Inertia
 
 
 def masses_of_bodies(
     tree: Tree, joints: Sequence[Joint], places: Mapping[str, tuple[int, Transform]]
-) -> tuple[LinkMasses, ...]:
+) -> tuple[link_data.LinkMasses, ...]:
     """Return the masses and drives of the bodies behind the joints of an arm. `places`: in which body each link is (0
     is the base), and T_body_link. A body is unknown where no link of it has a mass, or one has a wrong figure.
     """
@@ -75,12 +54,14 @@ def masses_of_bodies(
             body, T = place
             solids[body].append(_solid(tree, inertial, T))
     return tuple(
-        (_together(row) or LinkMasses())._replace(**_drive(tree, joint))
+        (_together(row) or link_data.LinkMasses())._replace(**_drive(tree, joint))
         for row, joint in zip(solids[1:], joints, strict=True)
     )
 
 
-def complete(masses: Sequence[LinkMasses], own: Sequence[LinkMasses]) -> tuple[LinkMasses, ...]:
+def complete(
+    masses: Sequence[link_data.LinkMasses], own: Sequence[link_data.LinkMasses]
+) -> tuple[link_data.LinkMasses, ...]:
     """Return the masses with what `own` says of a link in the place of what they say; nothing if no mass is known."""
     said = ({key: x for key, x in one._asdict().items() if x is not None} for one in own or masses)
     found = tuple(link._replace(**row) for link, row in zip(masses, said, strict=True))
@@ -91,45 +72,47 @@ def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
     """Return the mass of a link in the frame of its body, T = T_body_link; None where a figure of it is wrong."""
     found, inertia = inertial.find("mass"), inertial.find("inertia")
     with suppress(FileDamaged):
-        placed = compose(T, tree.origin(inertial))
+        placed = transform.compose(T, tree.origin(inertial))
         (mass,) = tree.numbers(inertial, "mass", "" if found is None else found.get("value", ""), 1)
         if mass < 0.0:
             return None
         values: Mapping[str, str] = {} if inertia is None else inertia.attrib
         rows = [tree.numbers(inertial, f"inertia {key}", values.get(key, "0"), 1)[0] for key in INERTIA_KEYS]
         xx, yy, zz, xy, xz, yz = rows
-        return _Solid(mass, position(placed), _rotate_inertia(placed, (xx, yy, zz, xy, xz, yz)))
+        return _Solid(mass, transform.position(placed), _rotate_inertia(placed, (xx, yy, zz, xy, xz, yz)))
     return None
 
 
-def _rotate_inertia(T: Transform, inertia: Inertia) -> Inertia:
+def _rotate_inertia(T: Transform, inertia: link_data.Inertia) -> link_data.Inertia:
     """Return R I R^T with the rotation R of T."""
     xx, yy, zz, xy, xz, yz = inertia
-    half = [rotate(T, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]  # columns of R I
-    (a, d, e), (_, b, f), (_, _, c) = (rotate(T, row) for row in zip(*half, strict=True))  # rows of R I, turned
+    half = [transform.rotate(T, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]  # columns of R I
+    (a, d, e), (_, b, f), (_, _, c) = (
+        transform.rotate(T, row) for row in zip(*half, strict=True)
+    )  # rows of R I, turned
     return a, b, c, d, e, f
 
 
-def _together(solids: Sequence[_Solid | None]) -> LinkMasses | None:
+def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
     """Return the mass of all solids of a body, or None where it is not known."""
     known = [one for one in solids if one is not None]
     if not known or len(known) < len(solids):
         return None
     mass = sum(one.mass for one in known)
     if not mass > 0.0:
-        return LinkMasses(mass=0.0, centre=known[0].centre, inertia=known[0].inertia)
+        return link_data.LinkMasses(mass=0.0, centre=known[0].centre, inertia=known[0].inertia)
     centre: Vector = (0.0, 0.0, 0.0)
     for one in known:
-        centre = vector_sum(centre, scaled_vector(one.centre, one.mass / mass))
+        centre = transform.vector_sum(centre, transform.scaled_vector(one.centre, one.mass / mass))
     total = ZERO
     for one in known:
-        x, y, z = vector_difference(one.centre, centre)
+        x, y, z = transform.vector_difference(one.centre, centre)
         moved = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
         total = _sum(total, one.inertia, [one.mass * part for part in moved])
-    return LinkMasses(mass=mass, centre=centre, inertia=total if any(total) else None)
+    return link_data.LinkMasses(mass=mass, centre=centre, inertia=total if any(total) else None)
 
 
-def _sum(*rows: Sequence[float]) -> Inertia:
+def _sum(*rows: Sequence[float]) -> link_data.Inertia:
     xx, yy, zz, xy, xz, yz = map(sum, zip(*rows, strict=True))
     return xx, yy, zz, xy, xz, yz
 
@@ -157,14 +140,14 @@ def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
 
 def link_shapes(
     folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
-) -> tuple[LinkShape, ...]:
+) -> tuple[link_data.LinkShape, ...]:
     """Return the looks of the links that have a place; files of meshes are seen from `folder`. `collision`: what stands
     for the links when contacts are looked for instead, which is the looks of a link that has nothing else; empty if no
     link has.
     """
     said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
     colours = {name: colour for name, colour in said if colour is not None}  # wherever they stand
-    found, other = list[LinkShape](), not collision
+    found, other = list[link_data.LinkShape](), not collision
     for link in tree.robot.findall("link"):
         for tag in ("collision", "visual") if collision else ("visual",):
             place = places.get(name_of(link))
@@ -173,36 +156,41 @@ def link_shapes(
                 found += shapes
                 other = other or tag == "collision"
                 break
-    return tuple(found[:MAX_SHAPES]) if other else ()
+    return tuple(found[: link_data.MAX_SHAPES]) if other else ()
 
 
-def _shape(folder: Path, tree: Tree, visual: Element, place: LinkPlace, colours: Mapping[str, str]) -> LinkShape | None:
+def _shape(
+    folder: Path, tree: Tree, visual: Element, place: LinkPlace, colours: Mapping[str, str]
+) -> link_data.LinkShape | None:
     try:
-        body = _body(folder, tree, visual, compose(place.T, tree.origin(visual)))
+        body = _body(folder, tree, visual, transform.compose(place.T, tree.origin(visual)))
     except FileDamaged:
         return None
     material = visual.find("material")
     own = None if material is None else _colour(tree, material) or colours.get(material.get("name", ""))
-    return None if body is None else LinkShape(place.body, body, own or USUAL_COLOUR, place.opens)
+    return None if body is None else link_data.LinkShape(place.body, body, own or USUAL_COLOUR, place.opens)
 
 
-def _body(folder: Path, tree: Tree, visual: Element, T: Transform) -> Body | None:
+def _body(folder: Path, tree: Tree, visual: Element, T: Transform) -> link_data.Body | None:
     for form in visual.iterfind("geometry/*"):
         if form.tag == "box":
             x, y, z = _sizes(tree, form, "size", 3)
-            return Box((x, y, z), T)
+            return link_data.Box((x, y, z), T)
         if form.tag == "cylinder":
             (r,), (high,) = _sizes(tree, form, "radius", 1), _sizes(tree, form, "length", 1)
-            ends = (position(compose(T, translation(0.0, 0.0, z))) for z in (-0.5 * high, 0.5 * high))
-            return Cylinder(next(ends), next(ends), (r, r))
+            ends = (
+                transform.position(transform.compose(T, transform.translation(0.0, 0.0, z)))
+                for z in (-0.5 * high, 0.5 * high)
+            )
+            return link_data.Cylinder(next(ends), next(ends), (r, r))
         if form.tag == "sphere":
             (r,) = _sizes(tree, form, "radius", 1)
-            return Capsule(position(T), position(T), (r, r))
+            return link_data.Capsule(transform.position(T), transform.position(T), (r, r))
         if form.tag == "mesh":
             x, y, z = tree.numbers(visual, "mesh scale", form.get("scale", "1 1 1"), 3)
             if min(abs(x), abs(y), abs(z)) < TINY:
                 return None
-            return MeshFile(str(mesh_path(folder, form.get("filename", ""))), T, (x, y, z))
+            return link_data.MeshFile(str(mesh_path(folder, form.get("filename", ""))), T, (x, y, z))
     return None
 
 

@@ -15,23 +15,9 @@ from math import degrees, dist, pi
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.transform import (
-    IDENTITY,
-    Transform,
-    Vector,
-    compose,
-    length,
-    position,
-    rotation_about,
-    rotation_x,
-    rotation_y,
-    scaled_vector,
-    to_oat,
-    translation,
-    vector_difference,
-    vector_sum,
-)
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 from vrs_cli.kinematics.urdf.tree import LOOSE, MOVING, Joint, Tree
 
 TIPS = ("tool0", "tcp", "flange", "ee_link")  # names of a tip, the most likely first
@@ -270,8 +256,8 @@ def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
     if not value:
         return IDENTITY
     if MOVING[joint.type] is JointKind.PRISMATIC:
-        return translation(*scaled_vector(tree.axis(joint), value))
-    return rotation_about(tree.axis(joint), value)
+        return transform.translation(*transform.scaled_vector(tree.axis(joint), value))
+    return transform.rotation_about(tree.axis(joint), value)
 
 
 class _Gauge:
@@ -285,7 +271,7 @@ class _Gauge:
     def _tip(self, joint: Joint) -> str:
         """The farthest link that a joint holds: files often have one at the end of a finger."""
         held = self.tree.together(joint.child)
-        return max(held, key=lambda link: dist(position(self._step(joint.child, link, {})), (0.0, 0.0, 0.0)))
+        return max(held, key=lambda link: dist(transform.position(self._step(joint.child, link, {})), (0.0, 0.0, 0.0)))
 
     def all_values(self, own: Mapping[str, float]) -> dict[str, float]:
         """Of all joints that have one, those that mimic others too."""
@@ -309,7 +295,7 @@ class _Gauge:
         """Of each two tips."""
         values = self.all_values(own)
         try:
-            places: list[Vector] = [position(self._step(self.link, tip, values)) for tip in self.tips]
+            places: list[Vector] = [transform.position(self._step(self.link, tip, values)) for tip in self.tips]
         except FileDamaged:  # an arm moves without its fingers
             return []
         return [dist(a, b) for a, b in combinations(places, 2)]
@@ -317,9 +303,9 @@ class _Gauge:
     def _step(self, link: str, below: str, values: Mapping[str, float]) -> Transform:
         T = IDENTITY
         for joint in self.tree.way(link, below):
-            T = compose(T, self.tree.origin(joint.element))
+            T = transform.compose(T, self.tree.origin(joint.element))
             if joint.moves:
-                T = compose(T, joint_motion(self.tree, joint, values.get(joint.name, 0.0)))
+                T = transform.compose(T, joint_motion(self.tree, joint, values.get(joint.name, 0.0)))
         return T
 
 
@@ -338,11 +324,11 @@ class Turned(NamedTuple):
 
 
 _OTHERS = (
-    Turned("X", (1.0, 0.0, 0.0), rotation_y(pi / 2)),
-    Turned("-X", (-1.0, 0.0, 0.0), rotation_y(-pi / 2)),
-    Turned("Y", (0.0, 1.0, 0.0), rotation_x(-pi / 2)),
-    Turned("-Y", (0.0, -1.0, 0.0), rotation_x(pi / 2)),
-    Turned("-Z", (0.0, 0.0, -1.0), rotation_x(pi)),
+    Turned("X", (1.0, 0.0, 0.0), transform.rotation_y(pi / 2)),
+    Turned("-X", (-1.0, 0.0, 0.0), transform.rotation_y(-pi / 2)),
+    Turned("Y", (0.0, 1.0, 0.0), transform.rotation_x(-pi / 2)),
+    Turned("-Y", (0.0, -1.0, 0.0), transform.rotation_x(pi / 2)),
+    Turned("-Z", (0.0, 0.0, -1.0), transform.rotation_x(pi)),
 )
 
 
@@ -352,14 +338,14 @@ def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
 
     They point from the last joint to their ends and to the tip.
     """
-    ends = [vector_difference(end, last) for end in fingers]
+    ends = [transform.vector_difference(end, last) for end in fingers]
     if not ends:
         return None
-    mean = scaled_vector(
+    mean = transform.scaled_vector(
         (sum(x for x, _, _ in ends), sum(y for _, y, _ in ends), sum(z for _, _, z in ends)), 1.0 / len(ends)
     )
-    ahead = vector_sum(mean, scaled_vector(last, -1.0))
-    far = length(ahead)
+    ahead = transform.vector_sum(mean, transform.scaled_vector(last, -1.0))
+    far = transform.length(ahead)
     if far < SHORT:
         return None
     return next((one for one in _OTHERS if sum(map(float.__mul__, one.direction, ahead)) > CLEAR * far), None)
@@ -367,7 +353,7 @@ def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
 
 def pointing_note(tip: str, turned: Turned) -> str:
     """The note for users whose tip points along another axis than its fingers."""
-    angles = ", ".join(f"{round(degrees(angle), 3) + 0.0:g}" for angle in to_oat(turned.turn))
+    angles = ", ".join(f"{round(degrees(angle), 3) + 0.0:g}" for angle in transform.to_oat(turned.turn))
     return (
         f"the fingers point along {turned.name} of {tip}, but APPRO and DEPART go along its Z: "
         f"TOOL TRANS(0, 0, 0, {angles}) turns it, or flange = [0, 0, 0, {angles}] in a TOML file"

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.compiled import volume
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.link_data import Opening
@@ -36,20 +37,7 @@ from vrs_cli.kinematics.model import (
     link_transform,
 )
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
-from vrs_cli.kinematics.transform import (
-    IDENTITY,
-    Transform,
-    Vector,
-    compose,
-    cross,
-    dot,
-    inverse,
-    position,
-    rotate,
-    scaled_vector,
-    translation,
-    vector_difference,
-)
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 from vrs_cli.kinematics.urdf.bodies import LinkPlace, complete, link_shapes, masses_of_bodies
 from vrs_cli.kinematics.urdf.chain import (
     Choice,
@@ -118,7 +106,7 @@ def robot_of(
     notes, way = list(arm.choice.notes), arm.choice.way
     if telescoped := [joint.name for joint in way if joint.moves and not joint.mimics and joint not in arm.joints]:
         notes.append(f"{', '.join(telescoped)} slide as the joint before them does: a telescope, which is one joint")
-    at = {link: position(place.T) for link, place in arm.places.items()}
+    at = {link: transform.position(place.T) for link, place in arm.places.items()}
     last, turned = at.get(arm.joints[-1].child), None
     if last is not None and len(arm.joints) >= FEWEST:  # an arm of fewer joints could not go along another axis
         turned = other_than_z(last, [at[link] for link in arm.fingers.tips if link in at])
@@ -160,19 +148,19 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
     """The links of a chain, `flange` (T_tip_flange) behind it. Raises FileDamaged for a joint that no arm has."""
     joints, axes, scales, T = list[Joint](), list[AxisLine](), list[float](), IDENTITY
     for joint in chosen.way:
-        T = compose(T, tree.origin(joint.element))
+        T = transform.compose(T, tree.origin(joint.element))
         if not joint.moves:
             continue
-        axis = AxisLine(position(T), rotate(T, tree.axis(joint)))
+        axis = AxisLine(transform.position(T), transform.rotate(T, tree.axis(joint)))
         follows = _follows(tree, joint, axis, joints[-1:], axes[-1:])
         if follows is not None:
             scales[-1] += follows.factor
-            T = compose(T, translation(*scaled_vector(tree.axis(joint), follows.offset)))
+            T = transform.compose(T, transform.translation(*transform.scaled_vector(tree.axis(joint), follows.offset)))
             continue
         joints.append(joint)
         axes.append(axis)
         scales.append(1.0)
-    chain = chain_of(axes, [tree.kind(joint) for joint in joints], compose(T, flange))
+    chain = chain_of(axes, [tree.kind(joint) for joint in joints], transform.compose(T, flange))
     assert chain is not None  # without angles to meet every chain has links
     fingers = fingers_of(tree, joints[-1].child, chosen.fingers, closed)
     places = _places(tree, chosen.base, joints, chain, fingers)
@@ -186,7 +174,7 @@ def _follows(
     that one where it slides along it, as far and as fast. None of a joint that moves by itself.
     """
     slides = before and tree.kind(joint) is tree.kind(before[0]) is JointKind.PRISMATIC
-    along = dot(axis.direction, axes[0].direction) if slides else 0.0
+    along = transform.dot(axis.direction, axes[0].direction) if slides else 0.0
     if not joint.mimics:
         alike = along > 1.0 - PARALLEL and tree.range(joint) == tree.range(before[0])
         return Mimic(before[0].name, along, 0.0) if alike else None
@@ -202,26 +190,28 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
     T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed, and ever after.
     """
     steps = [link_transform(link, 0.0) for link in chain.links]
-    steps[-1] = compose(steps[-1], chain.flange)
-    bodies = [inverse(T) for T in accumulate(steps, compose, initial=chain.base)]
+    steps[-1] = transform.compose(steps[-1], chain.flange)
+    bodies = [transform.inverse(T) for T in accumulate(steps, transform.compose, initial=chain.base)]
     found, left = {base: LinkPlace(0, bodies[0])}, [(base, IDENTITY)]
     while left:
         parent, T_base_parent = left.pop()
         for joint in tree.below.get(parent, ()):
             try:
-                before, T_base_joint = found[parent], compose(T_base_parent, tree.origin(joint.element))
+                before, T_base_joint = found[parent], transform.compose(T_base_parent, tree.origin(joint.element))
             except FileDamaged:  # the arm itself does without
                 continue
             body = before.body + (joint in joints[before.body : before.body + 1])
             opens = before.opens
             T = T_base_joint
             if (travel := fingers.travels.get(joint.name)) is not None and joint.moves:
-                T_body_joint = compose(bodies[body], T_base_joint)
-                way = scaled_vector(rotate(T_body_joint, tree.axis(joint)), travel.open - travel.closed)
+                T_body_joint = transform.compose(bodies[body], T_base_joint)
+                way = transform.scaled_vector(
+                    transform.rotate(T_body_joint, tree.axis(joint)), travel.open - travel.closed
+                )
                 slides = MOVING[joint.type] is JointKind.PRISMATIC
-                opens += (Opening(slide=way) if slides else Opening(turn=way, point=position(T_body_joint)),)
-                T = compose(T_base_joint, joint_motion(tree, joint, travel.closed))
-            found[joint.child] = LinkPlace(body, compose(bodies[body], T), opens)
+                opens += (Opening(slide=way) if slides else Opening(turn=way, point=transform.position(T_body_joint)),)
+                T = transform.compose(T_base_joint, joint_motion(tree, joint, travel.closed))
+            found[joint.child] = LinkPlace(body, transform.compose(bodies[body], T), opens)
             left.append((joint.child, T))
     return found
 
@@ -377,21 +367,25 @@ class _Wanted:
     def level_tool(self, q: Joints) -> Joints:
         """With the tool straight down, where one joint turns it so and that costs little."""
         turned = [(*q[:i], x, *q[i + 1 :]) for i, xs in enumerate(self.choices) for x in xs]
-        down = [other for other in turned if rotate(link_frames(self.model, other)[-1], self.ahead)[2] < STRAIGHT_DOWN]
+        down = [
+            other
+            for other in turned
+            if transform.rotate(link_frames(self.model, other)[-1], self.ahead)[2] < STRAIGHT_DOWN
+        ]
         best = max(down, key=self.worth, default=q)
         return best if self.worth(best) > self.worth(q) - LITTLE else q
 
     def worth(self, q: Joints) -> float:
         frames = link_frames(self.model, q)
-        base, tip = position(frames[0]), position(frames[-1])
+        base, tip = transform.position(frames[0]), transform.position(frames[-1])
         turned = [abs(x - y) for x, y in zip(q, self.rest, strict=True) if x != y]
-        heights = [position(T)[2] for T in frames]
+        heights = [transform.position(T)[2] for T in frames]
         low = min(*heights, 0.0) - min(base[2], 0.0)
         return (
             self.isotropy(frames)
             - TURNED * len(turned)
             - TURNS * sum(turned) / pi
-            - DOWN * rotate(frames[-1], self.ahead)[2]
+            - DOWN * transform.rotate(frames[-1], self.ahead)[2]
             + AHEAD * (tip[0] - base[0]) / self.reach
             + HIGH * (sum(heights) / len(heights) - base[2]) / self.reach
             + min(low, 0.0) / self.reach
@@ -399,14 +393,14 @@ class _Wanted:
         )
 
     def isotropy(self, frames: Sequence[Transform]) -> float:
-        at, unit = position(frames[-1]), 0.5 * self.reach
+        at, unit = transform.position(frames[-1]), 0.5 * self.reach
         columns = list[list[float]]()  # of the Jacobian at the flange
         for link, frame in zip(self.model.links, frames, strict=False):
             axis = axis_of(frame)
             if link.kind is JointKind.PRISMATIC:
                 columns.append([*axis.direction, 0.0, 0.0, 0.0][: self.rows])
             else:
-                x, y, z = cross(axis.direction, vector_difference(at, axis.point))
+                x, y, z = transform.cross(axis.direction, transform.vector_difference(at, axis.point))
                 columns.append([x / unit, y / unit, z / unit, *axis.direction][: self.rows])
         by_rows = [list(row) for row in zip(*columns, strict=True)]
         vectors = by_rows if len(by_rows) <= len(columns) else columns

@@ -6,12 +6,11 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
-from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints, Steps, turned_near
+from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints, turned_near
 from vrs_cli.kinematics.model import Chain, RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
-from vrs_cli.kinematics.spherical_wrist.inverse import configuration_of
+from vrs_cli.kinematics.spherical_wrist.inverse import Circle, configuration_of
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.kinematics.wrist_circle.circle import Circle
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch
@@ -45,13 +44,7 @@ class WristCircleArm(NumericArm):
         found = (q for q in self.solutions(T) if self.configuration(q) == way)
         return min(found, key=lambda q: (bool(self._outside(q)), self.shortest_time(self.middle, q)), default=None)
 
-    def branch_joints(
-        self,
-        T: Transform,
-        configuration: Configuration,
-        near: Joints,
-        steps: Steps | None = None,  # noqa: ARG002 (a search has none)
-    ) -> Joints | None:
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         if configuration == NONE:
             return super().branch_joints(T, configuration, near)
         found = (turned_near(q, near) for q in self.solutions(T) if self.configuration(q) == configuration)

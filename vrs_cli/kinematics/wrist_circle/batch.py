@@ -19,8 +19,8 @@ from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints
 from vrs_cli.kinematics.model import Chain, RobotModel
 from vrs_cli.kinematics.numeric.batch import NumericBatch
+from vrs_cli.kinematics.spherical_wrist.inverse import Circle
 from vrs_cli.kinematics.transform import Transform, inverse
-from vrs_cli.kinematics.wrist_circle.circle import Circle
 
 GRID = 96  # values of joint 6 in a turn
 CLOSER = 16  # pieces of what is looked at again

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import Unchanging
-from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Steps, Twist
+from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import MEASURED, RobotModel, levers, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
 
@@ -57,13 +57,7 @@ class SteadyArm(RobotArm):
 
     # --- inverse ---------------------------------------------------------------------------------------------
 
-    def branch_joints(
-        self,
-        T: Transform,
-        configuration: Configuration,  # noqa: ARG002
-        near: Joints,
-        steps: Steps | None = None,  # noqa: ARG002 (a search has none)
-    ) -> Joints | None:
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:  # noqa: ARG002
         return self.batch.follow(T, near)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
