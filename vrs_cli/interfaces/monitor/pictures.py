@@ -211,7 +211,7 @@ def stopping_place(reach: Reach) -> Vector:
     line = reach.line
     if line.duration is not None or line.length <= 0.0:
         return reach.end if line.duration is not None else reach.begin
-    way = subtracted(reach.end, reach.begin)
+    way = vector_difference(reach.end, reach.begin)
     return along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
 
 
