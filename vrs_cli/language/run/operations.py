@@ -143,10 +143,11 @@ def frame(
     a: transform.Transform, b: transform.Transform, c: transform.Transform, d: transform.Transform | None
 ) -> transform.Transform:
     x = _direction(
-        transform.subtracted(transform.position(b), transform.position(a)), "the first two positions are the same"
+        transform.vector_difference(transform.position(b), transform.position(a)),
+        "the first two positions are the same",
     )
     z = _direction(
-        transform.cross(x, transform.subtracted(transform.position(c), transform.position(a))),
+        transform.cross(x, transform.vector_difference(transform.position(c), transform.position(a))),
         "the third position is on the line of the first two",
     )
     y = transform.cross(z, x)
@@ -418,8 +419,8 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "RX": lambda angle: transform.rotation_x(radians(angle)),
     "RY": lambda angle: transform.rotation_y(radians(angle)),
     "RZ": lambda angle: transform.rotation_z(radians(angle)),
-    "SCALE": lambda T, factor: transform.at_position(T, *transform.scaled(transform.position(T), factor)),
-    "NORMAL": transform.normalised,
+    "SCALE": lambda T, factor: transform.at_position(T, *transform.scaled_vector(transform.position(T), factor)),
+    "NORMAL": transform.orthonormal_frame,
     "NULL": lambda: transform.IDENTITY,
     "DEFINED": lambda variable: truth(variable.has_value()),
     "LAST": last_index,
@@ -449,7 +450,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "FLTB": lambda text, first: _numbers_in(text, first, "f")[0],
     "DBLB": lambda text, first: _numbers_in(text, first, "d")[0],
     "$TRANSB": location_bytes,
-    "TRANSB": lambda text, first: transform.normalised(values.from_axes(_numbers_in(text, first, "12f"))),
+    "TRANSB": lambda text, first: transform.orthonormal_frame(values.from_axes(_numbers_in(text, first, "12f"))),
     "FREE": free,
     "TPS": lambda: 1.0 / TICK,
     "SELECT": select_robot,

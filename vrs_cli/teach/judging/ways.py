@@ -132,24 +132,24 @@ def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector)
     """Return a function for the distance from the arc from a through another place to b. Raises ValueError for places
     on one line.
     """
-    u, v = transform.subtracted(via, a), transform.subtracted(b, a)
+    u, v = transform.vector_difference(via, a), transform.vector_difference(b, a)
     normal = transform.cross(u, v)
     square = transform.dot(normal, normal)
     if square < (FLAT * transform.length(v)) ** 2:
         raise ValueError("the three places of the arc are on one line")
-    toward = transform.added(
-        transform.scaled(transform.cross(v, normal), transform.dot(u, u)),
-        transform.scaled(transform.cross(normal, u), transform.dot(v, v)),
+    toward = transform.vector_sum(
+        transform.scaled_vector(transform.cross(v, normal), transform.dot(u, u)),
+        transform.scaled_vector(transform.cross(normal, u), transform.dot(v, v)),
     )
-    centre = transform.added(a, transform.scaled(toward, 0.5 / square))
-    n, x = transform.unit(normal), transform.unit(transform.subtracted(a, centre))
+    centre = transform.vector_sum(a, transform.scaled_vector(toward, 0.5 / square))
+    n, x = transform.unit(normal), transform.unit(transform.vector_difference(a, centre))
     y, radius = transform.cross(n, x), dist(a, centre)
     turn = _angle(
-        transform.subtracted(b, centre), x, y
+        transform.vector_difference(b, centre), x, y
     )  # the turn from a to b through the third place, positive about n
 
     def measure(p: transform.Vector) -> float:
-        r = transform.subtracted(p, centre)
+        r = transform.vector_difference(p, centre)
         if _angle(r, x, y) <= turn:
             height = transform.dot(r, n)
             return hypot(hypot(transform.dot(r, x), transform.dot(r, y)) - radius, height)
@@ -338,7 +338,7 @@ def _differences(a: Sequence[tip.Piece], b: Sequence[tip.Piece]) -> list[tip.Pie
 
 def _difference(a: tip.Piece, b: tip.Piece, since: float) -> Callable[[float], transform.Vector]:
     first, second = since - a.start, since - b.start
-    return lambda s: transform.subtracted(a.at(first + s), b.at(second + s))
+    return lambda s: transform.vector_difference(a.at(first + s), b.at(second + s))
 
 
 def _on_same_path(check: checks.LikeModelCheck, run: basis.JudgedRun, model: basis.Evidence) -> basis.Verdict:
