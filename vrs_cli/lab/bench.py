@@ -37,7 +37,6 @@ SWING = 0.12  # of the range of a joint: maximum amplitude of "waves"
 SPEED = 0.3  # of the maximum velocity: maximum of "waves"
 PERIODS = (3.0, 7.0)  # [s] minimum and maximum period of "waves"
 RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] minimum and maximum duration of motions and pauses in "stops"
-LAGS = 41  # number of lags to try, up to 2 s
 TIMELINE = "timeline"  # the viewer that has the timeline
 
 SCENARIOS = {
@@ -271,7 +270,7 @@ class _Bench:
         if self.goals is None:
             return None
         arm, timeline, scale = self.robot.arm, self.robot.timeline, self._degrees()
-        lags = np.linspace(0.0, 2.0, LAGS)
+        lags = np.linspace(0.0, 2.0, 41)
         rms = []
         for lag in lags:
             rows = self.looks + lag < self.trial.seconds

@@ -26,7 +26,6 @@ from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
 
 MAX_CALL = 2.0  # [s] maximum duration of one call
-MIN_CALLS = 25  # minimum number of calls before their mean time is judged
 CLOSE = 0.01  # [rad, m] maximum distance from the set point at which a robot has arrived (MoveAndWait)
 
 
@@ -260,7 +259,7 @@ class Guarded:
             self._fail(f"{what} ended the process", "return instead")
         self.spent += perf_counter() - begun
         self._calls += 1
-        if self._calls >= MIN_CALLS and self.call_time > self._period:
+        if self._calls >= 25 and self.call_time > self._period:
             took = f"{1e3 * self.call_time:.0f} ms a call"
             self._fail(f"it takes {took}", f"at {1.0 / self._period:g} Hz it has {1e3 * self._period:g} ms")
         return answer

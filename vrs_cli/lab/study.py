@@ -223,7 +223,6 @@ class Judge:
 
     @property
     def stage(self) -> Stage:
-        """Return the current stage."""
         return self._stages[min(self._stage, len(self._stages) - 1)]
 
     def take(self, t: float, tool: Vector, hand: float) -> None:

@@ -22,7 +22,6 @@ FLAT = 0.01  # of the reach: an arm whose height range is smaller is drawn from 
 THICK = 0.055  # of the reach: thickness of the links at the base; at the tool it is half
 HAND = 0.06  # of the reach: length of the fingers, and their distance when open
 EDGE = 0.04  # of the reach: free margin around the picture
-DOTTED = 3  # a dotted line shows every third dot
 
 
 class DrawnPart(IntEnum):
@@ -162,7 +161,7 @@ class ArmDrawing:
             self._reach = tuple(Canvas(frame.width, frame.height, *size) for frame in self._frames)
             for frame, canvas in zip(self._frames, self._reach, strict=True):
                 outline = _outline(frame.view, picture.reach)
-                Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, outline, every=DOTTED)
+                Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, outline, every=3)
         behind = (picture.past[:-1], picture.planned[1:])  # all lines except the current motion
         if behind != self._behind:
             self._behind, self._rows = behind, {}

@@ -50,7 +50,6 @@ class TextLine(Struct, frozen=True):
 
 
 def line(text: str = "", ink: Ink = Ink.TEXT) -> TextLine:
-    """Return a line of one piece."""
     return TextLine(((text, ink),))
 
 

@@ -18,8 +18,6 @@ from vrs_cli.render.layout import blocks
 from vrs_cli.values.replies import Reply
 
 PROMPT_ROWS = 8  # rows that the next prompt needs for its toolbar and menu
-TERMS_WITHOUT_UNICODE = ("linux", "vt100", "vt220")  # values of TERM without Unicode
-RULE_CHARS = 1  # extra characters between two columns of a grid with rules
 
 
 def has_unicode(environ: Mapping[str, str]) -> bool:
@@ -31,7 +29,9 @@ def has_unicode(environ: Mapping[str, str]) -> bool:
     locale = next((value for name in ("LC_ALL", "LC_CTYPE", "LANG") if (value := environ.get(name))), "")
     encoding = locale.partition(".")[2].partition("@")[0].replace("-", "").lower()
     return (
-        locale not in ("C", "POSIX") and encoding in ("", "utf8") and environ.get("TERM") not in TERMS_WITHOUT_UNICODE
+        locale not in ("C", "POSIX")
+        and encoding in ("", "utf8")
+        and environ.get("TERM") not in ("linux", "vt100", "vt220")
     )
 
 
@@ -64,7 +64,7 @@ class TerminalRenderer:
 
 def _fit_grid(grid: Grid, page: Page) -> Iterator[Block]:
     """Yield grids that fit the page, or their lines on a page without rules."""
-    rules = RULE_CHARS * len(grid.columns) if grid.boxed else 0
+    rules = len(grid.columns) if grid.boxed else 0  # one character between two columns
     for part in split(grid, None if page.width is None else page.width - rules):
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 

@@ -135,7 +135,6 @@ USUAL_PATHS = (  # usual paths of browsers that are not on PATH
 BROWSER_TIMEOUT_S = 90.0  # [s] maximum wait for a browser: a slow machine draws the first picture in 10 s
 POLL_PERIOD_S = 0.05  # [s] between two checks whether the browser has started
 PORT_FILE = "DevToolsActivePort"  # file in the browser's profile with the port and the path of the address
-MAX_BYTES = 200_000_000  # maximum size of one message of the browser
 FLAGS = (
     "--headless=new",
     "--use-angle=swiftshader",
@@ -226,7 +225,7 @@ def browser_page() -> Iterator[BrowserPage]:
         with subprocess.Popen(command, stdin=none, stdout=none, stderr=none) as running:
             try:
                 address = _address(Path(profile) / PORT_FILE, running, browser)
-                with connect(address, max_size=MAX_BYTES, open_timeout=BROWSER_TIMEOUT_S, compression=None) as socket:
+                with connect(address, max_size=200_000_000, open_timeout=BROWSER_TIMEOUT_S, compression=None) as socket:
                     yield BrowserPage(socket)
             finally:
                 running.terminate()
@@ -253,7 +252,6 @@ MAX_FRAMES = 600  # maximum frames of a film: each takes 0.1 s to 1 s to draw
 TIME_STEPS_A_SECOND = 10  # steps per second of the time in a caption: finer digits are unreadable in a film
 JPEG = {"quality": 92, "optimizeForSpeed": True}
 H264 = ("-c:v", "libx264", "-preset", "fast", "-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-movflags", "+faststart")
-GIF_COLOURS = 256
 READY = "new Promise((done) => { const look = () => (window.ready ? ready.then(done) : setTimeout(look, 20)); look() })"
 
 
@@ -284,7 +282,7 @@ def write_gif(
         large surfaces.
         """
         picture = Image.open(BytesIO(frame)).convert("RGB")
-        return picture.quantize(GIF_COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        return picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
     with _frames(arm, timeline, rate, GIF_SIZE, world, title, "png") as frames:
         first, *others = map(in_few_colours, frames)

@@ -29,9 +29,7 @@ from typing import TYPE_CHECKING
 
 TIME = "t [s]"
 SAMPLES = 2000  # even samples, besides those at the borders of segments
-MAX_BORDERS = 4000  # maximum number of segments whose borders are sampled too
 SIZE = (9.0, 8.0)  # [inch]
-DOTS_PER_INCH = 120
 STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
 
 
@@ -97,7 +95,7 @@ def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
     from vrs_cli.files.exports import shown_joints
 
     times = np.linspace(timeline.start, timeline.end, SAMPLES)
-    if len(timeline) <= MAX_BORDERS:
+    if len(timeline) <= 4000:
         times = np.union1d(times, [segment.start for segment in timeline])
     units = arm.model.units
     names = tuple(dict.fromkeys(units.unit(joint) for joint in range(1, arm.model.joint_count + 1)))
@@ -115,7 +113,7 @@ def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) 
     matplotlib: Any = import_module("matplotlib")
     figure_class: Any = import_module("matplotlib.figure").Figure
     with matplotlib.rc_context(STYLE):
-        figure = figure_class(figsize=SIZE, dpi=DOTS_PER_INCH, layout="constrained")
+        figure = figure_class(figsize=SIZE, dpi=120, layout="constrained")
         figure.suptitle(title)
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, panel in zip(axes, panels, strict=True):
@@ -151,9 +149,7 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] size 
 CURVE_COLOURS = ("#1a5fb4", "#b3201b", "#14692d", "#8a4b08", "#6b3fa0", "#00697a", "#a3246b")
 TICKS = 6  # approximate maximum along an axis
 STEPS = (1.0, 2.0, 5.0, 10.0)
-SVG_STYLE = "font:12px sans-serif;fill:#1a1f26"
 HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # makes a name readable on a curve
-MARK_ROWS = 2
 FLAT = 1e-9  # half the height of a panel whose curves are constant [unit]
 
 
@@ -163,7 +159,10 @@ def curves_svg(panels: Sequence[Curves], along: str) -> str:
     parts = [_panel(panel, k * HEIGHT) for k, panel in enumerate(panels)]
     middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT)
     title = f'<text x="{middle:g}" y="{height - 6}" text-anchor="middle">{escape(along)}</text>'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" style="{SVG_STYLE}">'
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" '
+        'style="font:12px sans-serif;fill:#1a1f26">'
+    )
     return f"{head}<title>{escape('; '.join(panel.title for panel in panels))}</title>{''.join(parts)}{title}</svg>"
 
 
@@ -215,7 +214,7 @@ def _panel(panel: Curves, top: float) -> str:
         place = top + TOP + 12 + 16 * k
         parts.append(f'<text x="{right + 10}" y="{place:g}" style="fill:{colour}">{escape(name)}</text>')
     for k, (place, name) in enumerate(panel.marks):
-        level = top + TOP + 12 + 14 * (k % MARK_ROWS)  # neighbouring names do not overlap
+        level = top + TOP + 12 + 14 * (k % 2)  # neighbouring names do not overlap
         parts.append(f'<path d="M{x(place):.1f} {top + TOP:g}V{under:g}" stroke="#545d69" stroke-dasharray="2 3"/>')
         parts.append(f'<text x="{x(place) + 4:.1f}" y="{level:g}" style="{HALO}">{escape(name)}</text>')
     parts.append(f'<path d="M{LEFT} {top + TOP:g}V{under:g}H{right}" fill="none" stroke="#545d69"/>')

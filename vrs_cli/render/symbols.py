@@ -57,7 +57,6 @@ _OWN = re.compile(r"(?:R[xyz]\([OAT]\)|[ATMR]\d?|BASE|TOOL|BASE\^-1|TOOL\^-1| )+
 
 
 def latex(text: str) -> str:
-    """Return a formula in LaTeX."""
     at = text.find("sqrt(")
     if at >= 0:
         end = _closing(text, at + len("sqrt"))

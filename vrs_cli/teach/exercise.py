@@ -37,7 +37,6 @@ from vrs_cli.teach.variants import Situation, Variant, move, read_variants
 from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value
 
-MAX_CHECKS_CHARS = 200_000
 KEYS = (
     *("title", "robot", "dialect", "program", "limits", "rounding_mm", "rounding_deg", "rounding_s"),
     *("check", "variant", "similar"),
@@ -99,7 +98,6 @@ class Exercise(Struct, frozen=True):
 
     @property
     def given_programs(self) -> frozenset[str]:
-        """Return the keys of the given programs."""
         return frozenset() if self.given is None else frozenset(one.program.key for one in self.given.programs)
 
     @property
@@ -148,7 +146,7 @@ class _ExerciseReader(SurroundingsReader):
             hint = "an exercise is a folder with the folders exercise and teacher; vrs grade --new NAME makes one"
             raise NonexistentFile(f"{self.folder} is no exercise: it has no folder teacher", hint)
         path = str(self.teacher / "checks.toml")
-        text = text_at(path, MAX_CHECKS_CHARS)
+        text = text_at(path, 200_000)
         try:
             table = tomllib.loads(text)
         except (ValueError, RecursionError) as error:

@@ -173,7 +173,6 @@ class Grading(Struct, frozen=True):
 
     @property
     def points(self) -> float:
-        """Return the points of all checks."""
         return round_to(sum(found.points for _, found in self.marks), POINT_STEP)
 
     @property

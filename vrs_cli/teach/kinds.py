@@ -20,7 +20,6 @@ from vrs_cli.teach.state_checks import STATE_KINDS
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.diagnostics import DIALECTS, Dialect
 
-MAX_POINTS = 1000.0
 MAX_SPEED = 1e6  # [mm/s], [mm/s2]
 WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # words of the language
 
@@ -32,7 +31,7 @@ _millimetres = partial(ExerciseText.number, least=0.0, most=MAX_LENGTH_MM, unit=
 _degrees = partial(ExerciseText.number, least=0.0, most=180.0, unit="deg")
 _seconds = partial(ExerciseText.number, least=0.0, most=LATEST, unit="s")
 _per_second = partial(ExerciseText.number, least=0.0, most=MAX_SPEED)
-_points = partial(ExerciseText.number, least=0.0, most=MAX_POINTS)
+_points = partial(ExerciseText.number, least=0.0, most=1000.0)
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:

@@ -29,7 +29,6 @@ from vrs_cli.values.questions import PromptStatus
 from vrs_cli.values.replies import Farewell
 
 T = TypeVar("T")
-MAX_PROGRESS_CHARS = 1_000_000
 WORDS = (
     "HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes one step back, LESSONS lists all. EXIT "
     "leaves: `vrs learn` goes on there."
@@ -89,7 +88,7 @@ class LearnerRecord:
             return
         hint = "vrs learn --reset begins a new one"
         try:
-            found = json.loads(text_at(str(self._path), MAX_PROGRESS_CHARS))
+            found = json.loads(text_at(str(self._path), 1_000_000))
         except (ValueError, RecursionError):
             raise FileDamaged(f"{self._path} is no record of lessons", hint) from None
         lessons = found.get("lessons") if isinstance(found, dict) else None

@@ -97,7 +97,6 @@ class Lesson(Struct, frozen=True):
 
 
 def lessons_folder() -> Path:
-    """Return the folder of the shipped lessons."""
     return shipped_folder("programs") / "lessons"
 
 

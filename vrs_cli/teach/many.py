@@ -81,7 +81,6 @@ def grade_many(
 
 SCHEDULER_TIMEOUT_S = 15  # [s] maximum wait for the scheduler, and for its first worker
 MIN_BATCH, MAX_BATCH = 4, 32  # submissions of a batch, which starts its own process
-BATCHES_A_CORE = 4
 MAX_MESSAGE_CHARS = 500  # maximum characters of the message of a failed process
 
 
@@ -101,7 +100,7 @@ def grade_on_cluster(
     readable = [one for one in submissions if not one.unread]
     with _client(address) as client:
         cores = _cores(client)
-        size = max(MIN_BATCH, min(MAX_BATCH, len(readable) // (BATCHES_A_CORE * cores)))
+        size = max(MIN_BATCH, min(MAX_BATCH, len(readable) // (4 * cores)))
         batches = [readable[first : first + size] for first in range(0, len(readable), size)]
         files = client.scatter(_files_of(Path(exercise.folder)), broadcast=True, hash=False)
         futures = {

@@ -27,7 +27,6 @@ MAX_RESULT_BYTES = 64_000_000
 RESULT, ERROR = b"+", b"-"  # first byte of the message of a process
 NO_MEMORY = 71  # exit status of a process that ran out of memory
 GRACE = 2.0  # [s] that the parent waits after the deadline of a process
-RARE = (100_000, 50, 100)  # rare garbage collection, because the process ends soon
 
 Item = TypeVar("Item")
 
@@ -191,7 +190,7 @@ def _confine(folder: Path, fence: Fence) -> None:
     """Enter the folder, with its own session, without a terminal, and with the limits of the system."""
     os.chdir(folder)
     os.umask(0o077)
-    gc.set_threshold(*RARE)
+    gc.set_threshold(100_000, 50, 100)  # rarely, because the process ends soon
     if hasattr(os, "setsid"):
         os.setsid()
     nothing = os.open(os.devnull, os.O_RDWR)

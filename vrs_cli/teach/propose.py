@@ -39,8 +39,6 @@ from vrs_cli.values.numbers import count
 from vrs_cli.world.settings import WorldSettings
 
 NEAR = 1e-4  # [m] maximum distance of the tool from a location that it reaches
-LEAST_MOVED = 1e-3  # [m] a part displaced by less counts as not moved
-PART_NEAR = 0.06  # [m] a location this close to a part belongs to it
 MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger one is a table
 OVER = 0.25  # [m] a location up to this height above a fixture belongs to it
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5
@@ -351,7 +349,7 @@ def _moved_parts(run: Evidence) -> list[tuple[str, Transform]]:
             continue
         before = course.state(name, run.started)
         turned = degrees(angle_between(before.pose, state.pose))
-        if not before.exists or dist(position(before.pose), position(state.pose)) > LEAST_MOVED or turned > 1.0:
+        if not before.exists or dist(position(before.pose), position(state.pose)) > 1e-3 or turned > 1.0:
             found.append((name, state.pose))
     return found
 
@@ -465,7 +463,7 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
                 unite(name, one.name)
     for part, at in parts.items():
         for name, place in (*places.items(), *parts.items()):
-            if dist(place, at) <= PART_NEAR:
+            if dist(place, at) <= 0.06:  # [m] so close to a part, a location belongs to it
                 unite(name, part)
     for points in re.findall(r"(?i)FRAME\s*\(([^()]*)\)", text):
         known = [word.strip().lower() for word in points.split(",") if word.strip().lower() in places]

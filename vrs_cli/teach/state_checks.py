@@ -19,8 +19,6 @@ from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.commands import MotionKind
 
-MAX_JOINTS = 32
-MAX_COUNT = 1000
 MAX_REAL = 1e9
 CONFIGURATIONS = ("RIGHTY", "LEFTY", "ABOVE", "BELOW", "FLIP", "NOFLIP")
 
@@ -150,7 +148,7 @@ StateCheck = (
 
 
 def _whole(text: ExerciseText, entry: CellEntry, key: str) -> int:
-    found = text.number(entry, key, 1, MAX_COUNT)
+    found = text.number(entry, key, 1, 1000)
     if found != int(found):
         text.fault(entry, key, f"{found:g} is no whole number")
     return int(found)
@@ -159,7 +157,7 @@ def _whole(text: ExerciseText, entry: CellEntry, key: str) -> int:
 def _joints(text: ExerciseText, entry: CellEntry, key: str) -> tuple[float | None, ...]:
     wanted = 'the joints in degrees, such as [0, -90, 90, 0, 0, 0]; "any" for one that does not count'
     found = text.list_of(entry, key, wanted)
-    if len(found) > MAX_JOINTS or not all(one == "any" or _is_number(one) for one in found):
+    if len(found) > 32 or not all(one == "any" or _is_number(one) for one in found):
         text.fault(entry, key, wanted)
         return ()
     return tuple(None if one == "any" else float(one) for one in found)

@@ -31,7 +31,6 @@ from vrs_cli.values.numbers import LIMIT, Value
 from vrs_cli.values.world import Beam, Feeder, Sensor, Zone
 
 GROUP_KEYS = ("move", "by", "turn", "later", "value", "shuffle")
-MAX_SEEDS = 100
 MM_STEP, DEG_STEP, S_STEP, VALUE_STEP = 0.01, 0.01, 0.001, 0.001
 
 
@@ -275,7 +274,7 @@ def read_variants(text: ExerciseText, table: Mapping[str, Any], around: Situatio
 def _seeds(text: ExerciseText, entry: CellEntry) -> tuple[int, ...]:
     given = entry.given.get("seed")
     seeds = given if isinstance(given, list) else [given]
-    if seeds and len(seeds) <= MAX_SEEDS and all(type(one) is int and 0 <= one <= 2**31 for one in seeds):
+    if seeds and len(seeds) <= 100 and all(type(one) is int and 0 <= one <= 2**31 for one in seeds):
         return tuple(seeds)
     text.fault(entry, "seed", f"{text.prefix(given)}a whole number from 0, or a list of them such as [1, 2, 3]")
     return ()

@@ -134,10 +134,7 @@ def _time_verdict(
     )
 
 
-KEPT_CHECKERS = 32  # models of physics to keep: one for each variant and check
-
-
-@lru_cache(KEPT_CHECKERS)
+@lru_cache(32)
 def _checker(arm: RobotArm, scene: CellScene, clearance: float, allow: tuple[checks.Pair, ...]) -> Checker:
     from vrs_cli.contacts.checker import Checker
 

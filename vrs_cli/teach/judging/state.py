@@ -51,7 +51,6 @@ def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
 
 
 def judge_location(check: state_checks.LocationCheck, run: JudgedRun) -> Verdict:
-    """Judge the value of a location."""
     evidence, basis = run.evidence, run.basis
     found: Transform | None = None
     for item in check.of.items:
@@ -71,7 +70,6 @@ def judge_location(check: state_checks.LocationCheck, run: JudgedRun) -> Verdict
 
 
 def judge_configuration(check: state_checks.ConfigurationCheck, run: JudgedRun) -> Verdict:
-    """Judge the configuration at the end."""
     evidence = run.evidence
     q = joints_at(evidence.arm, evidence.timeline, evidence.end)
     words = str(evidence.arm.configuration(q)).split()
@@ -82,7 +80,6 @@ def judge_configuration(check: state_checks.ConfigurationCheck, run: JudgedRun) 
 
 
 def judge_variable(check: state_checks.VariableCheck, run: JudgedRun) -> Verdict:
-    """Judge the value of a variable."""
     evidence = run.evidence
     value = evidence.variables.get(check.of.items[0])
     if value is None:
@@ -109,7 +106,6 @@ def _setting(settings: Settings, name: str) -> float | str:
 
 
 def judge_program(check: state_checks.ProgramCheck, run: JudgedRun) -> Verdict:
-    """Judge whether a program is in memory."""
     evidence = run.evidence
     there = any(one.key == check.of for one in evidence.programs)
     return _verdict(there, f"there is {'a' if there else 'no'} program {check.of}")
@@ -146,7 +142,6 @@ def commanded_motions(evidence: Evidence) -> list[CommandedMotion]:
 
 
 def judge_motion(check: state_checks.MotionCheck, run: JudgedRun) -> Verdict:
-    """Judge one motion of the step."""
     evidence, basis = run.evidence, run.basis
     motions = commanded_motions(evidence)
     if not motions:

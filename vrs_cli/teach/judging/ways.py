@@ -212,12 +212,10 @@ def judge_keep_out(check: checks.KeepOutCheck, run: basis.JudgedRun) -> basis.Ve
 
 
 def judge_speed(check: checks.SpeedCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge the speed of the tip."""
     return _judge_rate(check, run, run.velocity, "speed", check.mm_s, "mm/s")
 
 
 def judge_acceleration(check: checks.AccelerationCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge the acceleration of the tip."""
     return _judge_rate(check, run, run.acceleration, "acceleration", check.mm_s2, "mm/s2")
 
 

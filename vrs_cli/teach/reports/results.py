@@ -146,7 +146,6 @@ def _summary(grading: Grading, exercise: Exercise) -> Object:
 
 
 def grading_object(grading: Grading) -> Object:
-    """Return a grading as a JSON object."""
     variants = [
         {**structs.asdict(one), "marks": [structs.asdict(found) for found in one.marks]} for one in grading.variants
     ]

@@ -19,14 +19,14 @@ from vrs_cli.teach.grading import Grading
 from vrs_cli.teach.judging.basis import round_to
 from vrs_cli.teach.marking import POINT_STEP
 
-JOINERS = "\u200c\u200d"  # joiners, which some scripts need
 FORMULA = ("=", "+", "-", "@", "\t", "\r")  # first characters of formulas in spreadsheets
 _SLUG = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 def plain(text: str) -> str:
     """Return a text as one line: blanks for line ends, and invisible characters as `^[` or `<U+202E>`."""
-    return "".join(one if one.isprintable() or one in JOINERS else _visible_sign(one) for one in text)
+    # some scripts need the joiners U+200C and U+200D
+    return "".join(one if one.isprintable() or one in "\u200c\u200d" else _visible_sign(one) for one in text)
 
 
 def _visible_sign(character: str) -> str:
@@ -62,8 +62,6 @@ def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
     return found
 
 
-OTHER_CHECKS = "other checks"
-CHECK50_VERSION = "3.0.0"  # version of the specification
 Object = dict[str, Any]
 
 
@@ -104,7 +102,7 @@ def shown_marks(exercise: Exercise, grading: Grading) -> tuple[ShownMark, ...]:
     if not hidden:
         return open_marks
     points, of = sum(one.points for one in hidden), sum(one.of for one in hidden)
-    return (*open_marks, ShownMark(OTHER_CHECKS, round_to(points, POINT_STEP), round_to(of, POINT_STEP)))
+    return (*open_marks, ShownMark("other checks", round_to(points, POINT_STEP), round_to(of, POINT_STEP)))
 
 
 def gradescope(exercise: Exercise, grading: Grading) -> Object:
@@ -158,7 +156,7 @@ def check50(exercise: Exercise, grading: Grading) -> Object:
                 "dependency": None,
             }
         )
-    return {"slug": exercise.name, "results": results, "version": CHECK50_VERSION}
+    return {"slug": exercise.name, "results": results, "version": "3.0.0"}
 
 
 def _identifier(name: str, taken: set[str]) -> str:
