@@ -26,7 +26,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
 from vrs_cli.engine.steering import Chunk
 from vrs_cli.errors import TooLate
-from vrs_cli.interfaces.steering import WINDOW, Steering
+from vrs_cli.interfaces.streams import WINDOW, Steering
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot

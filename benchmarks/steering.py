@@ -12,7 +12,7 @@ from time import perf_counter, process_time
 from benchmarks.report import Figure, show
 from vrs_cli.cli.steer import KEPT
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot

@@ -30,7 +30,7 @@ from websockets.frames import OP_BINARY, OP_TEXT, Frame
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import MissedEvents, TimelineReplaced
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.messages import Subscribe

@@ -185,7 +185,7 @@ DEFERRED = (
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
         ("interfaces/session/acts.py", "interfaces/station/user_state.py"),
-        ("vrs_cli.interfaces.session.drag_control", "vrs_cli.interfaces.dragging"),
+        ("vrs_cli.interfaces.session.drag_control", "vrs_cli.interfaces.streams"),
         "few robots are dragged or steered",
     ),
     Deferred(

@@ -13,9 +13,9 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.contacts import watch
 from vrs_cli.errors import CollisionAhead
 from vrs_cli.files.cell_file import parse_cell
-from vrs_cli.interfaces.dragging import TICK, Dragging
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.streams import DRAG_TICK, Dragging
 from vrs_cli.kinematics.transform import at_position
 from vrs_cli.values.hand import Axis, Frame, Limit
 from vrs_cli.values.replies import Message, ReachReport
@@ -164,7 +164,7 @@ def test_a_dragged_tool_stops_before_a_contact() -> None:
     for k in range(100):
         shortfall = dragging.to(at_position(here, here.px + min(0.004 * k, 0.25), here.py, here.pz))
         holds |= {hold.limit for hold in shortfall.holds}
-        engine.clock.advance(engine.now + TICK)
+        engine.clock.advance(engine.now + DRAG_TICK)
     assert Limit.CONTACT in holds
     assert engine.position().T_world_tool.px > here.px + 0.05
     assert session.contacts.first_contact(engine.timeline, begun, engine.end, engine.settings) is None
@@ -196,5 +196,5 @@ def test_a_steered_motion_is_told_once() -> None:
     dragging = Dragging(engine)
     for k in range(80):
         dragging.to(at_position(here, here.px + min(0.004 * k, 0.25), here.py, here.pz))
-        engine.clock.advance(engine.now + TICK)
+        engine.clock.advance(engine.now + DRAG_TICK)
     assert [text for text, _ in session.contacts.contacts] == ["DRAG"]

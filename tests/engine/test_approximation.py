@@ -13,7 +13,7 @@ from tests.robots import KINDS
 from vrs_cli.engine.approximation import ToolLine, ToolPath, distance_from_line
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector, position, translation

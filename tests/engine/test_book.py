@@ -15,7 +15,7 @@ from vrs_cli.engine.book import MAX_MOTIONS_COMPARED, ROW, MemoryWindow, WindowS
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.row import Row

@@ -19,7 +19,7 @@ from vrs_cli.errors import FileError, MotionError, UsageError
 from vrs_cli.files.journal import Journal, bookmark_of, keep_journal, take_up
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.link_data import Box, LinkShape
 from vrs_cli.values.commands import JointOffsetTarget, JointTarget, Move, SetParameter, Stamp
 

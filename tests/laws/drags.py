@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from tests.by_hand import command
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging
+from vrs_cli.interfaces.streams import ELBOW_MARGIN, LAG_S, MIN_AHEAD, Dragging
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Configuration, Joints
 from vrs_cli.kinematics.model import RobotModel, levers
@@ -112,7 +112,7 @@ def check_keeps_elbow(engine: Engine, dragging: Dragging, begin: float, roundabo
         t = begin + (engine.end - begin) * k / steps
         q = engine.position(t).joints
         have, free = arm.configuration(q), arm.singularity(q)
-        if arm.fold is not None and abs(q[arm.fold[0]] - _side(arm.fold, q)) < 2.0 * BORDER:
+        if arm.fold is not None and abs(q[arm.fold[0]] - _side(arm.fold, q)) < 2.0 * ELBOW_MARGIN:
             continue  # on the border
         if (have.arm, have.elbow) != (kept.arm, kept.elbow) and free.shoulder > PASSED:
             assert any(-0.2 <= t - since <= 1.0 for since in roundabout), (t, q, have, kept)
@@ -139,7 +139,7 @@ def check_holds(engine: Engine, dragging: Dragging, wish: Transform, held: Short
         elif hold.limit is Limit.SPEED:
             joint, here = hold.joint - 1, engine.position().joints
             late = abs(goal[joint] - here[joint]) / model.max_velocity[joint]
-            assert late > 0.9 * LAG * LEAST_AHEAD * engine.settings.monitor_speed / 100.0, (hold, late)
+            assert late > 0.9 * LAG_S * MIN_AHEAD * engine.settings.monitor_speed / 100.0, (hold, late)
 
 
 def flange_of(engine: Engine, wish: Transform) -> Transform:

@@ -16,7 +16,7 @@ from random import Random
 from tests.by_hand import command
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints, put_inside

@@ -22,7 +22,7 @@ from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.repl.player import JogPanel

@@ -17,7 +17,7 @@ from vrs_cli.engine.engine import Engine, TimelineChange
 from vrs_cli.engine.feed import MissedEvents, Snapshot, Subscription, TimelineReplaced, fit_delta
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError, UsageError
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.trajectory.timeline import Timeline
 
 READY = MODEL.poses["ready"]

@@ -22,7 +22,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
 from vrs_cli.interfaces.jog.jogger import AXES, Jogger, moved
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.model import RobotModel

@@ -11,7 +11,7 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.commands import JointTarget, Move, Request, SetParameter, Stamp
 

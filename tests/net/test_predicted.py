@@ -13,7 +13,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import Snapshot
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import COMMAND_TIMEOUT_S, Ahead, Predicted

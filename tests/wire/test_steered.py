@@ -18,7 +18,7 @@ from tests.robots import KINDS
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import Snapshot, TimelineReplaced
 from vrs_cli.engine.settings import Settings
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import Delta, FromServer, Steered

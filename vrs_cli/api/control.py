@@ -3,33 +3,37 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import degrees, inf
 from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
 from typing import TypeAlias
 
 from msgspec import Struct, field, structs
 
 from vrs_cli.api.location import Units
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.errors import FileError
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.targets import select
+from vrs_cli.errors import FileError, RequestRefused, TooLate, VrsError
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.opening import Folder
 from vrs_cli.files.timed_lines import listed_signals, read_signals
-from vrs_cli.interfaces.dragging import DRAG, TICK
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
-from vrs_cli.interfaces.steering import LONGEST, STEER
+from vrs_cli.interfaces.streams import DRAG_TICK, DRAGGING, STEERING, velocity_between
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.joints import Joints, JointUnits, largest_change
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.language.run.signals import NO_INPUTS, Cell
-from vrs_cli.values.acts import DragTool, Steer
+from vrs_cli.values.acts import DragTool, FollowChunk, Steer
 from vrs_cli.values.hand import Shortfall
+from vrs_cli.values.results import FollowReport
 
 Signals: TypeAlias = str | Path | Iterable[tuple[float, int, bool]]
 CURRENT_FOLDER = Folder(closed=True, disclosed=True)
@@ -118,7 +122,7 @@ class ProgramFolders(Struct):
         return structs.replace(given or Conditions(), folder=own)
 
 
-RATES = 1.0 / LONGEST, 1000.0  # lowest and highest number of targets a second
+RATES = 1.0 / STEERING.longest, 1000.0  # lowest and highest number of targets a second
 MAX_RATE_AT_REST = 1e-6  # a joint that moves by less in a step [rad, m], and is slower [1/s], is at rest
 MAX_ARRIVAL_S = 10.0  # of the robot's clock, for a dragged tool to come to its last target
 
@@ -177,18 +181,18 @@ class Streams:
         if self._last is not None:
             self._pace(robot, self._last[0] + step)
         now, last = robot.now, self._last
-        since = LONGEST + 1.0 if last is None else max(now - last[0], step)
-        self._moves, self._wish = since <= LONGEST, None
+        since = STEERING.longest + 1.0 if last is None else max(now - last[0], step)
+        self._moves, self._wish = since <= STEERING.longest, None
         velocity = None
         if last is not None and self._moves:
-            velocity = tuple([(b - a) / since for a, b in zip(last[1], joints, strict=True)])
+            velocity = velocity_between(last[1], joints, since)
         self._last = None  # if the robot refuses the target, the stream has ended
         robot.send(Steer(joints, velocity, step, speed))
         self._last = now, joints
 
     def drag(self, robot: Supervisor, T_world_tool: Transform) -> Shortfall:
-        """Send a target for the tool, at the earliest a TICK after the one before."""
-        self._pace(robot, self._wish_time + TICK)
+        """Send a target for the tool, at the earliest a DRAG_TICK after the one before."""
+        self._pace(robot, self._wish_time + DRAG_TICK)
         self._last, self._wish = None, None
         self._wish_time = robot.now
         held = robot.act(DragTool(T_world_tool))
@@ -200,9 +204,9 @@ class Streams:
         last, wish, timeline = self._last, self._wish, robot.timeline
         self._last = self._wish = None
         text = timeline[len(timeline) - 1].motion.text
-        if last is not None and text == STEER and self._moves:
+        if last is not None and text == STEERING.text and self._moves:
             robot.act(Steer(last[1]))
-        elif wish is not None and text == DRAG:
+        elif wish is not None and text == DRAGGING.text:
             until, moves = robot.now + MAX_ARRIVAL_S, True
             while moves and robot.now < until:
                 self.drag(robot, wish)
@@ -223,3 +227,129 @@ class Streams:
         rate = robot.followed.rate
         if rate is not None and (left := due - robot.now) > 0.0:
             time.sleep(left / rate)
+
+
+# --- streams in chunks, over delays -----------------------------------------------------------------------------------
+
+CHUNK_S = 0.25  # [s] of a stream that go to a served robot in one chunk
+
+
+class FollowedChunks(Struct):
+    """How well a served robot follows: the number of targets sent, of those that came too late, that were held at the
+    end of a joint's range, and that were lost without a connection; the number of chunks, and of `samples` of chunks
+    that were followed; for joints that turn and for those that slide the sum of the errors at these samples, and the
+    largest error [rad, m].
+    """
+
+    targets: int = 0
+    late: int = 0
+    held: int = 0
+    lost: int = 0
+    chunks: int = 0
+    samples: int = 0
+    turning: tuple[float, float] = (0.0, 0.0)
+    sliding: tuple[float, float] = (0.0, 0.0)
+
+    def count(self, report: FollowReport, targets: int, sent_before: int, units: JointUnits) -> None:
+        """Count a chunk of new `targets`, after those sent before: its errors are those of its farthest joints."""
+        self.late += max(report.late - sent_before, 0)
+        self.held += report.held
+        self.samples += targets
+        self.turning = _add_errors(self.turning, report, targets, units, slides=False)
+        self.sliding = _add_errors(self.sliding, report, targets, units, slides=True)
+
+
+def _add_errors(
+    before: tuple[float, float], report: FollowReport, targets: int, units: JointUnits, *, slides: bool
+) -> tuple[float, float]:
+    """Add the errors of the joints of one kind in a chunk to the sum and the largest of those before."""
+    pairs = [
+        (mean, worst)
+        for joint, (mean, worst) in enumerate(zip(report.mean, report.worst, strict=True), 1)
+        if units.slides(joint) is slides
+    ]
+    mean, worst = (max(errors) for errors in zip(*pairs, strict=True)) if pairs else (0.0, 0.0)
+    return before[0] + targets * mean, max(before[1], worst)
+
+
+class ChunkSteering:
+    """Sends targets to a served robot, in chunks of time-stamped joints. A target is due `lead` [s] after its time, so
+    that it arrives in time over delays. A thread waits for the answers; `refused` is the first error that ends the
+    stream.
+    """
+
+    def __init__(self, robot: Supervisor, lead: float, *, speed: float = 1.0) -> None:
+        self.robot, self.lead, self.speed = robot, lead, speed
+        self.followed = FollowedChunks()
+        self._shift: float | None = None  # from times of the stream to the robot's clock [s]
+        self._times: list[float] = []
+        self._joints: list[Joints] = []
+        self._new = 0  # targets that were not sent yet
+        self.refused: VrsError | None = None
+        self._sent: SimpleQueue[tuple[int, int, Callable[[], FollowReport]] | None] = SimpleQueue()
+        self._hearing = Thread(target=self._hear, name="vrs lab steer", daemon=True)
+        self._hearing.start()
+
+    def to(self, target: Joints | Transform, t: float) -> None:
+        """Be at a target at time t [s] of the stream. Raises LocationOutOfRange and others for a pose that no
+        configuration reaches.
+        """
+        robot = self.robot
+        if self._shift is None:
+            begin = robot.timeline.end if robot.followed.rate is None else robot.now
+            self._shift = begin + self.lead - t
+        joints = self._joints_for(target) if isinstance(target, Transform) else target
+        due = t + self._shift
+        if self._times and due <= self._times[-1]:
+            due = self._times[-1] + STEERING.shortest
+        if (
+            self._times and due - self._times[-1] > STEERING.longest
+        ):  # it is not known how the robot is to move meanwhile
+            self.send()
+            self._times, self._joints = [], []
+        self._times.append(due)
+        self._joints.append(joints)
+        self._new += 1
+        self.followed.targets += 1
+        if due - self._times[0] >= CHUNK_S:
+            self.send()
+
+    def _joints_for(self, T_world_tool: Transform) -> Joints:
+        frames = self.robot.frames
+        near = self._joints[-1] if self._joints else self.robot.at().joints
+        return select(self.robot.arm, Settings(), compose(frames.base, T_world_tool), frames, near)
+
+    def send(self) -> None:
+        """Send the targets so far. The last one is the first of the next chunk too: the robot passes it without coming
+        to rest.
+        """
+        if not self._new:
+            return
+        chunk, count = FollowChunk(tuple(self._times), tuple(self._joints), self.speed), self._new
+        sent_before = len(self._times) - count
+        self._times, self._joints, self._new = self._times[-1:], self._joints[-1:], 0
+        self.followed.chunks += 1
+        try:
+            self._sent.put((count, sent_before, self.robot.start(chunk)))
+        except RequestRefused:
+            self.followed.lost += count
+
+    def finish(self) -> None:
+        """Send the rest, and wait for all answers. The robot rests at the last target. Raises the first error."""
+        self.send()
+        self._sent.put(None)
+        self._hearing.join()
+        if self.refused is not None:
+            raise self.refused
+
+    def _hear(self) -> None:
+        while (sent := self._sent.get()) is not None:
+            count, sent_before, wait = sent
+            try:
+                self.followed.count(wait(), count, sent_before, self.robot.arm.model.units)
+            except TooLate:
+                self.followed.late += count
+            except RequestRefused:
+                self.followed.lost += count
+            except VrsError as error:
+                self.refused = self.refused or error

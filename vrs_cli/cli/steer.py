@@ -17,6 +17,7 @@ from threading import Thread
 from time import monotonic
 from typing import TextIO
 
+from vrs_cli.api.control import CHUNK_S, ChunkSteering
 from vrs_cli.cli.command_line import CommandLineError, chosen_robot, clock_of
 from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.main import FAILED, OK
@@ -28,7 +29,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
 from vrs_cli.files.timed_lines import TimedTarget, read_targets
 from vrs_cli.interfaces.roles.supervisor import Supervisor
-from vrs_cli.interfaces.steering import WINDOW, ChunkSteering, Following, Steering
+from vrs_cli.interfaces.streams import Following, Steering
 from vrs_cli.kinematics.joints import JointKind, Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
@@ -284,14 +285,14 @@ class _ServedRun(_Run):
             it: TimedTarget | VrsError | None = None
             with stop.broken_off():
                 try:
-                    it = targets.get(timeout=WINDOW)
+                    it = targets.get(timeout=CHUNK_S)
                 except Empty:
                     steering.send()
                     continue
                 if isinstance(it, VrsError):
                     raise it
                 if it is not None:
-                    if it.t - clock.now > WINDOW:
+                    if it.t - clock.now > CHUNK_S:
                         steering.send()
                     clock.advance(it.t)
             if it is None or stop.number is not None:
@@ -311,7 +312,7 @@ class _ServedRun(_Run):
         for _ in range(TRIES):
             robot.act(ListBranches())
             times.append(monotonic())
-        return max(b - a for a, b in pairwise(times)) + WINDOW + ALLOWANCE
+        return max(b - a for a, b in pairwise(times)) + CHUNK_S + ALLOWANCE
 
     def _tell_served(self, steering: ChunkSteering, kinds: Collection[JointKind]) -> None:
         followed = steering.followed

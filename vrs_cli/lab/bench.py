@@ -21,7 +21,7 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over
 from vrs_cli.errors import TooLate
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel

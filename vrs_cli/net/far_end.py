@@ -16,8 +16,8 @@ from msgspec import structs
 
 from vrs_cli.engine.feed import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
-from vrs_cli.interfaces.dragging import DRAG
 from vrs_cli.interfaces.port.port import Expected, Previewed
+from vrs_cli.interfaces.streams import DRAGGING
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes, move_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -457,10 +457,10 @@ class FarEnd:
             return None
         oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard_time
         if self._pulled.by and self.mirror.timeline.end > heard:
-            return Expected(0, DRAG, heard, heard, planned=False)
+            return Expected(0, DRAGGING.text, heard, heard, planned=False)
         if oldest is None:
             return None
-        return Expected(0, DRAG, oldest, max(oldest + self.round_trip / 2.0, heard), planned=False)
+        return Expected(0, DRAGGING.text, oldest, max(oldest + self.round_trip / 2.0, heard), planned=False)
 
     def previewed(self) -> Previewed:
         """Return what the robot will do, as it is known now. In any thread."""

@@ -13,7 +13,7 @@ from tests.net.kit.recorder import Recorder
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.steering import Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, rotation_z, translation

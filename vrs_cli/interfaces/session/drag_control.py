@@ -15,11 +15,10 @@ from msgspec import structs
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.dragging import TICK, Dragging
 from vrs_cli.interfaces.rights import check_goes_beside
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import TargetStream
-from vrs_cli.interfaces.steering import LONGEST, SHORTEST, STEER
+from vrs_cli.interfaces.streams import DRAG_TICK, STEERING, Dragging, chase
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.state import Target
@@ -56,13 +55,13 @@ class DragControl(NamedTuple):
         session.tasks.check_robot_free()
         if act.velocity is None:
             stream.steered, stream.stops = session.user_state, session.stops
-            engine.redirect(act.joints, speed=speed, text=STEER)
+            engine.redirect(act.joints, speed=speed, text=STEERING.text)
         else:
             self._check_not_stopped()
-            target, tick = Target(act.joints, act.velocity), min(max(act.lasting, SHORTEST), LONGEST)
-            engine.steer(target, tick, speed=speed, text=STEER, issued=session.user_state.issued)
+            target = Target(act.joints, act.velocity)
+            chase(engine, STEERING, target, act.lasting, speed, session.user_state.issued)
         if not engine.realtime:
-            session.settle(engine.now + min(max(act.lasting, 0.0), LONGEST))
+            session.settle(engine.now + min(max(act.lasting, 0.0), STEERING.longest))
 
     def _check_not_stopped(self) -> None:
         session, stream = self.session, self.stream
@@ -153,7 +152,7 @@ class DragControl(NamedTuple):
         except Exception:  # the tool no longer follows, so the user must not go on holding it
             self._break_off("the robot cannot follow: an internal error")
             raise
-        return None if stream.dragging is None else max(due + TICK, engine.now)
+        return None if stream.dragging is None else max(due + DRAG_TICK, engine.now)
 
     def _follow(self) -> None:
         session, engine, stream = self.session, self.session.engine, self.stream
@@ -168,7 +167,7 @@ class DragControl(NamedTuple):
         stream.version = engine.timeline.version
         stream.pulled = DragState(stream.user_state.name, held, issued=stream.issued)
         if not engine.realtime:
-            session.settle(engine.now + TICK)
+            session.settle(engine.now + DRAG_TICK)
 
     def _break_off(self, why: str) -> None:
         """Release the tool; the user has to let it go and to take it again."""

@@ -18,7 +18,7 @@ from vrs_cli.values.questions import OnScreen
 from vrs_cli.values.replies import Reply
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.dragging import Dragging
+    from vrs_cli.interfaces.streams import Dragging
 
 R = TypeVar("R")
 

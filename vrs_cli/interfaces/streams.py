@@ -1,59 +1,192 @@
-"""Dragging the tool at a screen: the user pulls it to any place, and the arm comes as near to that as it can.
+"""Streams of targets, which become motions that begin in the moving state: joints or tool poses that a robot steers
+to, and a tool that is dragged. The newest target counts. The engine chases it inside all limits, and brakes if no more
+come.
 
-A wish is any pose. The goal (the joints that bring the tool there) changes from wish to wish by no more than the joints
-do at full speed, so the arm never jumps:
+A target to steer to may have a time. In virtual time a stream of an hour takes a minute. In real time a target that
+comes early waits for its time on the clock, and a late one is followed from the present instant: its time still says
+how fast the targets move, but does not change the past.
 
-- Where the pose is in reach, with the arm and elbow of the beginning, the goal is exactly there, or on the way.
-- Where it is not, the goal slides downhill to the nearest pose in reach (`kinematics/numeric/search.py`).
-- Where downhill leads no farther, but the pose is in reach another way round, the joints go that way.
+The user drags the tool to any pose (a wish), and the arm comes as near to it as it can. The goal (the joints that bring
+the tool there) changes from wish to wish by no more than the joints do at full speed, so the arm never jumps:
 
-The wrist may pass through straight, from FLIP to NOFLIP, where that is nearer: no joint jumps there. The engine steers
-to the goal, inside all limits, and brakes when no more wishes come. `Hold` says what keeps the tool from the wish.
+- If the pose is in reach, with the arm and elbow of the beginning, the goal is exactly there, or on the way.
+- If it is not, the goal slides downhill to the nearest pose in reach (`kinematics/numeric/search.py`).
+- If downhill leads no farther, but the pose is in reach another way round, the joints go that way.
+
+The wrist may pass through straight, from FLIP to NOFLIP, if that is nearer: no joint jumps there. `Hold` says which
+limit keeps the tool from the wish.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
-from math import inf, pi, radians, sin
+from math import inf, pi, radians, sin, sqrt
 from typing import NamedTuple
+
+from msgspec import Struct, field
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.engine.targets import fraction_of_full
 from vrs_cli.errors import CollisionAhead
-from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import Arm, Configuration, Joints, largest_change, put_inside
+from vrs_cli.kinematics.joints import Arm, Configuration, Joints, JointUnits, largest_change, put_inside
 from vrs_cli.kinematics.model import RobotModel, some_joints
 from vrs_cli.kinematics.numeric.search import Aim, Nearest, Side
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.hand import Hold, Limit, Shortfall
 
-THERE = 1e-4, radians(0.05)  # [m, rad] a miss that is none
-STALLED = 1e-3  # of the miss: a gain in one tick that leads nowhere
-PASSING = sin(radians(25.0))  # the sum of what a wrist is away from straight, before and after it passes through that
-SINGULAR = 0.1  # of the measures of `Singularity`, from 0 to 1: a joint that cannot keep up is said to be near it
-LEAST_AHEAD = 0.03  # of `Pace.ahead`, next to the axis of joint 1
-BACK = 5.0  # times as far as they would pass over that axis, the joints are to go back from it
-COMING = 0.0, 0.25, 0.5, 1.0  # of the time until the joints stand, if no wish comes any more
-FLAT = 1e-3  # [m] for a turn of a joint by 1 rad, that does not bring the arm nearer to that axis
-SIDE = 0.005  # of the arm's length, that its end keeps from passing over the axis of joint 1
-BORDER = 1e-4  # [rad] that an elbow keeps from stretched, so that it stays as it is
-TICK = 0.02  # [s] between two wishes, where there was none before
-LONGEST_TICK = 0.1  # [s] a longer time between two is a gap, after which the arm stands
-HESITATION = 5  # wishes that lead nowhere, before another way round is taken of all that there are
-PATIENCE = 25  # wishes that lead nowhere, before another way round is searched
-PROMISING = 0.5  # of the miss: a search that gained less by one wish begins elsewhere at the next
-SOME = 16  # places where it begins, the nearest first
-LAG = 0.1  # [s] at full speed by which a joint lags what it follows at most, if it is not late
-STOPPING = 1.5  # of the time in which a joint comes to full speed: so far ahead of it, at full speed, its goal may be
-DRAG = "DRAG"  # the text of its motion
-AT_REST = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
+# --- the tempo of a stream -------------------------------------------------------------------------------------------
 
 
-# --- from wishes to joints -------------------------------------------------------------------------------------------
+class Tempo(NamedTuple):
+    """The `text` of a stream's motions, and the least and the most time from one target to the next [s]; a longer time
+    is a gap, after which the arm stands.
+    """
+
+    text: str
+    shortest: float
+    longest: float
+
+    def tick(self, seconds: float) -> float:
+        """Return a time between targets within these limits [s]."""
+        return min(max(seconds, self.shortest), self.longest)
+
+
+STEERING = Tempo("STEER", 0.001, 0.5)
+DRAGGING = Tempo("DRAG", 0.001, 0.1)
+DRAG_TICK = 0.02  # [s] from one wish to the next, and before the first
+
+
+def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
+    """Return the velocity of joints that go from a to b in a time [rad/s, m/s]."""
+    return tuple([(y - x) / seconds for x, y in zip(a, b, strict=True)])
+
+
+def chase(
+    engine: Engine, tempo: Tempo, target: Target, lasting: float, speed: float = 1.0, issued: float | None = None
+) -> None:
+    """Chase a moving target from now on, until the next one comes after `lasting` [s]. Raises PowerOff,
+    JointOutOfRange, CollisionAhead.
+    """
+    engine.steer(target, tempo.tick(lasting), speed=speed, text=tempo.text, issued=issued)
+
+
+# --- targets to steer to ---------------------------------------------------------------------------------------------
+
+WAIT_DECAY = 0.95  # of the longest wait between late targets, from target to target
+
+
+class TrackingError(Struct):
+    """How far the robot was from each target when the target came: the farthest joint of a kind [rad, m], or the time
+    [s].
+    """
+
+    targets: int = 0
+    squares: float = 0.0
+    worst: float = 0.0
+
+    @property
+    def rms(self) -> float:
+        return sqrt(self.squares / self.targets) if self.targets else 0.0
+
+    def count(self, error: float) -> None:
+        self.targets += 1
+        self.squares += error * error
+        self.worst = max(self.worst, error)
+
+
+class Following(Struct):
+    """How well the robot follows: the number of targets, of those held at the end of a joint's range, how late they
+    came [s], and the errors of the joints that turn and of those that slide.
+    """
+
+    targets: int = 0
+    held: int = 0
+    lag: TrackingError = field(default_factory=TrackingError)
+    turning: TrackingError = field(default_factory=TrackingError)
+    sliding: TrackingError = field(default_factory=TrackingError)
+
+    def count(self, joints: Joints, goal: Joints, units: JointUnits, *, held: bool, lag: float) -> None:
+        self.targets += 1
+        self.held += held
+        self.lag.count(lag)
+        for error, slides in ((self.turning, False), (self.sliding, True)):
+            pairs = enumerate(zip(joints, goal, strict=True), 1)
+            error.count(max((abs(b - a) for joint, (a, b) in pairs if units.slides(joint) is slides), default=0.0))
+
+
+class Steering:
+    """Gives targets to an engine, which follows the line through the last two of them."""
+
+    def __init__(self, engine: Engine, *, speed: float = 1.0) -> None:
+        self.engine, self.speed = engine, speed
+        self.following = Following()
+        self._last: tuple[float, Joints] | None = None
+        self._came, self._wait = 0.0, 0.0  # when the last target came, and how long the robot may wait for the next [s]
+
+    def to(self, target: Joints | Transform, t: float | None = None) -> None:
+        """Go to a target at time t [s], or now. If it lies outside the range of a joint, go to the end of the range.
+
+        Raises LocationOutOfRange and others for a pose that no configuration reaches; then the robot follows the
+        target before until it stands.
+        """
+        engine = self.engine
+        now = self._wait_for(t)
+        where, model = engine.position().joints, engine.model
+        near = where if self._last is None else self._last[1]
+        asked = engine.joints_for(target, near) if isinstance(target, Transform) else target
+        goal = put_inside(asked, model.lower, model.upper)
+        stamp = now if t is None else t
+        self.following.count(where, goal, model.units, held=goal != asked, lag=max(now - stamp, 0.0))
+        self._wait = max(now - self._came, WAIT_DECAY * self._wait) if now > stamp else 0.0
+        last, self._last, self._came = self._last, (stamp, goal), now
+        since = stamp - last[0] if last is not None else 0.0
+        if last is None or not 0.0 < since <= STEERING.longest:  # how the target moves is not known
+            engine.redirect(goal, speed=self.speed, text=STEERING.text)
+            return
+        tick = STEERING.tick(since)
+        moving = Target(goal, velocity_between(last[1], goal, tick))
+        # late targets come in bunches: until the next bunch the robot goes on
+        chase(engine, STEERING, moving, max(tick, self._wait), self.speed)
+
+    def _wait_for(self, t: float | None) -> float:
+        """Wait until a time, which may have passed already. Return the present instant [s]."""
+        clock = self.engine.clock
+        clock.advance(clock.reached if t is None else max(t, clock.reached))
+        return clock.now
+
+    def finish(self) -> None:
+        """Come to rest at the last target: no more targets come."""
+        self._wait_for(None)
+        if self._last is not None:
+            self.engine.redirect(self._last[1], speed=self.speed, text=f"{STEERING.text} ends")
+            self._last = None
+
+
+# --- a dragged tool: from wishes to joints ---------------------------------------------------------------------------
+
+MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad]: a tool so near to the wish is there
+STALL_GAIN = 1e-3  # of the miss: a smaller gain by one wish leads nowhere
+WRIST_PASS_SUM = sin(
+    radians(25.0)
+)  # of what a wrist is away from straight, before and after it passes through straight
+NEAR_SINGULAR = 0.1  # of the measures of `Singularity`, from 0 to 1: below it a joint that lags is said to be near one
+MIN_AHEAD = 0.03  # of `JointPace.ahead`, next to the axis of joint 1
+RETREAT_FACTOR = 5.0  # times the way by which joints would pass over that axis, they go back from it
+COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # of the time until the joints stand, if no wish comes any more
+FLAT_SLOPE = 1e-3  # [m] for a turn of a joint by 1 rad, that does not bring the arm nearer to that axis
+SIDE_SHARE = 0.005  # of the arm's length, by which its end keeps from passing over the axis of joint 1
+ELBOW_MARGIN = 1e-4  # [rad] by which an elbow keeps from stretched, so that it stays as it is
+STALLS_BEFORE_WAYS = 5  # wishes that lead nowhere, before the arm tries another of all its ways round
+STALLS_BEFORE_SEARCH = 25  # wishes that lead nowhere, before another way round is searched
+PROMISING_GAIN = 0.5  # of the miss: a search that gains less by one wish begins elsewhere at the next
+SEARCH_STARTS = 16  # places where a search begins, the nearest first
+LAG_S = 0.1  # [s] at full speed by which a joint lags its goal at most, if it is not late
+STOPPING_FACTOR = 1.5  # times the time in which a joint comes to full speed, the goal may be ahead at full speed
+REST_TOLERANCE = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
 
 
 class Range(NamedTuple):
@@ -85,7 +218,7 @@ class JointPace(NamedTuple):
     def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
         """The pace of joints with these limits."""
         rows = list(zip(velocity, acceleration, strict=True))
-        return cls(tuple(v * max(LAG, STOPPING * v / a) for v, a in rows), tuple(v * LAG for v, _ in rows))
+        return cls(tuple(v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in rows), tuple(v * LAG_S for v, _ in rows))
 
 
 class Search:
@@ -102,14 +235,14 @@ class Search:
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
         """Go downhill from where the search is; where that leads nowhere, begin at another place the next time."""
         nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
-        there = aim.miss(nearest.joints).within(*THERE)
-        self._at = nearest.joints if nearest.gain > PROMISING and not there else None
+        there = aim.miss(nearest.joints).within(*MISS_TOLERANCE)
+        self._at = nearest.joints if nearest.gain > PROMISING_GAIN and not there else None
         return nearest.joints if there else None
 
     def _start(self, now: Joints) -> Joints:
         """Return those of some random joints that the arm reaches first."""
         if not self._starts:
-            some = islice(self._anywhere, SOME)
+            some = islice(self._anywhere, SEARCH_STARTS)
             self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
         return self._starts.pop()
 
@@ -148,14 +281,14 @@ class Pursuit:
             late = [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)]
             return self._slowed(aim, now, late) if max(late) > 1.0 else Shortfall()
         nearest = aim.nearest(box.put(self.goal), *box)
-        stalled = nearest.gain < STALLED
+        stalled = nearest.gain < STALL_GAIN
         self.roundabout = there is not None and (self.roundabout or stalled)
         self.goal, self.steady = nearest.joints, False
         if self.roundabout and there is not None:
             self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))  # over that axis too
             return self._slowed(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
         miss = aim.miss(self.goal)
-        if miss.within(*THERE):
+        if miss.within(*MISS_TOLERANCE):
             self.steady = True
             return Shortfall()
         if stalled and not self._closed:
@@ -174,10 +307,10 @@ class Pursuit:
         room, nearest = min((self._side.room(q), q) for q in coming)
         slope = self._side.slope(nearest)
         passed = sum([abs(a) * x for a, x in zip(slope, ahead, strict=True)])
-        part = (room if room > 0.0 else BACK * room) / passed + LEAST_AHEAD if passed else 1.0
+        part = (room if room > 0.0 else RETREAT_FACTOR * room) / passed + MIN_AHEAD if passed else 1.0
         part = min(max(part, -1.0), 1.0)
-        below = tuple([part * x if a > FLAT else x for a, x in zip(slope, ahead, strict=True)])
-        above = tuple([part * x if a < -FLAT else x for a, x in zip(slope, ahead, strict=True)])
+        below = tuple([part * x if a > FLAT_SLOPE else x for a, x in zip(slope, ahead, strict=True)])
+        above = tuple([part * x if a < -FLAT_SLOPE else x for a, x in zip(slope, ahead, strict=True)])
         return below, above
 
     @property
@@ -189,27 +322,27 @@ class Pursuit:
         """The joints of a pose in the present configuration; None where it is not in reach so."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
-        for way in (have, have.other_wrist) if have.wrist is not None and straight < PASSING else (have,):
+        for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
             q = arm.inverse_branch(wish, way, goal)
-            if q is not None and (way is have or straight + arm.singularity(q).wrist < PASSING):
+            if q is not None and (way is have or straight + arm.singularity(q).wrist < WRIST_PASS_SUM):
                 inside = self.range.put(q)
-                if largest_change(q, inside) <= 2.0 * BORDER:
+                if largest_change(q, inside) <= 2.0 * ELBOW_MARGIN:
                     found.append(inside)
         return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
 
     def _another(self, aim: Aim, now: Joints) -> Joints | None:
         """Joints that bring the tool there another way round, once downhill has led nowhere for a while."""
-        if self._finds_all and self._stalled > HESITATION:
+        if self._finds_all and self._stalled > STALLS_BEFORE_WAYS:
             ways = [self.arm.inverse_branch(aim.flange, way, now) for way in self.arm.ways]
             inside = [q for q in ways if q is not None and self.range.holds(q)]
             return min(inside, key=lambda q: _ticks(now, q, self.arm.model.max_velocity), default=None)
-        return self._search.go_on(aim, now) if not self._finds_all and self._stalled > PATIENCE else None
+        return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
         """The joints that were found another way round, for a wish that has moved since."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
-            self._elsewhere = q if aim.miss(q).within(*THERE) else None
+            self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
         return self._elsewhere
 
     # --- what holds it ---
@@ -228,7 +361,7 @@ class Pursuit:
             if side and x == self.range[side > 0][i]:
                 if x == (model.lower, model.upper)[side > 0][i]:
                     ends.append((i, "lower" if side < 0 else "upper"))
-            elif side and abs(self.goal[i] - now[i]) >= LEAST_AHEAD * pace.ahead[i]:
+            elif side and abs(self.goal[i] - now[i]) >= MIN_AHEAD * pace.ahead[i]:
                 hurried.append(i)
         for i, end in ends:
             named = True
@@ -237,9 +370,9 @@ class Pursuit:
             named = True
             yield Hold(Limit.REACH, which=which)
         singular = self.arm.singularity(self.goal)
-        if hurried and min(singular) >= SINGULAR:
+        if hurried and min(singular) >= NEAR_SINGULAR:
             yield Hold(Limit.SPEED, hurried[0] + 1)
-        elif hurried or (not named and min(singular) < SINGULAR):
+        elif hurried or (not named and min(singular) < NEAR_SINGULAR):
             yield Hold(Limit.SINGULARITY, hurried[0] + 1 if hurried else 0, which=singular.nearest)
         elif not named:
             yield Hold(Limit.REACH)
@@ -269,11 +402,11 @@ def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
         i, stretched = arm.fold
         end = stretched + pi * round((q[i] - stretched) / pi)
         above = q[i] > end
-        if abs(q[i] - end) < 2.0 * BORDER:
-            above = arm.configuration((*q[:i], end + 4.0 * BORDER, *q[i + 1 :])) == kept
+        if abs(q[i] - end) < 2.0 * ELBOW_MARGIN:
+            above = arm.configuration((*q[:i], end + 4.0 * ELBOW_MARGIN, *q[i + 1 :])) == kept
         low, high = (end, end + pi) if above else (end - pi, end)
-        lower[i] = max(lower[i], min(low + BORDER, q[i]))
-        upper[i] = min(upper[i], max(high - BORDER, q[i]))
+        lower[i] = max(lower[i], min(low + ELBOW_MARGIN, q[i]))
+        upper[i] = min(upper[i], max(high - ELBOW_MARGIN, q[i]))
     return Range(tuple(lower), tuple(upper))
 
 
@@ -283,7 +416,7 @@ def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
     if outward == inf:
         return None
     sign = -1.0 if kept.arm is Arm.RIGHTY else 1.0
-    return Side(arm, sign, min(SIDE * arm.length, max(sign * outward, 0.0)))
+    return Side(arm, sign, min(SIDE_SHARE * arm.length, max(sign * outward, 0.0)))
 
 
 def _ticks(a: Joints, b: Joints, step: Joints) -> float:
@@ -300,11 +433,8 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
     return tuple(x + part * (y - x) for x, y in zip(a, b, strict=True))
 
 
-# --- at the engine ---------------------------------------------------------------------------------------------------
-
-
 class Dragging:
-    """Feeds an engine with wishes for its tool. Without more wishes the arm comes to rest by itself."""
+    """Gives an engine wishes for its tool. Without more wishes the arm comes to rest by itself."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
@@ -312,28 +442,26 @@ class Dragging:
         self._last: float | None = None
 
     def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
-        """Take a wish for the tool; `issued`: when it was given, where that was earlier. With ENABLE COLLISION the tool
-        stops before a contact. Raises PowerOff."""
+        """Take a wish for the tool; `issued`: when it was given, if that was earlier. With ENABLE COLLISION the tool
+        stops before a contact. Raises PowerOff.
+        """
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
-        since = TICK if self._last is None else now - self._last
-        tick, self._last = min(max(since, SHORTEST), LONGEST_TICK), now
+        tick, self._last = DRAGGING.tick(DRAG_TICK if self._last is None else now - self._last), now
         fraction, model = fraction_of_full(1.0, engine.settings).fraction, engine.model
         fastest = [v * fraction for v in model.max_velocity]
         pace = JointPace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
         lasting = max(engine.end - now, 0.0)
-        coming = [joints_at(engine.arm, engine.timeline, now + part * lasting) for part in COMING]
-        before, here = pursuit.goal, coming[0]
-        steady = pursuit.steady
+        coming = [joints_at(engine.arm, engine.timeline, now + share * lasting) for share in COMING_SHARES]
+        before, steady = pursuit.goal, pursuit.steady
         flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         held = pursuit.follow(flange, frames.tool, coming, pace)
-        velocity = tuple((b - a) / tick for a, b in zip(before, pursuit.goal, strict=True))
+        velocity = velocity_between(before, pursuit.goal, tick)
         if not (steady and pursuit.steady) or any(abs(v) > most for v, most in zip(velocity, fastest, strict=True)):
             velocity = (0.0,) * len(velocity)
-        if now < engine.end or largest_change(here, pursuit.goal) > AT_REST:
-            target = Target(pursuit.goal, velocity, *pursuit.range)
+        if now < engine.end or largest_change(coming[0], pursuit.goal) > REST_TOLERANCE:
             try:
-                engine.steer(target, tick, speed=1.0, text=DRAG, issued=issued)
+                chase(engine, DRAGGING, Target(pursuit.goal, velocity, *pursuit.range), tick, issued=issued)
             except CollisionAhead as error:  # the arm goes on with the motion before, which ends without a contact
                 return Shortfall(held.away, held.turned, (Hold(Limit.CONTACT, which=error.detail),))
         return held

@@ -7,11 +7,12 @@ from math import cos, pi, radians
 import pytest
 
 from tests.engine.wall import ManualWall
+from vrs_cli.api.control import ChunkSteering
 from vrs_cli.api.robot import Robot
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import LocationOutOfRange, PowerOff
-from vrs_cli.interfaces.steering import ChunkSteering, Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import distance, from_oat
