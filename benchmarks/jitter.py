@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.chunks import RATE, Task
+from vrs_cli.api.control import CHUNK_S
 from vrs_cli.cli.steer import ALLOWANCE
 from vrs_cli.engine.book import whole
 from vrs_cli.engine.clock import WallClock
@@ -26,7 +27,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
 from vrs_cli.engine.steering import Chunk
 from vrs_cli.errors import TooLate
-from vrs_cli.interfaces.streams import WINDOW, Steering
+from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
@@ -35,7 +36,7 @@ from vrs_cli.values.commands import SetParameter
 
 HOUR = 3600.0  # [s]
 LINE, ROUND_TRIP = Gamma(0.2, 0.08), 0.4  # [s]
-LEAD = ROUND_TRIP + WINDOW + ALLOWANCE  # [s]
+LEAD = ROUND_TRIP + CHUNK_S + ALLOWANCE  # [s]
 BEGIN = 5.0  # [s] that are left out: the targets begin away from the robot
 ROBOT = "puma560"
 
@@ -110,7 +111,7 @@ def _arrivals(times: Floats) -> list[float]:
 
 
 def _chunks(times: Floats) -> Iterator[tuple[int, int]]:
-    step = round(WINDOW * RATE)
+    step = round(CHUNK_S * RATE)
     for first in range(0, len(times), step):
         yield max(first - 1, 0), min(first + step, len(times))
 
