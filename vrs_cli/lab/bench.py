@@ -169,7 +169,6 @@ class _Bench:
         heapq.heappush(self._queue, (t, next(self._order), act))
 
     def run(self) -> None:
-        """Run the trial to its end."""
         for k, t in enumerate(self.looks.tolist()):
             if self.follows:
                 self._at(t, partial(self._command, k))

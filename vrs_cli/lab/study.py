@@ -342,7 +342,6 @@ class DryRun:
         self._t = 0.0
 
     def do(self, trial: StudyTrial) -> StudyResult:
-        """Run one trial."""
         begin = self._t
         judge = Judge(self._study, trial, begin)
         forward, backward = trial.condition.ways(self._study.seed).lines(trial.number)

@@ -188,7 +188,6 @@ SEEN = ("frames", "predicted", "timeline", "tracking")
 
 
 def twin_row(outcomes: Sequence[TwinOutcome]) -> TwinRow:
-    """Return the means of several trials."""
     heard = [it for it in outcomes if it.cause]
     causes = [it.cause for it in heard]
     return TwinRow(

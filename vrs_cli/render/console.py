@@ -56,7 +56,6 @@ class TerminalRenderer:
                 self.console.print(shown)
 
     def to_text(self, reply: Reply) -> str:
-        """Return the text that `draw` would write."""
         with self.console.capture() as captured:
             self.draw(reply)
         return captured.get()

@@ -15,7 +15,9 @@ def sentences(it: Displacement) -> Iterator[str]:
     for moved, word in ((it.later, "later"), (it.earlier, "earlier")):
         if moved:
             begin = "begins" if len(moved) == 1 else "begin"
-            yield f"{_count(moved, it.more)} {begin} {_by(moved)} {word}: {_names(moved)}"
+            times = [abs(one.later) for one in moved]
+            low = "" if max(times) - min(times) <= SAME_TIME else f"{min(times):.3f} to "
+            yield f"{_count(moved, it.more)} {begin} {low}{seconds(max(times))} {word}: {_names(moved)}"
     if it.dropped:
         verb = "is" if len(it.dropped) == 1 else "are"
         yield f"{_count(it.dropped, it.more)} {verb} dropped: {_names(it.dropped)}"
@@ -23,13 +25,6 @@ def sentences(it: Displacement) -> Iterator[str]:
 
 def _count(moved: Sequence[Moved], more: bool) -> str:
     return f"{len(moved)} later motions and more" if more else count(len(moved), "later motion")
-
-
-def _by(moved: Sequence[Moved]) -> str:
-    """Return the displacement: one time, or the range from the smallest to the largest."""
-    times = [abs(one.later) for one in moved]
-    least, most = min(times), max(times)
-    return seconds(most) if most - least <= SAME_TIME else f"{least:.3f} to {seconds(most)}"
 
 
 def _names(moved: Sequence[Moved]) -> str:

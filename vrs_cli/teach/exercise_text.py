@@ -136,7 +136,8 @@ class ExerciseText(CellText):
             return ModelPlace()
         if isinstance(given, str):
             return self._given_place(entry, key, given)
-        if isinstance(given, list) and len(given) in (3, 6) and all(map(_is_coordinate, given)):
+        is_list = isinstance(given, list) and len(given) in (3, 6)
+        if is_list and all(type(one) in (int, float) and abs(one) <= MAX_LENGTH_MM for one in given):
             x, y, z, *angles = map(float, given)
             o, a, t = map(radians, angles or UPRIGHT)
             return FixedPlace(from_oat(x / 1000.0, y / 1000.0, z / 1000.0, o, a, t), bool(angles))
@@ -167,10 +168,6 @@ def item_of_text(text: str) -> Item | None:
     return key_of(found[1]), None if not indexes else indexes if len(indexes) > 1 else indexes[0]
 
 
-def _is_coordinate(given: Any) -> bool:
-    return type(given) in (int, float) and abs(given) <= MAX_LENGTH_MM
-
-
 def _cut(given: Any) -> str:
     text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
     return text if len(text) <= 80 else f"{text[:77]}..."
@@ -195,11 +192,9 @@ class BaseCheck(Struct, frozen=True, kw_only=True):
     @property
     def needs_model(self) -> bool:
         """Return whether the check compares with the run of the model solution."""
-        return any(isinstance(one, ModelPlace) for name in self.__struct_fields__ for one in _flat(getattr(self, name)))
-
-
-def _flat(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
+        values = (getattr(self, name) for name in self.__struct_fields__)
+        rows = (value if isinstance(value, tuple) else (value,) for value in values)
+        return any(isinstance(one, ModelPlace) for row in rows for one in row)
 
 
 class Key(NamedTuple):

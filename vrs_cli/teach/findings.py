@@ -16,12 +16,7 @@ from vrs_cli.errors import MotionError, VrsError
 from vrs_cli.files.opening import text_at
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import levers
-from vrs_cli.kinematics.transform import (
-    Transform,
-    compose,
-    inverse,
-    position,
-)
+from vrs_cli.kinematics.transform import Transform, compose, inverse, position
 from vrs_cli.language.run.variables import Item, subscript
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Step
@@ -53,7 +48,6 @@ class Finding(Struct, frozen=True):
 
     @property
     def text(self) -> str:
-        """Return the line that people read."""
         return f"{self.where}: {'warning: ' if self.doubtful else ''}{self.what} ({self.remedy})"
 
 
@@ -79,7 +73,6 @@ class _Inspection:
         self.sound = True  # whether the model passes everything
 
     def findings(self) -> Iterator[Finding]:
-        """Yield all faults."""
         yield from self._texts()
         yield from self._places()
         for variant in self.variants:

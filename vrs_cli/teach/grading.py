@@ -255,7 +255,6 @@ def lost_grading(submission: Submission, why: str) -> Grading:
 
 
 def total_of(exercise: Exercise) -> float:
-    """Return the points of all checks of an exercise."""
     return round_to(sum(one.points for one in exercise.checks), POINT_STEP)
 
 

@@ -162,7 +162,6 @@ class Learner:
 
     @property
     def standing(self) -> LessonStanding:
-        """Return the progress of the learner."""
         return LessonStanding(self._at, len(self.lesson.steps))
 
     def attach(self, front_end: FrontEnd) -> None:

@@ -125,7 +125,10 @@ class _Proposal:
         checks, wrong = self._failing(checks)
         variants = self._variants(checks, groups)
         self._write_checks(checks, variants)
-        self._write_wrong(wrong)
+        for number, (what, text) in enumerate(wrong, 1):
+            if lost := self._failed_checks(text):
+                fails = "".join(f"; fails: {name}\n" for name in lost)
+                self._put(self.teacher / "wrong" / f"mistake_{number}.v2", f"; The solution {what}.\n{fails}{text}")
         self._write_text(self._read())
         told = [f"{count(len(checks), 'check')} proposed: remove those that are not wanted from teacher/checks.toml"]
         told.append(
@@ -219,13 +222,6 @@ class _Proposal:
         with TemporaryDirectory(prefix="vrs-new-") as folder, chdir(folder):
             grading, _ = Grader(self._read()).runs(Submission("", "student.v2", text))
         return [one.name for _, one in grading.marks if not one.passed]
-
-    def _write_wrong(self, wrong: Sequence[tuple[str, str]]) -> None:
-        """Write some programs with a mistake, each with the checks that it fails."""
-        for number, (what, text) in enumerate(wrong, 1):
-            if lost := self._failed_checks(text):
-                fails = "".join(f"; fails: {name}\n" for name in lost)
-                self._put(self.teacher / "wrong" / f"mistake_{number}.v2", f"; The solution {what}.\n{fails}{text}")
 
     def _write_text(self, exercise: Exercise) -> None:
         rows = [

@@ -121,7 +121,6 @@ def canonical_json(found: Object) -> str:
 
 
 def written_json(found: object) -> str:
-    """Return JSON as it is written to a file."""
     return json.dumps(found, indent=2, ensure_ascii=True) + "\n"
 
 

@@ -85,7 +85,6 @@ class ShownMark(Struct, frozen=True):
 
     @property
     def reason_text(self) -> str:
-        """Return the reason, and its variant."""
         place = f" (in variant {self.variant}, where the exercise has moved things)" if self.variant else ""
         return f"{self.reason}{place}" if self.reason else ""
 
