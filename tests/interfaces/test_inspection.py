@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.analysis.analyzer import MOST_HINTS
+from vrs_cli.language.analysis.analyzer import MAX_HINTS
 
 PUMA = load_robot("puma560")
 SECTIONS = """\
@@ -99,4 +99,4 @@ def test_of_many_names_without_a_value_the_first_are_compared_with_others() -> N
     steps = "".join(f"x = plaxe{i}\ny = place{i}\nplace{i} = 1\n" for i in range(100, 200))
     hints = [one.hint for one in inspect(f".PROGRAM p\n{steps}.END\n", PUMA) if "plaxe" in one.detail]
     assert len(hints) == 100
-    assert sum(hint.startswith("did you mean") for hint in hints) == MOST_HINTS
+    assert sum(hint.startswith("did you mean") for hint in hints) == MAX_HINTS

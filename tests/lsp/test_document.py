@@ -151,9 +151,9 @@ def test_no_hover_in_texts_and_comments() -> None:
 
 
 def test_formatting_keeps_what_it_cannot_read() -> None:
-    assert Document(".program p\nmove a\n.end\n", PUMA).formatted() == ".PROGRAM p()\n    MOVE a\n.END\n"
-    assert Document(".PROGRAM p\nMOVEE a\n.END\n", PUMA).formatted() is None
-    assert Document(".PROGRAM p\nIF TRUE THEN\n.END\n", PUMA).formatted() is None
+    assert Document(".program p\nmove a\n.end\n", PUMA).canonical() == ".PROGRAM p()\n    MOVE a\n.END\n"
+    assert Document(".PROGRAM p\nMOVEE a\n.END\n", PUMA).canonical() is None
+    assert Document(".PROGRAM p\nIF TRUE THEN\n.END\n", PUMA).canonical() is None
 
 
 def test_diagnostics_are_those_of_check() -> None:
@@ -215,9 +215,9 @@ def test_references(line: int, word: str, nth: int, expected: list[str]) -> None
     assert places(line, word, nth) == expected
 
 
-def renamed(line: int, word: str, new: str) -> str:
+def rename(line: int, word: str, new: str) -> str:
     """The whole text after a rename."""
-    name, spans = Document(CELL, PUMA).renamed(line, CELL_LINES[line - 1].index(word) + 1, new)
+    name, spans = Document(CELL, PUMA).rename(line, CELL_LINES[line - 1].index(word) + 1, new)
     lines = list(CELL_LINES)
     for span in sorted(spans, key=lambda one: -one.column):
         text = lines[span.line - 1]
@@ -229,7 +229,7 @@ def renamed(line: int, word: str, new: str) -> str:
     ("line", "word", "new"), [(3, "n", "count"), (14, "n", "count"), (3, "10", "200"), (14, "pick", "fetch")]
 )
 def test_a_rename_changes_what_a_program_is_called_and_nothing_that_it_does(line: int, word: str, new: str) -> None:
-    text = renamed(line, word, new)
+    text = rename(line, word, new)
     assert new in text
     assert [(one.code, one.span.line) for one in Document(text, PUMA).diagnostics] == [
         (one.code, one.span.line) for one in Document(CELL, PUMA).diagnostics
@@ -254,7 +254,7 @@ def test_a_rename_changes_what_a_program_is_called_and_nothing_that_it_does(line
 )
 def test_a_rename_that_cannot_be(line: int, word: str, new: str, told: str) -> None:
     with pytest.raises(VrsError, match=told):
-        renamed(line, word, new)
+        rename(line, word, new)
 
 
 def test_folds() -> None:
@@ -385,7 +385,7 @@ def test_any_word_can_be_the_new_name_of_a_variable_and_the_old_one(word: str) -
 
 def after_rename(text: str, old: str, new: str) -> str:
     lines = text.split("\n")
-    name, spans = Document(text, PUMA).renamed(2, lines[1].index(old) + 1, new)
+    name, spans = Document(text, PUMA).rename(2, lines[1].index(old) + 1, new)
     for span in sorted(spans, key=lambda one: -one.column):
         line = lines[span.line - 1]
         lines[span.line - 1] = line[: span.column - 1] + name + line[span.end - 1 :]
@@ -395,7 +395,7 @@ def after_rename(text: str, old: str, new: str) -> str:
 def test_a_rename_that_would_take_a_function_for_the_variable() -> None:
     text = ".PROGRAM a()\n    x = 1\n    TYPE x, HAND\n.END\n.PROGRAM b()\n    TYPE x\n.END\n"
     with pytest.raises(UsageError, match="the function in some places"):
-        Document(text, PUMA).renamed(2, 5, "hand")
+        Document(text, PUMA).rename(2, 5, "hand")
     assert after_rename(text, "x", "stop").count("stop") == 3
 
 

@@ -67,12 +67,12 @@ def test_references_and_rename_in_all_files(files: Workspace) -> None:
     assert lines(files.references(*at(MAIN, "grip"))) == [(MAIN, 5), (LIB, 1), (LIB, 3)]
     assert lines(files.references(*at(LIB, "total"))) == [(LIB, 2), (LIB, 2), (MAIN, 7)]
     assert lines(files.references(*at(LIB, "n)"))) == [(LIB, 1), (LIB, 2), (LIB, 3), (LIB, 4)], "a parameter"
-    name, found = files.renamed(*at(LIB, "grip"), "hold")
+    name, found = files.rename(*at(LIB, "grip"), "hold")
     assert (name, {uri: len(spans) for uri, spans in found.items()}) == ("hold", {LIB: 2, MAIN: 1})
     with pytest.raises(UsageError, match="main is there already in main"):
-        files.renamed(*at(LIB, "grip"), "main")
+        files.rename(*at(LIB, "grip"), "main")
     with pytest.raises(UsageError, match="part is there already"):
-        files.renamed(*at(LIB, "total"), "part")
+        files.rename(*at(LIB, "total"), "part")
 
 
 def test_findings_across_files(files: Workspace) -> None:

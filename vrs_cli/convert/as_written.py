@@ -215,7 +215,7 @@ ROUTINES = """\
 TAKEN = frozenset((*RAPID_WORDS.split(), *re.findall(r"FUNC \w+ (\w+)", ROUTINES)))
 
 
-class Unsaid(Exception):
+class NoCounterpart(Exception):
     """A construct without a counterpart."""
 
 
@@ -333,14 +333,14 @@ class RapidTranslator:
     def _value(self, value: object) -> str:
         match value:
             case Transform():
-                return robtarget(self.arm, value, self._reached(value))
+                return robtarget(self.arm, value, self._joints_at(value))
             case tuple():
                 return jointtarget(self.arm, value)
             case float():
                 return number(value, 9)
         return f'"{value}"'
 
-    def _reached(self, T: Transform) -> tuple[float, ...]:
+    def _joints_at(self, T: Transform) -> tuple[float, ...]:
         """Return the joints in which the run has reached a place; those of a MOVE from where it began for others."""
         for move in self.run.moves:
             if distance(move.T_world_tool, T) < SAME:
@@ -383,7 +383,7 @@ class RapidTranslator:
     def _step(self, place: int, statement: ast.Statement) -> None:
         try:
             self._statement(place, statement)
-        except Unsaid as what:
+        except NoCounterpart as what:
             self.unsaid.append((statement.span.line, str(what)))
             self.say(f"! NOT SAID: {what} (line {statement.span.line})")
             if (block := BLOCKS.get(type(statement))) is not None:
@@ -426,7 +426,7 @@ class RapidTranslator:
             case ast.Instruction():
                 self._instruction(place, statement)
             case _:
-                raise Unsaid(type(statement).__name__)
+                raise NoCounterpart(type(statement).__name__)
 
     def _open(self, block: BlockLine, operand: str = "") -> None:
         self.level -= block.back
@@ -459,16 +459,16 @@ class RapidTranslator:
         """
         step = 1.0 if it.step is None else ast.plain_number(it.step)
         if not step:
-            raise Unsaid("FOR with a STEP whose sign is not known")
+            raise NoCounterpart("FOR with a STEP whose sign is not known")
         name, first, last = self.variable(it.variable), self.value(it.first, "num"), self.value(it.last, "num")
         if self._is_own(it):
             self._open(BlockLine("FOR {} DO"), f"{name} FROM {first} TO {last} STEP {number(step, 9)}")
             return
         self.say(f"{name} := {first};")
-        last = last if isinstance(it.last, ast.Number) else self._kept(last)
+        last = last if isinstance(it.last, ast.Number) else self._store(last)
         self._open(BLOCKS[ast.While], f"{name} {'<=' if step > 0.0 else '>='} {last}")
 
-    def _kept(self, value: str) -> str:
+    def _store(self, value: str) -> str:
         """Write a variable for a value, and return its name."""
         self.temporary += 1
         self.say(f"temporary{self.temporary} := {value};")
@@ -491,7 +491,7 @@ class RapidTranslator:
                 around |= {*range(block.opener, block.closer)}
                 within |= {*range(block.opener + 1, block.closer)}
         inside = (statement for place in within if (statement := steps[place].statement) is not None)
-        if any(key in _assigned(statement, self.changing) for statement in inside):
+        if any(key in _changed_keys(statement, self.changing) for statement in inside):
             return False
         others = [
             step
@@ -505,7 +505,7 @@ class RapidTranslator:
         target = self.analysis.labels[label]
         inside = [block for block in self.analysis.blocks if block.opener < target <= block.closer]
         if any(not block.opener < place <= block.closer for block in inside):
-            raise Unsaid(f"GOTO {label} into a block")
+            raise NoCounterpart(f"GOTO {label} into a block")
         self.say(f"{condition}GOTO l{label};")
 
     # --- instructions ---
@@ -513,10 +513,10 @@ class RapidTranslator:
     def _instruction(self, place: int, it: ast.Instruction) -> None:
         alone = None if any(it.arguments) else FORMS.get(("do", f"{it.word}()"))
         form = alone or FORMS.get(("do", it.word))
-        if it.modifiers.timed:
-            raise Unsaid(f"{it.word} at a time")
+        if it.modifiers.has_time:
+            raise NoCounterpart(f"{it.word} at a time")
         if it.word == "TIMER" and ast.plain_number(it.value) != 0.0:
-            raise Unsaid("TIMER that is not set to 0")
+            raise NoCounterpart("TIMER that is not set to 0")
         if it.word in PLAIN:
             return
         if it.word in MOVES:
@@ -530,10 +530,10 @@ class RapidTranslator:
             block = sorted(around, key=lambda b: -b.opener)[loops_of(it) - 1]
             self.say(f"GOTO {'out' if it.word == 'EXIT' else 'next'}{block.opener};")
         else:
-            raise Unsaid(f"{it.word} of a width" if it.word in HANDS and any(it.arguments) else it.word)
+            raise NoCounterpart(f"{it.word} of a width" if it.word in HANDS and any(it.arguments) else it.word)
 
     def _perform(self, form: tuple[str, list[str]], it: ast.Instruction) -> None:
-        self.say(*self._filled(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
+        self.say(*self._fill(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
 
     def _motion(self, place: int, it: ast.Instruction) -> None:
         """Write the destination, and the motion there: with a corner unless the arm is to stand behind it."""
@@ -541,13 +541,13 @@ class RapidTranslator:
         joints = it.word in ("READY", "DRIVE") or (first is not None and kind_of(first, self._kind) is Kind.PRECISION)
         form = FORMS.get(("joints" if joints else "to", it.word))
         if form is None:
-            raise Unsaid(f"{it.word} to a precision point" if joints else it.word)
+            raise NoCounterpart(f"{it.word} to a precision point" if joints else it.word)
         how = f"rate(), {'fine' if self._stands(place) else 'z50'}, {tool};"
         if it.word == "DRIVE" and not 1 <= (ast.plain_number(first) or 0) <= 6:
-            raise Unsaid("DRIVE of a joint that is computed")
+            raise NoCounterpart("DRIVE of a joint that is computed")
         if it.word == "DRIVE":
             self._perform(FORMS["do", f"DRIVE{len(it.arguments)}"], it)
-        target = self._filled(form, it.arguments, it.word)
+        target = self._fill(form, it.arguments, it.word)
         if joints:
             self.say(f"MoveAbsJ {target}, {how}", f"dest := CalcRobT({target}, {tool});")
         else:
@@ -566,7 +566,7 @@ class RapidTranslator:
             self.say(f"VelSet {percent}, 5000;")
             return
         if any(turning) and unit is None:
-            raise Unsaid("SPEED with another speed of turning")
+            raise NoCounterpart("SPEED with another speed of turning")
         percent += "" if scale is None else f" * {number(scale / self.arm.model.linear_speed, 9)}"
         self.say(*[f"{name} := {percent};" for name in ("all_speed", "next_speed")[not it.modifiers.always :]])
 
@@ -574,11 +574,11 @@ class RapidTranslator:
         """Return what sets a signal, or asks for it, as a number says."""
         value = ast.plain_number(it)
         if value is None:
-            raise Unsaid(f"{word} of a number that is computed")
+            raise NoCounterpart(f"{word} of a number that is computed")
         signal, on = abs(int(value)), value > 0.0
         which = (signal > 1000) + (signal > 2000)
         if not SIGNALS[word][which]:
-            raise Unsaid(f"{word} of an input")
+            raise NoCounterpart(f"{word} of an input")
         return SIGNALS[word][which].format(signal - 1000 * (which == 1), on, str(on).upper())
 
     def _type(self, it: ast.Instruction) -> None:
@@ -598,13 +598,13 @@ class RapidTranslator:
         shown = " + ".join(parts) or '""'
         self.say(f"TPWrite {shown};")
 
-    def _called(self, called: ast.Expression | None) -> str:
+    def _call_text(self, called: ast.Expression | None) -> str:
         """Return a call of a program of the file; what it needs before it is written."""
         callee = next((one.program for one in self.programs if one.program.key == getattr(called, "key", None)), None)
         if not isinstance(called, ast.ProgramCall) or callee is None:
-            raise Unsaid("CALL of a program that is not in the file")
+            raise NoCounterpart("CALL of a program that is not in the file")
         if len(called.arguments) != len(callee.parameters) or None in called.arguments:
-            raise Unsaid("CALL with another number of arguments")
+            raise NoCounterpart("CALL with another number of arguments")
         given = [self._argument(callee, place, one) for place, one in enumerate(called.arguments)]
         return f"{self.named[callee.key]}{' ' + ', '.join(given) if given else ''}"
 
@@ -612,20 +612,20 @@ class RapidTranslator:
         parameter = callee.parameters[place]
         kind = SIGIL_KINDS.get(parameter.sigil) or self.kinds[callee.key].get(parameter.key, Kind.REAL)
         if isinstance(value, ast.Variable) and value.many:
-            raise Unsaid("CALL with a whole array")
+            raise NoCounterpart("CALL with a whole array")
         told = self.value(value, TYPES[kind])
         if (callee.key, place) not in self.changing or (isinstance(value, ast.Variable) and not value.grouped):
             return told
         if kind is not Kind.REAL:
-            raise Unsaid("CALL with an expression for a reference")
-        return self._kept(told)
+            raise NoCounterpart("CALL with an expression for a reference")
+        return self._store(told)
 
     def _decompose(self, it: ast.Instruction) -> None:
         (target,) = it.arguments
         if it.value is None or kind_of(it.value, self._kind) is not Kind.PRECISION:
-            raise Unsaid("DECOMPOSE of a transformation")
+            raise NoCounterpart("DECOMPOSE of a transformation")
         if not isinstance(target, ast.Variable) or target.indexes is None or len(target.indexes) != 1:
-            raise Unsaid("DECOMPOSE to more than an array")
+            raise NoCounterpart("DECOMPOSE to more than an array")
         self.say(f"goal := {self.value(it.value, 'jointtarget')};")
         for axis in range(min(self.arm.model.joint_count, 6)):
             first = target.indexes[0]
@@ -636,9 +636,9 @@ class RapidTranslator:
     def _react(self, it: ast.Instruction) -> None:
         signal, called = ast.plain_number(it.arguments[0]), it.arguments[1] if len(it.arguments) > 1 else None
         if signal is None or not 1000 < abs(signal) < 2000 or not isinstance(called, ast.ProgramCall):
-            raise Unsaid(f"{it.word} to more than an input")
+            raise NoCounterpart(f"{it.word} to more than an input")
         stops = "    StopMove \\Quick;\n    ClearPath;\n    StartMove;\n" if it.word == "REACTI" else ""
-        body, at = f"{stops}    {self._called(called)};", int(abs(signal))
+        body, at = f"{stops}    {self._call_text(called)};", int(abs(signal))
         known = [name for name in self.traps if name.startswith(f"trap{at}")]
         trap = next((name for name in known if self.traps[name] == body), f"trap{at}{'_' * len(known)}")
         self.traps[trap] = body
@@ -662,9 +662,9 @@ class RapidTranslator:
 
     def variable(self, it: ast.Variable) -> str:
         if it.many:
-            raise Unsaid("a whole array")
+            raise NoCounterpart("a whole array")
         if it.indexes and it.key in self.parameters:
-            raise Unsaid("an array that is a parameter")
+            raise NoCounterpart("an array that is a parameter")
         datum = self._datum(it)
         name = self.shared.get(datum) or self.of_routine[datum]
         return name + _braces([self._index(one) for one in it.indexes or ()])
@@ -691,7 +691,7 @@ class RapidTranslator:
         return str(int(it.value) + 1) if isinstance(it, ast.Number) else f"{self.value(it, 'num')} + 1"
 
     def value(self, it: ast.Expression | None, wanted: str) -> str:
-        """Return an expression as one of a type of RAPID. Raises Unsaid."""
+        """Return an expression as one of a type of RAPID. Raises NoCounterpart."""
         if wanted == "minus":
             return self.value(_minus(it), "num")
         word, operands = "", tuple[ast.Expression | None, ...]()
@@ -714,20 +714,20 @@ class RapidTranslator:
         if wanted == "const":
             return str(int(abs(ast.plain_number(it) or 0.0)))
         if (wanted, word) in FORMS:
-            return self._filled(FORMS[wanted, word], operands, _told(it))
+            return self._fill(FORMS[wanted, word], operands, _describe(it))
         if wanted == "bool":
             return f"{self.value(it, 'num')} <> 0"
         if wanted == "num" and (("bool", word) in FORMS or word == "SIG"):
             return f"logical({self.value(it, 'bool')})"
-        raise Unsaid(_told(it))
+        raise NoCounterpart(_describe(it))
 
-    def _filled(self, form: tuple[str, list[str]], given: Sequence[ast.Expression | None], what: str) -> str:
+    def _fill(self, form: tuple[str, list[str]], given: Sequence[ast.Expression | None], what: str) -> str:
         """Return a form with its arguments; `what`: the construct, as it is named if it has more of them."""
         types = " ".join(form[1]).split()
         if len(given) > len(types):
-            raise Unsaid(what)
+            raise NoCounterpart(what)
         if "const" in types and ast.plain_number(given[0]) is None:
-            raise Unsaid(f"{what} of a number that is computed")
+            raise NoCounterpart(f"{what} of a number that is computed")
         pairs = [(one, *kind.split("=")) for one, kind in zip_longest(given, types)]
         told = [usual[0] if usual and one is None else self.value(one, kind) for one, kind, *usual in pairs]
         return form[0].format(*told)
@@ -744,7 +744,7 @@ class RapidTranslator:
         while known != (known := sum(map(len, (self.changing, *self.kinds.values(), *writes.values())))):
             for analysis in self.programs:
                 key, parameters = analysis.program.key, analysis.program.parameters
-                changed = {key for one in analysis.program.statements for key in _assigned(one, self.changing)}
+                changed = {key for one in analysis.program.statements for key in _changed_keys(one, self.changing)}
                 self.changing |= {(key, place) for place, one in enumerate(parameters) if one.key in changed}
                 own = {*(one.key for one in parameters), *(one.key for one in analysis.own)}
                 writes[key] |= changed - own
@@ -776,16 +776,16 @@ INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] =
     "SIGNAL": lambda self, it: self.say(*[self._signal("SIGNAL", one) for one in it.arguments]),
     "TYPE": RapidTranslator._type,
     "DECOMPOSE": RapidTranslator._decompose,
-    "CALL": lambda self, it: self.say(f"{self._called(it.arguments[0])};"),
+    "CALL": lambda self, it: self.say(f"{self._call_text(it.arguments[0])};"),
     "REACT": RapidTranslator._react,
     "REACTI": RapidTranslator._react,
 }
 
 
 def _minus(it: ast.Expression | None) -> ast.Expression:
-    """Return the negative of a distance. Raises Unsaid for one that is left out."""
+    """Return the negative of a distance. Raises NoCounterpart for one that is left out."""
     if it is None:
-        raise Unsaid("a distance that is left out")
+        raise NoCounterpart("a distance that is left out")
     return ast.Number(-it.value, "", span=it.span) if isinstance(it, ast.Number) else ast.Unary("-", it, span=it.span)
 
 
@@ -802,11 +802,11 @@ def _braces(items: Sequence[object]) -> str:
     return "{" + ", ".join(map(str, items)) + "}" if items else ""
 
 
-def _told(it: ast.Expression | None) -> str:
+def _describe(it: ast.Expression | None) -> str:
     return "a value that is left out" if it is None else expression_text(it)
 
 
-def _assigned(statement: ast.Statement, changing: set[tuple[str, int]]) -> Iterator[str]:
+def _changed_keys(statement: ast.Statement, changing: set[tuple[str, int]]) -> Iterator[str]:
     """Yield the keys of variables that a statement may change; `changing`: parameters of which that is known."""
     match statement:
         case ast.Assignment(target=target) | ast.For(variable=target):

@@ -24,7 +24,7 @@ from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, Mo
 
 SAME_TIME = 1e-6  # [s]
 SAME_PLACE = 1e-7  # [rad, m] of joints
-LEAST_BLEND = 1e-4  # [m]: a smaller one is written as a stop
+MIN_BLEND = 1e-4  # [m]: a smaller one is written as a stop
 SAMPLES = 9  # of the speeds in a segment
 
 
@@ -296,5 +296,5 @@ def _without_overlaps(moves: Sequence[MoveStep | None]) -> list[MoveStep | None]
         if move is not None and here is not None and move.blend:
             near = (*places[max(k - 1, 0) : k], *places[k + 1 : k + 2])
             blend = min([move.blend, *(0.5 * dist(here, place) for place in near if place is not None)])
-            found[k] = replace(move, blend=blend if blend >= LEAST_BLEND else 0.0)
+            found[k] = replace(move, blend=blend if blend >= MIN_BLEND else 0.0)
     return found

@@ -98,13 +98,13 @@ class StepWriter:
     hints: ClassVar[tuple[str, ...]] = ()  # that a reader must know
     indent: ClassVar[str] = "  "
     axes: ClassVar[tuple[str, ...]] = ()
-    longest_name: ClassVar[int] = 32
+    max_name_chars: ClassVar[int] = 32
     signal_count: ClassVar[int | None] = None
     says_times: ClassVar[bool] = False
 
     def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
         self.run, self.arm, self.units = run, run.arm, run.arm.model.units
-        self.name, self.source = identifier(name, self.longest_name), source
+        self.name, self.source = identifier(name, self.max_name_chars), source
         self.lines, self.notes = list[str](), dict[str, None]()
         self.frames = run.frames
         self.before: MoveStep | None = None  # the move that was written last
@@ -248,7 +248,7 @@ class StepWriter:
         """Write a line that changes an output."""
         self.say(line)
 
-    def shown(self, joints: Joints) -> list[str]:
+    def joint_texts(self, joints: Joints) -> list[str]:
         """Return joints in degrees (mm where one slides)."""
         return [number(value, 6) for value in self.units.to_display(joints)]
 
@@ -325,7 +325,7 @@ class URScriptWriter(StepWriter):
 class KRLWriter(StepWriter):
     """Millimetres and degrees; a frame is {X, Y, Z, A, B, C}, turned about z, the new y and the new x."""
 
-    title, remark, indent, axes, longest_name = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
+    title, remark, indent, axes, max_name_chars = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
     NAMES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1")
     HAND = 1000  # the output of the hand
     hints = (f"KRL: signal n is $OUT[n], input 1000+n is $IN[n], the hand is $OUT[{HAND}] (see the first lines)",)
@@ -378,7 +378,9 @@ class KRLWriter(StepWriter):
             super()._tell_late(step, what)
 
     def _axes(self, joints: Joints) -> str:
-        return "{" + ", ".join(f"{name} {q}" for name, q in zip(self.NAMES, self.shown(joints), strict=False)) + "}"
+        return (
+            "{" + ", ".join(f"{name} {q}" for name, q in zip(self.NAMES, self.joint_texts(joints), strict=False)) + "}"
+        )
 
     def frame(self, T: Transform, more: Joints = ()) -> str:
         pairs = list(zip("XYZ", mm(T), strict=True)) + list(zip("ABC", map(degrees, zyx(T)), strict=True))
@@ -537,7 +539,7 @@ class PythonWriter(StepWriter):
 
     def around(self) -> tuple[list[str], list[str]]:
         self._tell_inputs(inf)
-        start = f", start=[{', '.join(self.shown(self.run.start))}]"
+        start = f", start=[{', '.join(self.joint_texts(self.run.start))}]"
         given = f", signals=[{', '.join(self.signals)}]" if self.signals else ""
         head = [
             *self.heading(),
@@ -555,7 +557,7 @@ class PythonWriter(StepWriter):
         self.setting("ACCEL", f"ACCEL {number(rising)}", SetAcceleration(rising))
         if motion.duration:
             self.do(f"DURATION {number(motion.duration, 9)}", SetDuration(motion.duration))
-        target, percent = self.shown(motion.goal or step.joints), number(min(100.0 * motion.speed, 100.0), 6)
+        target, percent = self.joint_texts(motion.goal or step.joints), number(min(100.0 * motion.speed, 100.0), 6)
         goal: Target = JointTarget(self.units.read(map(float, target)))
         how, fraction = [f"speed={percent}"], float(percent) / 100.0
         if step.straight:

@@ -29,12 +29,12 @@ from vrs_cli.language.text.parser import (
     JOINTS_HIGH,
     Part,
     Placed,
+    drop_suppressed,
+    duplicate_name,
     foreign_file,
     has_program,
-    heeded,
     parts_of,
     programs_of,
-    repeated,
     repeated_programs,
 )
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
@@ -127,24 +127,24 @@ class Inspector:
         for section in beside.sections:
             environment.take(variables_of(section, environment.units)[0])
         found = [] if foreign is None else [foreign]
-        found += [one for placed in parts for one in placed.found(placed.part.diagnostics)]
+        found += [one for placed in parts for one in placed.translate(placed.part.diagnostics)]
         found += repeated_programs((program, placed.above) for placed, program in programs_of(parts))
         twice = (one for one in programs_of(parts) if one[1].key in beside.first)
-        found += [repeated(program, placed.above, IN_ANOTHER_FILE) for placed, program in twice]
+        found += [duplicate_name(program, placed.above, IN_ANOTHER_FILE) for placed, program in twice]
         for placed in parts:
             if isinstance(placed.part.node, Section):
                 variables, refused = variables_of(placed.part.node, environment.units)
                 environment.take(variables)
-                found += placed.found(refused)
+                found += placed.translate(refused)
         programs = {program.key: placed for placed, program in programs_of(parts)}
         for placed, inspected in self._analysed(environment, programs, beside):
-            found += placed.found(inspected.analysis.diagnostics)
-            found += placed.found(inspected.of_running)
+            found += placed.translate(inspected.analysis.diagnostics)
+            found += placed.translate(inspected.of_running)
         found += self._out_of_reach(environment, tuple(programs_of(programs.values())), beside)
         idle = set[str]()
         for placed, program in programs_of(programs.values()):
-            found += placed.found(_settings_of(program, idle))
-        return heeded(lines, in_order(found))
+            found += placed.translate(_settings_of(program, idle))
+        return drop_suppressed(lines, in_order(found))
 
     # --- analysis ---
 
@@ -179,7 +179,7 @@ class Inspector:
             own = changed | {parameter.key for parameter in program.parameters}
             ways = (way for way in self._ways[placed.part] if way.key not in own)
             found = (_unreached(way, environment, self._engine) for way in ways)
-            yield from placed.found(one for one in found if one is not None)
+            yield from placed.translate(one for one in found if one is not None)
 
 
 def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
@@ -190,7 +190,15 @@ def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
     elsewhere = frozenset(key for key in asked if around.given_elsewhere(key, analysis.program))
     near = frozenset(key for key in analysis.calls if key in around.elsewhere)
     named = frozenset(key for key in analysis.alone if around.named_elsewhere(key, analysis.program))
-    return around.known, called, names, near, elsewhere, named, around.given if analysis.needs - elsewhere else None
+    return (
+        around.known,
+        called,
+        names,
+        near,
+        elsewhere,
+        named,
+        around.given_keys if analysis.needs - elsewhere else None,
+    )
 
 
 def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:
@@ -213,7 +221,7 @@ def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tup
         found += _unexpected(one.analysis)
         found += constants.above_full_speed(one.program)
         found += _settings_of(one.program, idle)
-    return heeded(programs[0].lines, in_order(found)) if found else ()
+    return drop_suppressed(programs[0].lines, in_order(found)) if found else ()
 
 
 def _unexpected(analysis: Analysis) -> Iterator[Diagnostic]:

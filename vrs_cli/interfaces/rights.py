@@ -15,7 +15,7 @@ STOPPING = ("ABORT",)  # commands that overtake all others
 def check_may(said: str, wanted: Role, role: Role) -> None:
     """Raises RoleWanted where somebody has not the role that is wanted."""
     if wanted not in role:
-        raise RoleWanted(f"{said} is for {wanted.spoken}", f"you are {role.spoken}")
+        raise RoleWanted(f"{said} is for {wanted.title_with_article}", f"you are {role.title_with_article}")
 
 
 def may_all(said: str, wanted: Role) -> bool:

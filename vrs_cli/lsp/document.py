@@ -291,7 +291,7 @@ class Document:
         for placed in self._parts:
             yield from (piece._replace(line=piece.line + placed.above) for piece in pieces(placed.part))
 
-    def formatted(self) -> str | None:
+    def canonical(self) -> str | None:
         """The canonical text; None where lines cannot be read or blocks have no end."""
         text = canonical_text(self.text)
         return text if isinstance(text, str) else None
@@ -362,7 +362,7 @@ class Document:
         if asked.kind is SymbolKind.PROGRAM:
             found = next((one for one in self._programs if one[1].key == asked.key), None)
             return None if found is None else found[0].span(heading_span(found[1]))
-        given = (one for one in self._given() if one[1].key == asked.key and not self._own(asked, one[0]))
+        given = (one for one in self._definitions() if one[1].key == asked.key and not self._own(asked, one[0]))
         return next((placed.span(variable.span) for placed, variable, *_ in given), None)
 
     def check_free(self, asked: Occurrence, new: str) -> None:
@@ -372,7 +372,7 @@ class Document:
             raise UsageError(f"{new} is there already", "another name")
         self._check_renamed(asked, wanted, self.places(asked), new)
 
-    def renamed(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
+    def rename(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
         """The new name as it is written, and where. Raises UsageError, InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
@@ -460,11 +460,11 @@ class Document:
     def _given_names(self) -> Mapping[Kind, dict[str, str]]:
         """The variables that are given a value here, by kind, each with the name of the section or program."""
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
-        for _, variable, kind, owner in self._given():
+        for _, variable, kind, owner in self._definitions():
             variables[kind].setdefault(variable.sigil + variable.name, owner)
         return variables
 
-    def _given(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
+    def _definitions(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
         """Yield every variable that the file gives a value, with its part, its kind, and the name of the section or
         program: in sections, then in programs, the `first` before others.
         """
@@ -476,7 +476,9 @@ class Document:
         for placed, program in sorted(self._programs, key=lambda one: one[0] is not first):
             for statement in program.statements:
                 row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
-                located = row is not None and Shape.LOCATION_VARIABLE in row.wanted  # by SET, HERE and their like
+                located = (
+                    row is not None and Shape.LOCATION_VARIABLE in row.operand_shapes
+                )  # by SET, HERE and their like
                 for variable in definitions(statement):
                     kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
                     yield placed, variable, kind, program.name
@@ -494,7 +496,7 @@ class Document:
             return None
         asked = self.occurrence(line, column)
         if asked is None:  # a word of the language, or a name in a line that cannot be read
-            unread = (one for placed in self._parts for one in placed.found(placed.part.diagnostics))
+            unread = (one for placed in self._parts for one in placed.translate(placed.part.diagnostics))
             named = any(one.span.line == line for one in unread)
             found = (self._own_meaning(text, line) if named else "") or _help(text)
         elif asked.kind is SymbolKind.PROGRAM:
@@ -564,7 +566,7 @@ class Document:
         here, program, key = self._at(line), self._program_at(line), key_of(name)
         parameters = program.parameters if program is not None else ()
         own = ((here, parameter) for parameter in parameters if here is not None)
-        given = ((placed, variable) for placed, variable, *_ in self._given(here))
+        given = ((placed, variable) for placed, variable, *_ in self._definitions(here))
         return next((placed.span(one.span) for placed, one in chain(own, given) if one.key == key), None)
 
 

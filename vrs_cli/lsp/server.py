@@ -170,7 +170,7 @@ class Val2Server(LanguageServer):
 
     # --- places ---
 
-    def asked(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
+    def locate(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
         """The text of a question as it is now, and the line and column, from 1, that it asks about."""
         uri = params.text_document.uri
         document = self.document(uri)
@@ -203,7 +203,7 @@ class Val2Server(LanguageServer):
                 found = [self.diagnostic(one, wrong) for wrong in self.files.diagnostics(one)]
                 self.publish(one, found, self.open_texts[one].version)
 
-    def opened(self, uri: str) -> None:
+    def on_open(self, uri: str) -> None:
         """The editor has opened or saved a text."""
         self.look()
         self.check(uri)
@@ -272,7 +272,7 @@ def _is_program(name: str) -> bool:
 
 
 def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-    uri, document, (line, column) = server.asked(params)
+    uri, document, (line, column) = server.locate(params)
     items = list[lsp.CompletionItem]()
     for one in document.completions(line, column, *server.files.near(uri)):
         edit = lsp.TextEdit(server.range(uri, Span(line, column - one.length, column)), one.text)
@@ -283,7 +283,7 @@ def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.Complet
 
 
 def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
-    uri, document, place = server.asked(params)
+    uri, document, place = server.locate(params)
     found = document.hover(*place, *server.files.near(uri))
     if found is None:
         return None
@@ -291,7 +291,7 @@ def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 
 def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    uri, _, place = server.asked(params)
+    uri, _, place = server.locate(params)
     found = server.files.definition(uri, *place)
     return None if found is None else server.location(found)
 
@@ -300,7 +300,7 @@ def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Seq
     """One edit of the whole text; none where it is canonical already or cannot be read."""
     uri = params.text_document.uri
     document = server.document(uri)
-    text = document.formatted()
+    text = document.canonical()
     if text is None or text == document.text:
         return None
     end = lsp.Position(len(document.lines) + 1, 0)
@@ -314,7 +314,7 @@ def _symbols(server: Val2Server, params: lsp.DocumentSymbolParams) -> Sequence[l
 
 def _references(server: Val2Server, params: lsp.ReferenceParams) -> Sequence[lsp.Location]:
     server.look()
-    uri, _, place = server.asked(params)
+    uri, _, place = server.locate(params)
     defined = None if params.context.include_declaration else server.files.definition(uri, *place)
     taken = None if defined is None else (defined.uri, defined.span.line, defined.span.column)
     found = server.files.references(uri, *place)
@@ -322,7 +322,7 @@ def _references(server: Val2Server, params: lsp.ReferenceParams) -> Sequence[lsp
 
 
 def _highlights(server: Val2Server, params: lsp.DocumentHighlightParams) -> Sequence[lsp.DocumentHighlight]:
-    uri, document, place = server.asked(params)
+    uri, document, place = server.locate(params)
     return [lsp.DocumentHighlight(server.range(uri, span)) for span in document.references(*place)]
 
 
@@ -338,7 +338,7 @@ def _workspace_symbols(server: Val2Server, params: lsp.WorkspaceSymbolParams) ->
 
 
 def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.Range | None:
-    uri, document, place = server.asked(params)
+    uri, document, place = server.locate(params)
     found = document.occurrence(*place)
     return None if found is None else server.range(uri, found.span)
 
@@ -346,9 +346,9 @@ def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
     """Raises InvalidRequest for a name that cannot be taken."""
     server.look()
-    uri, _, place = server.asked(params)
+    uri, _, place = server.locate(params)
     try:
-        name, found = server.files.renamed(uri, *place, params.new_name)
+        name, found = server.files.rename(uri, *place, params.new_name)
     except VrsError as refused:
         raise InvalidRequest(str(refused)) from None
     return lsp.WorkspaceEdit(
@@ -362,7 +362,7 @@ def _folding(server: Val2Server, params: lsp.FoldingRangeParams) -> Sequence[lsp
 
 
 def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-    uri, document, place = server.asked(params)
+    uri, document, place = server.locate(params)
     found = document.signature(*place, server.files.near(uri)[1])
     if found is None:
         return None
@@ -424,8 +424,8 @@ def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.Semant
 
 
 _FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # each with its options
-    lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.opened(params.text_document.uri), None),
-    lsp.TEXT_DOCUMENT_DID_SAVE: (lambda server, params: server.opened(params.text_document.uri), None),
+    lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.on_open(params.text_document.uri), None),
+    lsp.TEXT_DOCUMENT_DID_SAVE: (lambda server, params: server.on_open(params.text_document.uri), None),
     lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: (lambda server, _params: server.look(), None),
     lsp.TEXT_DOCUMENT_DID_CHANGE: (lambda server, params: server.check_soon(params.text_document.uri), None),
     lsp.TEXT_DOCUMENT_DID_CLOSE: (lambda server, params: server.close(params.text_document.uri), None),

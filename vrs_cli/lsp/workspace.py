@@ -85,7 +85,7 @@ class Workspace:
     def project(self, uri: str) -> tuple[str, ...]:
         """The addresses of one name space: this one, then the others in the order of their names."""
         if self._links is None:
-            self._links = self._linked()
+            self._links = self._find_links()
         found, waiting = {uri}, [uri]
         for here in waiting:  # which grows
             new = self._links.get(here, set()) - found
@@ -93,7 +93,7 @@ class Workspace:
             waiting += new
         return (uri, *sorted(found - {uri}))
 
-    def _linked(self) -> dict[str, set[str]]:
+    def _find_links(self) -> dict[str, set[str]]:
         """The files that each file is linked with."""
         outlines = {other: _outline(text, _stem(other)) for other, text in self._texts.items()}
         folders = {other: _folder(other) for other in outlines}
@@ -169,11 +169,11 @@ class Workspace:
             for other in self.project(uri)[1:]:
                 yield from (FileSpan(other, span) for span in self.document(other).places(asked))
 
-    def renamed(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
+    def rename(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
         """The new name as it is written, and where. Raises UsageError, InvalidName."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
-        new, spans = document.renamed(line, column, name)
+        new, spans = document.rename(line, column, name)
         found = {uri: spans}
         if asked is None or document.is_local(asked, line):
             return new, found

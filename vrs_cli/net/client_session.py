@@ -406,7 +406,7 @@ class ClientSession(UserSession):
             case messages.Embody():
                 if not self.grant.body:
                     raise RoleWanted(
-                        "to be the body needs a token of the role body", f"you are {self.grant.role.spoken}"
+                        "to be the body needs a token of the role body", f"you are {self.grant.role.title_with_article}"
                     )
                 before = self._users.get(served.body.name)
                 own = self.grant, self.wanted_name

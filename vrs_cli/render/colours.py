@@ -165,7 +165,7 @@ def _with_links() -> frozenset[str]:
     from vrs_cli.language.words.monitor import COMMANDS
 
     rows = (*COMMANDS.values(), *INSTRUCTIONS.values())
-    return frozenset(row.name for row in rows if (row.modifiers or row.leads) and not row.required)
+    return frozenset(row.name for row in rows if (row.modifiers or row.leads) and not row.required_count)
 
 
 def _words_of(line: str) -> frozenset[str]:

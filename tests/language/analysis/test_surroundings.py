@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import pytest
 
 from vrs_cli.language.analysis import analyzer as surroundings
-from vrs_cli.language.analysis.analyzer import FEW, Candidates, Surroundings, analyze_among
+from vrs_cli.language.analysis.analyzer import MAX_COMPARED_NAMES, Candidates, Surroundings, analyze_among
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Kind
 
-MANY = [f"name{i}" for i in range(FEW + 1)]
+MANY = [f"name{i}" for i in range(MAX_COMPARED_NAMES + 1)]
 
 
 def programs(**bodies: str) -> Mapping[str, Program]:
@@ -24,11 +24,11 @@ def programs(**bodies: str) -> Mapping[str, Program]:
 def test_of_many_names_those_one_slip_away_are_compared(typed: str) -> None:
     near = Candidates(MANY).of(typed)
     assert "name17" in near
-    assert len(near) < FEW / 2
+    assert len(near) < MAX_COMPARED_NAMES / 2
 
 
 def test_few_names_are_compared_all() -> None:
-    few = MANY[:FEW]
+    few = MANY[:MAX_COMPARED_NAMES]
     assert Candidates(few).of("whatever") is few
 
 
@@ -37,7 +37,7 @@ def test_who_gives_a_name_a_value() -> None:
     around = Surroundings({}, memory)
     told = [around.given_elsewhere(key, memory["b"]) for key in ("x", "y", "z", "w")]
     assert told == [True, False, False, False]
-    assert around.given == {"x", "z"}
+    assert around.given_keys == {"x", "z"}
 
 
 def test_what_a_name_may_have_been_meant_for() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.errors import CannotInterpret
-from vrs_cli.language.text.lexer import LONGEST, Lexer
+from vrs_cli.language.text.lexer import MAX_TOKENS, Lexer
 from vrs_cli.language.text.line_parser import LineParser
 from vrs_cli.language.words.foreign import FOREIGN_SIGNS
 from vrs_cli.values.diagnostics import LineRefused, Span
@@ -103,7 +103,7 @@ def test_words_in_full_and_signs_in_one_spelling() -> None:
 
 
 def test_a_line_without_end_is_refused() -> None:
-    text = "x = 1" + "+1" * LONGEST
+    text = "x = 1" + "+1" * MAX_TOKENS
     with pytest.raises(LineRefused) as caught:
         lexer(text).step()
     assert caught.value.diagnostic.code == CannotInterpret.code

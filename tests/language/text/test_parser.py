@@ -274,7 +274,7 @@ def test_a_file_and_its_parts_have_the_same_mistakes(text: str) -> None:
     """A Ctrl-Z is the end of a text only where it stands last."""
     whole = [(one.span.line, one.code) for one in parse_file(text)[1]]
     parts = [
-        (one.span.line, one.code) for placed in parts_of(text, {}) for one in placed.found(placed.part.diagnostics)
+        (one.span.line, one.code) for placed in parts_of(text, {}) for one in placed.translate(placed.part.diagnostics)
     ]
     assert whole
     assert parts == whole

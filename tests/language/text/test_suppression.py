@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.language.text.parser import heeded
+from vrs_cli.language.text.parser import drop_suppressed
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 
 LINES = 6
@@ -31,21 +31,21 @@ def commented(line: int, word: str, codes: Sequence[int] = ()) -> list[str]:
 
 @given(st.integers(1, LINES), CODES)
 def test_a_comment_for_the_file_stands_on_any_line(line: int, codes: list[int]) -> None:
-    left = heeded(commented(line, "ignore-file", codes), EVERYTHING)
+    left = drop_suppressed(commented(line, "ignore-file", codes), EVERYTHING)
     assert list(left) == [one for one in EVERYTHING if one.code not in codes]
 
 
 @given(st.integers(1, LINES), CODES)
 def test_a_comment_for_a_line_counts_there_alone(line: int, codes: list[int]) -> None:
-    left = heeded(commented(line, "ignore", codes), EVERYTHING)
+    left = drop_suppressed(commented(line, "ignore", codes), EVERYTHING)
     assert list(left) == [one for one in EVERYTHING if one.code not in codes or one.span.line != line]
 
 
 @pytest.mark.parametrize(("word", "left"), [("ignore-file", 0), ("ignore", len(EVERYTHING) - 2), ("keep", None)])
 def test_without_codes_all_are_meant(word: str, left: int | None) -> None:
-    assert len(heeded(commented(2, word), EVERYTHING)) == (len(EVERYTHING) if left is None else left)
+    assert len(drop_suppressed(commented(2, word), EVERYTHING)) == (len(EVERYTHING) if left is None else left)
 
 
 def test_errors_stay() -> None:
     errors = [found(line, 401, Severity.ERROR) for line in range(1, LINES + 1)]
-    assert list(heeded(commented(1, "ignore-file"), errors)) == errors
+    assert list(drop_suppressed(commented(1, "ignore-file"), errors)) == errors

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.transform import from_oat
-from vrs_cli.language.words.values import MOST_ROUNDED, rounding, transformation
+from vrs_cli.language.words.values import MAX_ROUNDING, rounding, transformation
 
 ANGLE = st.floats(-pi, pi)
 NUMBER = st.integers(0, 8)  # of those of the axes
@@ -33,6 +33,6 @@ def test_exact_axes_are_rounded_by_nothing_and_three_decimals_by_less_than_one(o
 def test_a_wrong_number_is_no_rounding(o: float, a: float, t: float, which: int, by: float) -> None:
     numbers = axes(o, a, t)
     numbers[which] += by
-    assert MOST_ROUNDED < rounding(numbers) < 2.0 * abs(by)
+    assert MAX_ROUNDING < rounding(numbers) < 2.0 * abs(by)
     with pytest.raises(IllegalValue):
         transformation(numbers)

@@ -117,4 +117,4 @@ def test_nothing_changes_a_row() -> None:
 
 def test_a_role_is_called_by_the_most_that_it_may() -> None:
     roles = (Role.OBSERVER, Role.DESIGNER, Role.DESIGNER | Role.OBSERVER, Role.SUPERVISOR)
-    assert [role.spoken for role in roles] == ["an observer", "a designer", "a designer", "a supervisor"]
+    assert [role.title_with_article for role in roles] == ["an observer", "a designer", "a designer", "a supervisor"]

@@ -263,8 +263,8 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
         return _explained(rest.lstrip(), prefix, names)
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    group = _GROUP.match(rest) if word.grouped else None  # the closed parenthesis of READ and its like
-    return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.grouped if group else 0)
+    group = _GROUP.match(rest) if word.group_size else None  # the closed parenthesis of READ and its like
+    return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.group_size if group else 0)
 
 
 def _explained(text: str, prefix: str, names: DefinedNames) -> Candidates:
@@ -343,7 +343,7 @@ def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
     """The words that may stand between or after arguments."""
     yield from ((text, "") for text in (word.links if isinstance(word, Control) else ()))
     yield from ((argument.lead, argument.name) for argument in word.arguments if argument.lead)
-    if operand_ended or not word.required:
+    if operand_ended or not word.required_count:
         for modifier in sorted(word.modifiers):
             yield from MODIFIERS.get(modifier, {}).items()
 

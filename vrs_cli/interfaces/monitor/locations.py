@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 @handles("WHERE")
 def _where(station: Station, it: Instruction) -> Dialogue[None]:
     """Tell where the robot, the measured robot or a part is: now, at a time, or over a stretch of time."""
-    named, stamped, over = operand(it, 0), it.modifiers.timed, has_times(it)
+    named, stamped, over = operand(it, 0), it.modifiers.has_time, has_times(it)
     if is_measured(named):
         yield from where_measured(station, it)
         return
@@ -78,7 +78,7 @@ def _where(station: Station, it: Instruction) -> Dialogue[None]:
 
 def _check_either(it: Instruction, what: str = "") -> None:
     """Check that WHERE of `what` does not have both AT and FROM. Raises UsageError."""
-    if it.modifiers.timed:
+    if it.modifiers.has_time:
         hint = f"WHERE {what}AT t, or WHERE {what}FROM t1 TO t2 STEP dt"
         raise UsageError("AT and FROM do not go together", hint)
 
@@ -86,7 +86,7 @@ def _check_either(it: Instruction, what: str = "") -> None:
 @handles("SHOW")
 def _show(station: Station, it: Instruction) -> Dialogue[None]:
     """Show the arm on the screen of the user while it moves, else as one picture."""
-    engine, stamped, t = station.engine, it.modifiers.timed, moment(station, it)
+    engine, stamped, t = station.engine, it.modifiers.has_time, moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
     shown = moves and station.user_state.attended and (yield from station.user_state.show(None, Watching()))
@@ -214,7 +214,7 @@ def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
         raise UsageError(*NO_REPORT)
     arm, timeline, units = station.engine.arm, station.engine.timeline, station.units
     if not has_times(it):
-        t = moment(station, it) if it.modifiers.timed else measured.end
+        t = moment(station, it) if it.modifiers.has_time else measured.end
         at = measured_position(arm, timeline, measured, t)
         if at is None:
             yield replies.Message(why_unknown(measured, t))
@@ -255,7 +255,7 @@ def _part_row(course: WorldCourse, name: str, t: float) -> replies.PartRow:
 
 @handles("PARTS")
 def _list_parts(station: Station, it: Instruction) -> Iterable[replies.Reply]:
-    table = part_table(station, moment(station, it) if it.modifiers.timed else None)
+    table = part_table(station, moment(station, it) if it.modifiers.has_time else None)
     yield table if table.rows else replies.Message(f"There are no parts; {BRINGS_PARTS}")
     if table.rows:
         station.contacts.tell_missing()
@@ -276,4 +276,4 @@ def where_part(station: Station, it: Instruction, asked: BareWord | StringConsta
     if over:
         _check_either(it, f"{name} ")
     rows = tuple(_part_row(course, name, t) for t in (times(station, it) if over else (moment(station, it),)))
-    yield replies.PartTable(rows, it.modifiers.timed or over)
+    yield replies.PartTable(rows, it.modifiers.has_time or over)

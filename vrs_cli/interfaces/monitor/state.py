@@ -47,7 +47,7 @@ from vrs_cli.version import __version__
 @handles("PCSTATUS", number=PROCESS_CONTROL)
 def _tell_status(station: Station, it: Instruction, number: int | None = None) -> Iterable[replies.Reply]:
     """Tell the state of the robot and of a task; at a time: of the robot alone."""
-    if not it.modifiers.timed:
+    if not it.modifiers.has_time:
         yield _present_status(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
         return
     if operand(it, 0) is not None:
@@ -109,7 +109,7 @@ BANKS = (("Inputs", INPUTS), ("Outputs", OUTPUTS), ("Internal signals", INTERNAL
 @handles("IO")
 def _tell_signals(station: Station, it: Instruction) -> Iterable[replies.Reply]:
     """Tell signals; at a time without the internal signals, which are variables."""
-    given, timed = operand(it, 0), it.modifiers.timed
+    given, timed = operand(it, 0), it.modifiers.has_time
     number = None if given is None else whole(real(station, given))
     if number is not None and number not in range(len(BANKS)):
         raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")

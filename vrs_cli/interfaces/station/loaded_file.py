@@ -20,7 +20,7 @@ from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Item, Variables
 from vrs_cli.language.text.ast import AXES, Entry, File, Program, Section
 from vrs_cli.language.text.collector import free_in_parts
-from vrs_cli.language.text.parser import heeded
+from vrs_cli.language.text.parser import drop_suppressed
 from vrs_cli.language.text.printer import print_program
 from vrs_cli.language.words.values import Kind, kind_of_value, rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
@@ -63,7 +63,7 @@ class LoadedFile(NamedTuple):
             free_in_parts(one.program, one.program.steps, lines)
             diagnostics += one.analysis.diagnostics
             diagnostics += () if vplus else beyond(one.program, vplus=False)
-        return cls(file, Layout.of(file), variables, stored, heeded(lines, diagnostics))
+        return cls(file, Layout.of(file), variables, stored, drop_suppressed(lines, diagnostics))
 
 
 def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:

@@ -53,7 +53,7 @@ from vrs_cli.language.text.ast import (
     Statement,
 )
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.language.text.parser import IN_ANOTHER_FILE, parse_file, repeated
+from vrs_cli.language.text.parser import IN_ANOTHER_FILE, duplicate_name, parse_file
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, first_error
@@ -194,7 +194,7 @@ class Station:
                 if isinstance(section, Section):
                     memory.take(variables_of(section, memory.units)[0])
             own = {part.key: part for part in file.parts if isinstance(part, Program)}
-            twice = [repeated(own[key], 0, IN_ANOTHER_FILE) for key in own.keys() & programs.keys()]
+            twice = [duplicate_name(own[key], 0, IN_ANOTHER_FILE) for key in own.keys() & programs.keys()]
             found.append([*unreadable, *twice])
             programs |= own
         loaded = list[LoadedFile]()

@@ -42,7 +42,7 @@ from vrs_cli.errors import (
     WithoutEffect,
     WordAsName,
 )
-from vrs_cli.language.analysis.expressions import SHAPES, Expressions, is_truth, miscounted, numbers_meant
+from vrs_cli.language.analysis.expressions import SHAPES, Expressions, count_mistakes, is_truth, numbers_meant
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
     LOOPS,
@@ -81,7 +81,9 @@ from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
 
-FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
+MAX_COMPARED_NAMES = (
+    200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
+)
 
 
 class Surroundings:
@@ -99,7 +101,7 @@ class Surroundings:
         return tuple(self.programs)
 
     @cached_property
-    def given(self) -> frozenset[str]:
+    def given_keys(self) -> frozenset[str]:
         """The keys of all names that programs give a value."""
         return frozenset(self._givers)
 
@@ -132,7 +134,7 @@ class Surroundings:
 
     @cached_property
     def _names_alike(self) -> Candidates:
-        return Candidates(self.given | self.known.keys())
+        return Candidates(self.given_keys | self.known.keys())
 
     @cached_property
     def _programs_alike(self) -> Candidates:
@@ -140,14 +142,14 @@ class Surroundings:
 
 
 class Candidates:
-    """Names that a mistyped one may have meant."""
+    """Names that a find_slips one may have meant."""
 
     def __init__(self, names: Collection[str]) -> None:
         self._names = names
 
     def of(self, name: str) -> Collection[str]:
         """Return the names to compare with: all where they are few, otherwise those one slip of the fingers away."""
-        if len(self._names) <= FEW:
+        if len(self._names) <= MAX_COMPARED_NAMES:
             return self._names
         return self.slips(name)
 
@@ -192,7 +194,7 @@ def names_in(program: Program) -> frozenset[str]:
     return found
 
 
-def mistyped(names: NameFindings) -> dict[str, str]:
+def find_slips(names: NameFindings) -> dict[str, str]:
     """Return the keys of the variables that a program gives a value and reads nowhere, each with a hint at what was
     meant: the one that it reads and gives a value, and whose name is a slip of the fingers away (count of cuont), or a
     part of a place (part.z beside part).
@@ -207,7 +209,7 @@ def mistyped(names: NameFindings) -> dict[str, str]:
 
 
 def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of the first giving of each mistyped name, unless another program names it or it has a value."""
+    """Warn of the first giving of each find_slips name, unless another program names it or it has a value."""
     left = {key: hint for key, hint in hints.items() if not surroundings.named_elsewhere(key, program)}
     for statement in program.statements if left else ():
         for variable in definitions(statement) if not isinstance(statement, ast.For) else ():
@@ -250,7 +252,7 @@ def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
         if target.key == "here":
             hint = "HERE p keeps the place where the arm stands"
         yield _warning(target, f"{name} is a variable from now on", hint)
-    elif row is not None and not target.sigil and target.indexes is None and row.required:
+    elif row is not None and not target.sigil and target.indexes is None and row.required_count:
         yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
     elif meant := meant_by(name):
         yield _warning(target, f"{name} is a variable from now on", meant)
@@ -294,7 +296,7 @@ def _at_once(statement: Statement) -> bool:
     if not isinstance(statement, ast.Instruction) or statement.word in _WAITS:
         return False
     row = INSTRUCTIONS[statement.word]
-    breaks = row.breaks and not statement.modifiers.timed
+    breaks = row.breaks and not statement.modifiers.has_time
     return statement.word == "DELAY" or not (row.route is Route.MOTION or breaks)
 
 
@@ -381,7 +383,7 @@ _MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPE
 
 
 # names of a program that are compared with others: one without its locations has hundreds that it lacks
-MOST_HINTS = 10
+MAX_HINTS = 10
 
 
 # instructions that make no sense at the prompt, whose program is over when they are done
@@ -408,7 +410,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
             steps.statement(index + 1, step.statement)
             steps.diagnostics += hidden_statement(step.statement, step.comment, step.span.end)
     steps.finish(program, surroundings)
-    slips = mistyped(steps)
+    slips = find_slips(steps)
     found = (
         *structure.diagnostics,
         *steps.diagnostics,
@@ -580,8 +582,8 @@ class _Steps(Expressions):
         for number, variable in enumerate(nowhere):
             name = variable.sigil + variable.name
             detail = f"{name} is given a value nowhere"
-            hint = around.name_meant(variable, own) if number < MOST_HINTS else ""
-            decided = self._decided(variable)
+            hint = around.name_meant(variable, own) if number < MAX_HINTS else ""
+            decided = self._decision(variable)
             hint = hint or other_sigil(variable, {**dict.fromkeys(self.given), **around.known})
             hint = hint or giving(name, decided.kind if decided else Kind.REAL)
             usual = text_meant(name) if variable.key in self.typed and not variable.sigil else value_given(name)
@@ -756,13 +758,13 @@ class _Steps(Expressions):
         last, given = self.diagnostics[-1], self.kind_of(expression)
         wrong = last.code == TypeMismatch.code and last.span == expression.span
         swapped = argument.shape in _PLACES and given is Kind.REAL and len(row.arguments) > 1
-        if wrong and (row.grouped or (argument.shape is Shape.REAL and given in PLACE) or swapped):
+        if wrong and (row.group_size or (argument.shape is Shape.REAL and given in PLACE) or swapped):
             self.diagnostics[-1] = replace(last, hint=f"the form is {row.form}")
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Report a missing argument, and one too many."""
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
-        wrong = list(miscounted(row.name, statement.arguments, row, end, end))
+        wrong = list(count_mistakes(row.name, statement.arguments, row, end, end))
         if row.value is not None and not row.value.optional and statement.value is None:
             wrong.append((end, f"{row.name}: = {row.value.name} is missing"))
         if wrong:
@@ -840,7 +842,7 @@ class _Steps(Expressions):
         if target is None and call.key in self._surroundings.elsewhere:
             return
         if target is None:
-            hint = self._surroundings.program_meant(call.name) if len(self.called) <= MOST_HINTS else ""
+            hint = self._surroundings.program_meant(call.name) if len(self.called) <= MAX_HINTS else ""
             hint = hint or f"LOAD {call.name} reads it from {call.name}.v2"
             self.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
             return

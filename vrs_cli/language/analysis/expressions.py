@@ -212,9 +212,9 @@ class Expressions(NameFindings):
             self.signal_number(expression.left)
         if operator in RELATIONS:
             left = expression.left
-            chained = isinstance(left, ast.Binary) and not left.grouped and self._chained(left, expression)
+            chained = isinstance(left, ast.Binary) and not left.grouped and self._warn_of_chain(left, expression)
             if not chained:
-                self._compared(expression)
+                self._check_comparison(expression)
             sides = self.kind_of(left), self.kind_of(expression.right)
             if not PLACE.isdisjoint(sides) and PLACE.issuperset(sides):
                 texts = expression_text(left), expression_text(expression.right)
@@ -231,7 +231,7 @@ class Expressions(NameFindings):
             self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
         return self._operands(expression, REAL, Kind.REAL)
 
-    def _chained(self, left: ast.Binary, whole: ast.Binary) -> bool:
+    def _warn_of_chain(self, left: ast.Binary, whole: ast.Binary) -> bool:
         """Warn of 1 < x < 5, which compares a truth value with 5. Return whether it is one."""
         if left.operator in RELATIONS:
             first, middle, last = map(expression_text, (left.left, left.right, whole.right))
@@ -241,7 +241,7 @@ class Expressions(NameFindings):
             )
         return left.operator in RELATIONS
 
-    def _compared(self, relation: ast.Binary) -> None:
+    def _check_comparison(self, relation: ast.Binary) -> None:
         """Warn of SIG(1) == 1 and SIG(1) > 0, which are the same for TRUE and FALSE. Of a variable the whole program
         decides whether it is a truth value. A relation in a relation is told by how it is grouped.
         """
@@ -297,7 +297,7 @@ class Expressions(NameFindings):
         if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
             self.functions.setdefault(call.name.lower(), call)
         end = Span(call.span.line, call.span.end - 1, call.span.end)
-        for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
+        for span, detail in count_mistakes(call.name, call.arguments, function, end, call.span)[:1]:
             self.fault(IllegalExpression, span, detail, form_of(function))
         if call.name in _ANGLES:
             self.angles(call.name, call.arguments[_ANGLES[call.name] :])
@@ -321,7 +321,7 @@ class Expressions(NameFindings):
 
     def kind_of(self, expression: Expression) -> Kind | None:
         """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
-        return kind_of(expression, lambda it: (decided := self._decided(it)) and decided.kind)
+        return kind_of(expression, lambda it: (decided := self._decision(it)) and decided.kind)
 
 
 def is_truth(expression: Expression) -> bool:
@@ -332,7 +332,7 @@ def is_truth(expression: Expression) -> bool:
     return isinstance(expression, ast.Binary | ast.Unary) and expression.operator in RELATIONS | LOGICAL
 
 
-def miscounted(
+def count_mistakes(
     name: str, given: Sequence[Expression | None], row: WordRow, end: Span, whole: Span
 ) -> list[tuple[Span, str]]:
     """The first argument that is missing, to be seen at the `end`, and the first that is too many."""

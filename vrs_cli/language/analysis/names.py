@@ -217,7 +217,7 @@ def own_variables(program: Program) -> tuple[Own, ...]:
 MAX_SHOWN_CHARS = 40  # of an expression in a message
 
 
-class Decided(NamedTuple):
+class Decision(NamedTuple):
     """The kind of a name, and the step that decides it (None: its sigil or its present value does)."""
 
     kind: Kind
@@ -237,7 +237,7 @@ class NameFindings(DiagnosticCollector):
     def __init__(self, known: Mapping[str, Kind], parameters: Iterable[ast.Variable], *, at_prompt: bool) -> None:
         super().__init__()
         self.step = 0
-        self.kinds: dict[str, Decided] = {}
+        self.kinds: dict[str, Decision] = {}
         self.given: set[str] = set()
         self.passed: set[str] = set()
         self.own: set[str] = set()
@@ -322,7 +322,7 @@ class NameFindings(DiagnosticCollector):
                 if variable.indexes is not None:
                     self._arrays[key] = True
             if kind is not None and not variable.sigil:
-                self.kinds[key] = Decided(kind, self.step)
+                self.kinds[key] = Decision(kind, self.step)
 
     # --- kinds of names ---
 
@@ -341,7 +341,7 @@ class NameFindings(DiagnosticCollector):
         tells if the variable has a value of the other kind now.
         """
         key, name = variable.key, variable.name
-        decided = self._decided(variable)
+        decided = self._decision(variable)
         if decided is None:
             choice = wanted & BARE
             if not choice:
@@ -350,7 +350,7 @@ class NameFindings(DiagnosticCollector):
                 self.fault(TypeMismatch, variable.span, f"{name} is not {with_article(wanted)}", hint)
             if len(choice) != 1:
                 return None
-            decided = self.kinds[key] = Decided(next(iter(choice)), self.step)
+            decided = self.kinds[key] = Decision(next(iter(choice)), self.step)
             now = self._known.get(key, decided.kind)
             if now is not decided.kind and key not in self.parameters and key not in self.own:
                 self.warn(
@@ -362,12 +362,12 @@ class NameFindings(DiagnosticCollector):
             self.mismatch(variable, decided.kind, wanted, decided.step, is_read=is_read)
         return decided.kind
 
-    def _decided(self, variable: ast.Variable) -> Decided | None:
+    def _decision(self, variable: ast.Variable) -> Decision | None:
         """Return the kind that the sigil of a name, its uses or (at the prompt) its present value decide."""
         if variable.key in self.kinds:
             return self.kinds[variable.key]
         kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
-        return None if kind is None else Decided(kind, None)
+        return None if kind is None else Decision(kind, None)
 
     def mismatch(
         self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None, *, is_read: bool = True

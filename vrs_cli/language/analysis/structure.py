@@ -129,7 +129,7 @@ class Structure(DiagnosticCollector):
             first = "END"
         if first in _UNREAD_MIDDLES:
             kind = _UNREAD_MIDDLES[first]
-            block = None if kind is None else self._divided(kind)
+            block = None if kind is None else self._innermost(kind)
             if block is not None and block.kind is kind and not block.complete:
                 block.middles.append(index)
         elif first in ("END", "UNTIL"):
@@ -141,14 +141,14 @@ class Structure(DiagnosticCollector):
                 sure = kind is BlockKind.FOR or last in _UNREAD_LAST
                 self._open.append(_Open(kind, index, line.span, vague=not sure))
 
-    def _divided(self, kind: BlockKind) -> _Open | None:
+    def _innermost(self, kind: BlockKind) -> _Open | None:
         """The innermost block; not one that a line may have begun, where it is no block of this kind."""
         while self._open and self._open[-1].vague and self._open[-1].kind is not kind:
             self._open.pop()
         return self._open[-1] if self._open else None
 
     def _middle(self, index: int, statement: Statement, word: str, kind: BlockKind, completes: bool) -> None:
-        block = self._divided(kind)
+        block = self._innermost(kind)
         if block is None or block.kind is not kind:
             inside = f", inside {block.name}" if block else ""
             self._fault(statement.span, f"{word} without {kind.value}{inside}")
@@ -248,7 +248,7 @@ def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, 
 
     Conditions are not looked into: WHILE TRUE can end. The blocks and labels must fit (no errors).
     """
-    reached = _reached(program, blocks, labels)
+    reached = _reachable_steps(program, blocks, labels)
     leaving, before_reached = "", True
     for index, step in enumerate(program.steps):
         if step.statement is not None and not isinstance(step.statement, _CLOSERS):
@@ -270,7 +270,7 @@ def _leaves(statement: Statement | None) -> bool:
     return isinstance(statement, ast.Goto) or (isinstance(statement, ast.Instruction) and statement.word in LEAVING)
 
 
-def _reached(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
+def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
     """The indexes of all steps that can be reached from the first one."""
     jumps: dict[int, tuple[int, ...]] = {}  # where steps of blocks may go, beside or instead of the next step
     for block in blocks:
@@ -383,9 +383,9 @@ def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
     """Yield the refusal of each word and form of a program that its dialect has not; without `vplus`, of each that V+
     alone has.
     """
-    told = _Told(program.dialect, "this program is in") if vplus else _Told(Dialect.VAL2)
-    statements = () if told.dialect is Dialect.VPLUS else program.statements
-    return (found for statement in statements for found in _beyond(statement, told))
+    check = _DialectCheck(program.dialect, "this program is in") if vplus else _DialectCheck(Dialect.VAL2)
+    statements = () if check.dialect is Dialect.VPLUS else program.statements
+    return (found for statement in statements for found in _beyond(statement, check))
 
 
 def waits_for_signals(program: Program) -> bool:
@@ -401,51 +401,51 @@ def waits_for_signals(program: Program) -> bool:
 
 def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Iterator[Diagnostic]:
     """Yield the same of a line of the prompt, in a session of this dialect."""
-    yield from _beyond(statement, _Told(dialect, "this session is in"), at_prompt=True)
+    yield from _beyond(statement, _DialectCheck(dialect, "this session is in"), at_prompt=True)
     if not vplus:
-        yield from _beyond(statement, _Told(Dialect.VAL2), at_prompt=True)
+        yield from _beyond(statement, _DialectCheck(Dialect.VAL2), at_prompt=True)
 
 
-def _beyond(statement: Statement, told: _Told, at_prompt: bool = False) -> Iterator[Diagnostic]:
+def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False) -> Iterator[Diagnostic]:
     inner = statement.statement if isinstance(statement, ast.DoInstruction | ast.ExplainCommand) else statement
     table = COMMANDS if at_prompt and inner is statement else INSTRUCTIONS
-    for node in () if told.dialect is Dialect.VPLUS else ast.nodes(inner):
+    for node in () if check.dialect is Dialect.VPLUS else ast.nodes(inner):
         match node:
             case ast.Instruction():
                 row = table.get(node.word) or INSTRUCTIONS[node.word]
-                yield from told.named(row.name, row.where, node.span)
+                yield from check.check_row(row.name, row.where, node.span)
                 if node.modifiers.unit is not None:
-                    yield from told.named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
+                    yield from check.check_row(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
                 place = len(row.arguments) - 1
-                task = node.arguments[place] if row.tasked and len(node.arguments) > place else None
-                if task is not None and told.dialect.knows(row.where):
-                    yield told.refused("the number of a task is", IN_VAL2["EXECUTE"], task.span)
+                task = node.arguments[place] if row.takes_task and len(node.arguments) > place else None
+                if task is not None and check.dialect.knows(row.where):
+                    yield check.refusal("the number of a task is", IN_VAL2["EXECUTE"], task.span)
             case ast.Call() if node.name in FUNCTIONS:
-                yield from told.named(node.name, FUNCTIONS[node.name].where, node.span)
+                yield from check.check_row(node.name, FUNCTIONS[node.name].where, node.span)
             # in VAL the relations are EQ and the like, behind IF
-            case ast.Binary() if node.operator not in RELATIONS or told.dialect is not Dialect.VAL:
-                yield from told.named(node.operator, OPERATORS[node.operator].where, node.span)
+            case ast.Binary() if node.operator not in RELATIONS or check.dialect is not Dialect.VAL:
+                yield from check.check_row(node.operator, OPERATORS[node.operator].where, node.span)
             case ast.Variable() if len(node.indexes or ()) > 1 or node.rest:
-                yield told.refused(
+                yield check.refusal(
                     "an array with several indexes is", f"one index: {node.sigil}{node.name}[10*i+j]", node.span
                 )
-        if told.dialect is Dialect.VAL and isinstance(node, _Block) and not getattr(node, "then", False):
-            yield error(NotAvailable, node.span, f"this form is of VAL-II, and {told.why} VAL", _BLOCKS[type(node)])
+        if check.dialect is Dialect.VAL and isinstance(node, _Block) and not getattr(node, "then", False):
+            yield error(NotAvailable, node.span, f"this form is of VAL-II, and {check.why} VAL", _BLOCKS[type(node)])
 
 
-class _Told(NamedTuple):
+class _DialectCheck(NamedTuple):
     """The dialect that decides, and `why`, in words; "" where the switch VPLUS does."""
 
     dialect: Dialect
     why: str = ""
 
-    def refused(self, what: str, instead: str, span: Span, of: Dialect = Dialect.VPLUS) -> Diagnostic:
+    def refusal(self, what: str, instead: str, span: Span, of: Dialect = Dialect.VPLUS) -> Diagnostic:
         why = f"{self.why} {self.dialect.title}" if self.why else "VPLUS is off"
         return error(NotAvailable, span, f"{what} of {of.title}, and {why}", f"in {self.dialect.title}: {instead}")
 
-    def named(self, name: str, where: str, span: Span) -> Iterator[Diagnostic]:
+    def check_row(self, name: str, where: str, span: Span) -> Iterator[Diagnostic]:
         """The refusal of a row that the dialect has not."""
         if not self.dialect.knows(where):
             of = Dialect.VAL2 if Dialect.VAL2.knows(where) else Dialect.VPLUS
             ways = {**IN_VAL2, **IN_VAL} if self.dialect is Dialect.VAL else IN_VAL2
-            yield self.refused(f"{name} is", ways.get(name, NOTHING_LIKE_IT), span, of)
+            yield self.refusal(f"{name} is", ways.get(name, NOTHING_LIKE_IT), span, of)

@@ -200,7 +200,7 @@ class _ProgramCompiler(ExpressionCompiler):
             return self._assignment(statement)
         special = _SPECIAL.get(statement.word)
         statements = special(self, statement) if special else self._instruction(statement)
-        if INSTRUCTIONS[statement.word].breaks and not statement.modifiers.timed:
+        if INSTRUCTIONS[statement.word].breaks and not statement.modifiers.has_time:
             statements.insert(0, tree.yield_(tree.name("BREAK")))
         return statements
 
@@ -258,7 +258,7 @@ class _ProgramCompiler(ExpressionCompiler):
         return self.operand(expression, row)
 
     def _stamp(self, modifiers: ast.Modifiers) -> py.expr:
-        if not modifiers.timed:
+        if not modifiers.has_time:
             return tree.constant(None)
         times = (modifiers.at, modifiers.within)
         return tree.call("stamp_of", *(tree.constant(None) if time is None else self.in_range(time) for time in times))

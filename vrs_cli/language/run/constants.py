@@ -166,7 +166,7 @@ class Constants(Struct, frozen=True):
 
     def _carry_out(self, statement: ast.Instruction, *operands: object) -> None:
         *arguments, value = operands
-        stamp = commands.Stamp(0.0) if statement.modifiers.timed else None
+        stamp = commands.Stamp(0.0) if statement.modifiers.has_time else None
         it = Wording("", value, stamp, statement.modifiers.always, statement.modifiers.unit)
         for request in HANDLERS[statement.word](self.context, it, *arguments) or ():
             if isinstance(request, CHECKED_BY_THE_ROBOT):

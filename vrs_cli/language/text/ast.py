@@ -175,7 +175,7 @@ class Modifiers(Struct, frozen=True):
     sort: str | None = None
 
     @property
-    def timed(self) -> bool:
+    def has_time(self) -> bool:
         """Return whether AT or IN says when."""
         return self.at is not None or self.within is not None
 
@@ -517,7 +517,7 @@ def definitions(statement: Statement | None) -> Iterator[Variable]:
 def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterator[Expression]:
     """The arguments of an instruction that have one of these shapes."""
     row = INSTRUCTIONS.get(statement.word) if isinstance(statement, Instruction) else None
-    if row is not None and isinstance(statement, Instruction) and not row.wanted.isdisjoint(shapes):
+    if row is not None and isinstance(statement, Instruction) and not row.operand_shapes.isdisjoint(shapes):
         for place, given in enumerate(statement.arguments):
             argument = argument_at(row, place)
             if argument is not None and given is not None and argument.shape in shapes:

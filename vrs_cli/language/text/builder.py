@@ -26,7 +26,7 @@ from vrs_cli.values.diagnostics import LineRefused, Span, refusal
 Children = list[Any]  # tokens, nodes and pieces, as the rule has them
 Items = list[Expression | None]  # expressions between commas, None for one that is left out
 
-LARGEST = 3.4e38  # the largest single-precision real
+MAX_REAL = 3.4e38  # the largest single-precision real
 BINARY_DIGITS = 8
 FORMAT_DIGITS = 3  # of a width, or of a number of decimals or lines
 INDEXES = 3
@@ -57,7 +57,7 @@ def number_value(text: str) -> float | None:
             value = float(int(digits, base or 8))
     except (ValueError, OverflowError):
         return None
-    return value if value <= LARGEST else None
+    return value if value <= MAX_REAL else None
 
 
 def signed_number(text: str) -> float | None:
@@ -239,8 +239,8 @@ class _Given(Struct):
     def put_group(self, _open: Token, *given: _Piece | Token) -> None:
         """Put what stands in parentheses: as many places as the table has, so that those after them keep theirs."""
         self.grouped = True
-        items, most = (_items(given[0].children) if isinstance(given[0], _Piece) else []), self.row.grouped
-        if self.row.tasked:
+        items, most = (_items(given[0].children) if isinstance(given[0], _Piece) else []), self.row.group_size
+        if self.row.takes_task:
             self.task = items[0]
         else:
             self._refuse_beyond(items, most, "in parentheses")
@@ -268,19 +268,19 @@ class _Given(Struct):
             row.name == "JMOVE" and len(arguments) == 1 and not isinstance(arguments[0], ast.Number)
         ):  # that of Kawasaki goes to a location
             raise refusal(CannotInterpret, span, "JMOVE takes the values of all joints", "MOVE goes to a location")
-        empty = self.grouped and self.task is None and not any(self.arguments[: row.grouped])
+        empty = self.grouped and self.task is None and not any(self.arguments[: row.group_size])
         return ast.Instruction(row.name, arguments, value, modifiers, empty, span=span)
 
     def _in_order(self) -> Items:
         """The arguments in the order of the table: those between commas, those with a leading word, the task."""
         row, items = self.row, self.arguments
-        if 0 < row.grouped < len(row.arguments) and not self.grouped and items:  # ACCEL (1) 50, or ACCEL 50
-            items = [*[None] * row.grouped, *items]
+        if 0 < row.group_size < len(row.arguments) and not self.grouped and items:  # ACCEL (1) 50, or ACCEL 50
+            items = [*[None] * row.group_size, *items]
         if self.led:
             plain = sum(not argument.lead for argument in row.arguments)
             led = [self.led.get(argument.lead) for argument in row.arguments if argument.lead]
             items = [*items, *[None] * (plain - len(items)), *ast.trim(led)]
-        if row.tasked and (self.task is not None or len(items) >= len(row.arguments)):
+        if row.takes_task and (self.task is not None or len(items) >= len(row.arguments)):
             place = len(row.arguments) - 1
             items = [*items[:place], *[None] * (place - len(items)), self.task, *items[place:]]
         first = row.arguments[0] if row.arguments else None

@@ -54,7 +54,7 @@ from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word,
 from vrs_cli.values.diagnostics import LineRefused, Span, did_you_mean, refusal
 
 LABEL_HIGH = 65535
-LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
+MAX_TOKENS = 400  # tokens of a line; a VAL-II line holds far fewer
 
 
 class Token(Struct, eq=False):
@@ -267,10 +267,10 @@ class Lexer:
                 hint = "a label has no colon: 10 TYPE; VALUE 1: begins what a CASE does for 1"
             elif self._text.startswith('"', self._at):
                 hint = 'TYPE "hello" types a text, ; begins a comment'
-            raise self._refusal(kind, self._at, max(self._glued(self._at), self._at + 1), detail, hint)
+            raise self._refusal(kind, self._at, max(self._end_of_run(self._at), self._at + 1), detail, hint)
         if self._text[match.end() : match.end() + 1].isalnum():
             # a letter of another alphabet does not end a word: it is a mistake in it
-            end = max(self._glued(match.end()), match.end() + 1)
+            end = max(self._end_of_run(match.end()), match.end() + 1)
             hint = "letters a to z, digits, . and _"
             raise self._refusal(InvalidName, match.start(), end, self._text[match.start() : end], hint)
         return match
@@ -308,7 +308,7 @@ class Lexer:
         known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
         called = rest.startswith("(")  # as a program: only READ (lun) and the like look so
         near = did_you_mean(
-            word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].grouped))
+            word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].group_size))
         )
         begun = max((name for name in INSTRUCTIONS if word.upper().startswith(name)), key=len, default="")
         if len(begun) > 3 and len(word) > len(begun) + 2:
@@ -335,7 +335,7 @@ class Lexer:
         elif at_prompt and row.name == "EXPLAIN":
             self._add("EXPLAIN_COMMAND", "EXPLAIN", *word.span(), row)
             if not self._at_end():
-                self._explained()
+                self._read_explain()
         elif type(row) is Control:
             self._add(row.name, row.name, *word.span())
             self._val_if = row.name == "IF" and re.search(VAL_IF, self._before_comment(self._at)) is not None
@@ -347,7 +347,7 @@ class Lexer:
             self._add("WORD", row.name, *word.span(), row)
             self._arguments(row)
 
-    def _explained(self) -> None:
+    def _read_explain(self) -> None:
         """Read what EXPLAIN is to explain: a topic with its location, an instruction, or an expression."""
         word = _WORD.match(self._text, self._at)
         name, at = ("", self._at) if word is None else (word[0].upper(), word.end())
@@ -380,9 +380,9 @@ class Lexer:
                     self._add("RAW", raw[0].strip('"'), *raw.span())
         else:
             self._row = row
-            if row.grouped:
+            if row.group_size:
                 self._group()
-            if row.tasked:
+            if row.takes_task:
                 self._task()
             sort = re.compile(SORT).match(self._text, self._at) if "SORT" in row.modifiers else None
             if sort is not None:
@@ -426,8 +426,8 @@ class Lexer:
         size = len(self._text)
         while self._at < size:
             self._token()
-        if len(self.tokens) > LONGEST:
-            beyond = self.tokens[LONGEST]
+        if len(self.tokens) > MAX_TOKENS:
+            beyond = self.tokens[MAX_TOKENS]
             raise self._refusal(CannotInterpret, beyond.span.column - 1, size, "the line is too long")
 
     def _token(self) -> None:
@@ -440,11 +440,11 @@ class Lexer:
         text, (start, end) = match[kind], match.span(kind)
         match kind:
             case "NAME":
-                self._add(*self._named(text, end), start, end)
+                self._add(*self._type_of_name(text, end), start, end)
             case "INFIX":
                 self._sign(text, start, end)
             case "NUMBER":
-                if (glued := self._glued(end)) > end:
+                if (glued := self._end_of_run(end)) > end:
                     raise self._refusal(InvalidNumber, start, glued, self._text[start:glued], self._number_hint(start))
                 self._add(kind, text, start, end)
             case "STRING":
@@ -456,7 +456,7 @@ class Lexer:
 
     def _number_hint(self, start: int) -> str:
         """Say what was meant by letters and signs behind a number."""
-        text = self._text[start : self._glued(start)]
+        text = self._text[start : self._end_of_run(start)]
         if "^" in text:
             return POWER
         if ".." in text:
@@ -467,10 +467,15 @@ class Lexer:
             return NO_UNIT
         return "a name begins with a letter" if text[0].isdigit() and re.search("[A-Za-z]", text) else ""
 
-    def _named(self, text: str, end: int) -> tuple[str, str]:
+    def _type_of_name(self, text: str, end: int) -> tuple[str, str]:
         """The type and the value of a word inside a line, which ends at an index."""
         row, word, operand = self._row, text.upper(), self._operand
-        if row is not None and Shape.PROGRAM in row.wanted and not operand and self._names_program(row, text, end):
+        if (
+            row is not None
+            and Shape.PROGRAM in row.operand_shapes
+            and not operand
+            and self._names_program(row, text, end)
+        ):
             return "PROGRAM", text
         if word in OPERATOR_WORDS:
             return "PREFIX" if word in _PREFIXES else "INFIX", word
@@ -489,7 +494,7 @@ class Lexer:
         before = self.tokens[-1].type
         if word in row.leads and before == "COMMA":
             return "LEAD"  # what stood before it is left out: IFSIG 1,,, THEN 10
-        if row.required or before != "WORD":
+        if row.required_count or before != "WORD":
             return None
         link = _LINKS.get(word, "")
         return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
@@ -528,7 +533,7 @@ class Lexer:
         self._at = end
         self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
 
-    def _glued(self, at: int) -> int:
+    def _end_of_run(self, at: int) -> int:
         """Return the end of a run of characters of names and numbers."""
         match = _GLUED.match(self._text, at)
         return at if match is None else match.end()
@@ -566,7 +571,7 @@ class Lexer:
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
         self._refuse_foreign_comment(at)
-        glued = self._glued(at)
+        glued = self._end_of_run(at)
         if character == '"':
             return self._refusal(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
         if character in "^'" and glued > at:

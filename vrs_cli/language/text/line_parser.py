@@ -89,7 +89,7 @@ class Table(NamedTuple):
 def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
     """Return the table of a grammar, kept or new; None if this Lark shows no table of the form that we know."""
     file = _file()
-    kept = _kept(file, grammar) if file else None
+    kept = _load_table(file, grammar) if file else None
     if kept is not None:
         return kept
     try:
@@ -99,7 +99,7 @@ def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
     if not _is_sound(table, starts):
         return None
     if file:
-        _keep(file, grammar, table)
+        _save_table(file, grammar, table)
     return table
 
 
@@ -145,7 +145,7 @@ def _terminals(lark: Any) -> dict[str, str]:
     return {str(terminal.name): terminal.pattern.to_regexp() for terminal in lark.terminals}
 
 
-def _kept(file: Path, grammar: str) -> Table | None:
+def _load_table(file: Path, grammar: str) -> Table | None:
     try:
         data = file.read_bytes()
         if zlib.crc32(data[CHECKSUM:]) != int.from_bytes(data[:CHECKSUM], "big"):
@@ -156,7 +156,7 @@ def _kept(file: Path, grammar: str) -> Table | None:
         return None
 
 
-def _keep(file: Path, grammar: str, table: Table) -> None:
+def _save_table(file: Path, grammar: str, table: Table) -> None:
     """Write it as a whole or not at all."""
     data = marshal.dumps((FORM, grammar, table.states, list(map(tuple, table.rules)), *table[2:]))
     new = file.with_suffix(f".{os.getpid()}")
@@ -198,12 +198,12 @@ class TableParser:
                 if token is None and at[-1] == done:
                     return values[-1]
             if to is None:
-                raise DoesNotFit(token, self._accepted(stand, start))
+                raise DoesNotFit(token, self._accepted_terminals(stand, start))
             at.append(to)
             values.append(token)
         raise AssertionError("the end of a line is never shifted")
 
-    def _accepted(self, at: list[int], start: str) -> frozenset[str]:
+    def _accepted_terminals(self, at: list[int], start: str) -> frozenset[str]:
         """The terminals that may follow. A state names some of which only a reduction shows that they may not."""
         return frozenset(
             symbol for symbol in self.table.states[at[-1]] if symbol.isupper() and self._fits(at.copy(), symbol, start)
@@ -265,9 +265,9 @@ class LarkParser:
             return parser.feed_eof()
         except UnexpectedToken:
             refused = tokens[fed] if fed < len(tokens) else None
-            raise DoesNotFit(refused, self._accepted(tokens[:fed], start)) from None
+            raise DoesNotFit(refused, self._accepted_terminals(tokens[:fed], start)) from None
 
-    def _accepted(self, tokens: Sequence[Token], start: str) -> frozenset[str]:
+    def _accepted_terminals(self, tokens: Sequence[Token], start: str) -> frozenset[str]:
         """Feed the tokens that fit again: when Lark refuses one, it has already reduced rules on its behalf."""
         parser = self._lark.parse_interactive(start=start)
         for token in tokens:
@@ -595,7 +595,7 @@ class Complaint:
         function = FUNCTIONS.get(last.text.upper())
         if function is not None and function.arguments and self._type == "NUMBER":  # SIG 1001
             return f"the form is {function.form}"
-        if last.type == self._type == "NAME" and row is not None and Shape.ITEM in row.wanted:
+        if last.type == self._type == "NAME" and row is not None and Shape.ITEM in row.operand_shapes:
             return f'a text stands in double quotes: "{last.text} {self._text}"'
         word = self._text.upper()
         if last.type == "PROGRAM":

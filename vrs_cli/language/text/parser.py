@@ -275,7 +275,7 @@ class FileReader(DiagnosticCollector):
 
     def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
         """A program; where its heading cannot be read, its steps are only checked."""
-        header = self._checked(line, self._parser.header, line.text, line.number, header_end(line.text))
+        header = self._read_or_report(line, self._parser.header, line.text, line.number, header_end(line.text))
         numbered = step_numbers([inner for inner in body if len(inner.text) <= MAX_LINE_CHARS])
         written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
         steps = tuple(self._step(inner, numbered) for inner in body[:written])
@@ -284,7 +284,7 @@ class FileReader(DiagnosticCollector):
         program = Program(header.name, header.parameters, steps, header.comment, self._dialect, span=header.span)
         return resolve_program(program)
 
-    def _checked(self, line: SourceLine, read: Callable[..., V], *given: Any) -> V | None:
+    def _read_or_report(self, line: SourceLine, read: Callable[..., V], *given: Any) -> V | None:
         """Return what `read` makes of a line; None if the line is refused, which is noted."""
         try:
             self._check_text(line)
@@ -299,7 +299,7 @@ class FileReader(DiagnosticCollector):
             return Step(None, None, None, span=Span(line.number, 1, 1))
         if numbered:
             text = _STEP_NUMBER.sub(lambda match: " " * len(match[0]), text, count=1)
-        step = self._checked(line, self._read_step, text, line.number)
+        step = self._read_or_report(line, self._read_step, text, line.number)
         return Step(None, BadLine(text.strip(), span=line.span), None, span=line.span) if step is None else step
 
     # --- sections of variables ---
@@ -373,11 +373,11 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
     names: set[str] = set()
     for program, above in programs:
         if program.key in names:
-            yield repeated(program, above, "is there twice in this file")
+            yield duplicate_name(program, above, "is there twice in this file")
         names.add(program.key)
 
 
-def repeated(program: Program, above: int, how: str) -> Diagnostic:
+def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
     """A program whose name another has; it has so many lines `above` its part."""
     span = replace(program.span, line=program.span.line + above)
     return error(ProgramExists, span, f"{program.name} {how}")
@@ -405,7 +405,7 @@ _MARK: Final = "vrs:"
 _COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s*$", re.IGNORECASE)
 
 
-def heeded(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Diagnostics without the warnings that comments of the lines suppress."""
     everything = tuple(found)
     asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line and len(line) <= MAX_LINE_CHARS]
@@ -468,7 +468,7 @@ _MAKERS: tuple[Maker, ...] = (
 )
 _WORD = "[A-Z][A-Z0-9_]+"
 _KAWASAKI = (*(f".{word}" for word in re.findall(_WORD, _MAKERS[0].sure)), *re.findall(_WORD, _MAKERS[0].likely))
-ENOUGH, SHARE = 2, 0.1  # likely lines: as many at least, and as large a part of all steps
+MIN_LIKELY_LINES, MIN_LIKELY_PART = 2, 0.1  # likely lines: as many at least, and as large a part of all steps
 # lines that are no steps: blank ones, comments, headings, and values of variables
 _NO_STEP = r"(?im)^[ \t]*(?:;.*|\.[A-Z].*|#?[A-Z][\w.]*(?:\[[\d, ]*\])?(?:[ \t]+[-+.\d][\d.E+-]*)+[ \t]*)?\r?$"
 _OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[#\w]"  # motions that no other maker has
@@ -488,7 +488,7 @@ def foreign_file(text: str) -> Diagnostic | None:
         sure, likely = _patterns(maker)
         found = [match.start(1) for match in likely.finditer(text)]
         proof = [match.start(1) for match in sure.finditer(text)]
-        if (proof or len(found) >= ENOUGH) and _prevails(text, len(found), len(proof)):
+        if (proof or len(found) >= MIN_LIKELY_LINES) and _prevails(text, len(found), len(proof)):
             begin = min(found + proof)
             line_begin, end = text.rfind("\n", 0, begin) + 1, text.find("\n", begin)
             line = text[begin : len(text) if end < 0 else end].rstrip()
@@ -510,7 +510,7 @@ def _prevails(text: str, likely: int, sure: int) -> bool:
     if len(re.findall(_OURS, text)) > likely + sure:
         return False
     steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))
-    return sure > 0 or likely >= SHARE * steps
+    return sure > 0 or likely >= MIN_LIKELY_PART * steps
 
 
 @cache
@@ -628,7 +628,7 @@ class Placed(Struct, frozen=True):
         """Translate a span of the part into one of the file."""
         return Span(span.line + self.above, span.column, span.end)
 
-    def found(self, diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    def translate(self, diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
         """Translate findings in the part into findings in the file."""
         return (replace(one, span=self.span(one.span)) for one in diagnostics)
 

@@ -182,7 +182,7 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
         return
     if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and ast.begins_with_variable(arguments[1:]):
         arguments.pop(0)
-    if row.tasked and len(arguments) >= len(row.arguments):
+    if row.takes_task and len(arguments) >= len(row.arguments):
         task = arguments.pop(len(row.arguments) - 1)
         yield "" if task is None else expression_text(task)
         arguments = ast.trim(arguments)
@@ -198,16 +198,16 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
 
 def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
     """The arguments before `=`: those in parentheses, `plain` ones between commas, those with a word before them."""
-    grouped = ast.trim(own[: row.grouped])
+    grouped = ast.trim(own[: row.group_size])
     if row.comma:
         before, after = own[: row.before_comma], own[row.before_comma :]
         yield _list_text(before)
         yield f"{row.comma} {_list_text(after)}" if after else ""
-    elif row.grouped == len(row.arguments) and not grouped:
+    elif row.group_size == len(row.arguments) and not grouped:
         yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
     else:
         yield f"({_list_text(grouped)})" if grouped else ""
-        yield _list_text(ast.trim(own[row.grouped : plain]) if row.leads else own[row.grouped :])
+        yield _list_text(ast.trim(own[row.group_size : plain]) if row.leads else own[row.group_size :])
         for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
             if given is not None:
                 yield f"{argument.lead} {expression_text(given)}"

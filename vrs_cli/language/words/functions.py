@@ -216,22 +216,22 @@ _UNITS = (
 )  # fmt: skip
 
 
-def _refused(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Function:
+def _refusal(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Function:
     return Function(f"{name}([number])", "+", summary, f"{name}(1)", note, state=State.REFUSED, result=result)
 
 
 _VISION = ("VFEATURE", "VRESULT", "VSTATE", "VLOCATION")
 
 _REFUSED = (
-    _refused("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
-    _refused("AIO.IN", "analog input", "there are no analog signals at this robot"),
-    *(_refused(name, "a camera", "there is no camera at this robot") for name in _VISION),
-    _refused("IOGETB", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
-    _refused("IOGETS", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
-    _refused("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
-    _refused("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
-    _refused("NETWORK", "the network card of the controller", "IOSTAT tells how a connection is"),
-    _refused("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
+    _refusal("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
+    _refusal("AIO.IN", "analog input", "there are no analog signals at this robot"),
+    *(_refusal(name, "a camera", "there is no camera at this robot") for name in _VISION),
+    _refusal("IOGETB", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
+    _refusal("IOGETS", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
+    _refusal("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
+    _refusal("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
+    _refusal("NETWORK", "the network card of the controller", "IOSTAT tells how a connection is"),
+    _refusal("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
 )  # fmt: skip
 
 FUNCTIONS: Mapping[str, Function] = by_name(

@@ -18,7 +18,7 @@ def _flag(name: str, summary: str) -> Word:
     return _setting(name, "1 2 +", summary, name, "it stays until the opposite is asked for")
 
 
-def refused(name: str, where: str, summary: str, note: str) -> Word:
+def unavailable(name: str, where: str, summary: str, note: str) -> Word:
     """A word that is known, and not available."""
     return Word(name, where, summary, name, note, state=State.REFUSED)
 
@@ -277,35 +277,36 @@ _VISION = ("VDISPLAY", "VTRAIN", "VWINDOW", "VSELECT", "VQUEUE", "VPARAMETER", "
 _GRAPHICS = ("GCLEAR", "GLINE", "GTYPE", "GETEVENT", "FSET")
 
 _REFUSED = (
-    refused("ELSEIF", "", "not a word of VAL-II", "write ELSE, and IF ... THEN on the next line"),
-    refused("ENDIF", "", "not a word of VAL-II", "every block ends in END"),
-    refused("DOUBLE", "", "not a word by itself", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
+    unavailable("ELSEIF", "", "not a word of VAL-II", "write ELSE, and IF ... THEN on the next line"),
+    unavailable("ENDIF", "", "not a word of VAL-II", "every block ends in END"),
+    unavailable("DOUBLE", "", "not a word by itself", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
     Word("REMARK", "1", "a comment in VAL", "REMARK pick the part"),
     *(
-        refused(word, "+", "a monitor command in a program", "a file that COMMANDS carries out has monitor commands")
+        unavailable(word, "+", "a monitor command in a program",
+            "a file that COMMANDS carries out has monitor commands")
         for word in ("MC", "MCS")
     ),
-    refused("PANIC", "+", "power off at once", "use HALT"),
-    refused("KEYMODE", "+", "how a key of the pendant behaves", "there is no pendant; PROMPT asks at the terminal"),
-    refused("VPICTURE", "+", "take a picture", "there is no camera at this robot"),
-    refused("VLOCATE", "+", "find a part in a picture", "there is no camera at this robot"),
-    refused("DEFBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
-    refused("SETBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
-    refused("WINDOW", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
-    refused("FOPEND", "+", "reading of a disk directory", "FDIRECTORY at the prompt lists a folder"),
-    refused("FSEEK", "+", "records of a file by number", "READ and WRITE go from line to line"),
-    refused("FEMPTY", "+", "emptying of buffers", "FCLOSE writes all there is"),
-    refused("ESTOP", "+", "power off at once", "use HALT"),
-    refused("AIO.OUT", "+", "analog output", "there are no analog signals at this robot"),
-    *(refused(name, "+", "a camera", "there is no camera at this robot") for name in _VISION),
-    *(refused(name, "+", "windows of a controller", "TYPE prints on the terminal") for name in _GRAPHICS),
-    refused("SETDEVICE", "+", "set up a camera or an encoder", "there are no such devices at this robot"),
-    refused("DEF.DIO", "+", "give signals to boards", "signals 1-512, 1001-1512 and 2001-2512 are there"),
-    refused("IOPUTB", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),
-    refused("IOPUTS", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),
-    refused("MOVEF", "+", "motion over three places in one", "write APPRO, MOVE and DEPART"),
-    refused("MOVESF", "+", "straight motion over three places in one", "write APPROS, MOVES and DEPARTS"),
-    refused("CALLP", "+", "a call through a pointer", "CALLS $name calls the program that a string names"),
+    unavailable("PANIC", "+", "power off at once", "use HALT"),
+    unavailable("KEYMODE", "+", "how a key of the pendant behaves", "there is no pendant; PROMPT asks at the terminal"),
+    unavailable("VPICTURE", "+", "take a picture", "there is no camera at this robot"),
+    unavailable("VLOCATE", "+", "find a part in a picture", "there is no camera at this robot"),
+    unavailable("DEFBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
+    unavailable("SETBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
+    unavailable("WINDOW", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
+    unavailable("FOPEND", "+", "reading of a disk directory", "FDIRECTORY at the prompt lists a folder"),
+    unavailable("FSEEK", "+", "records of a file by number", "READ and WRITE go from line to line"),
+    unavailable("FEMPTY", "+", "emptying of buffers", "FCLOSE writes all there is"),
+    unavailable("ESTOP", "+", "power off at once", "use HALT"),
+    unavailable("AIO.OUT", "+", "analog output", "there are no analog signals at this robot"),
+    *(unavailable(name, "+", "a camera", "there is no camera at this robot") for name in _VISION),
+    *(unavailable(name, "+", "windows of a controller", "TYPE prints on the terminal") for name in _GRAPHICS),
+    unavailable("SETDEVICE", "+", "set up a camera or an encoder", "there are no such devices at this robot"),
+    unavailable("DEF.DIO", "+", "give signals to boards", "signals 1-512, 1001-1512 and 2001-2512 are there"),
+    unavailable("IOPUTB", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),
+    unavailable("IOPUTS", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),
+    unavailable("MOVEF", "+", "motion over three places in one", "write APPRO, MOVE and DEPART"),
+    unavailable("MOVESF", "+", "straight motion over three places in one", "write APPROS, MOVES and DEPARTS"),
+    unavailable("CALLP", "+", "a call through a pointer", "CALLS $name calls the program that a string names"),
 )  # fmt: skip
 
 INSTRUCTIONS: Mapping[str, Word] = by_name(

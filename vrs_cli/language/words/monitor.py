@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.language.words.instructions import DEFINED, INSTRUCTIONS, PLACE, refused
+from vrs_cli.language.words.instructions import DEFINED, INSTRUCTIONS, PLACE, unavailable
 from vrs_cli.language.words.word import Role, Shape, Word, by_name
 
 _observer = partial(Word, role=Role.OBSERVER)  # what changes nothing
@@ -182,25 +182,25 @@ _OURS = (
 _MODULES = "programs that belong together go to a file of their own: STORE file = program, ..."
 
 _REFUSED = (
-    refused("DEFAULT", "+", "the folder of files", "use CD folder"),
-    refused("DEBUG", "+", "the debugger", "use BPT, WATCH, SSTEP and XSTEP"),
-    refused("PANIC", "+", "stop at once", "use ABORT"),
-    refused("MODULE", "+", "a group of programs", _MODULES),
-    refused("MDIRECTORY", "+", "the groups of programs", _MODULES),
-    refused("STOREM", "+", "write a group of programs to a file", _MODULES),
-    refused("DELETEM", "+", "delete a group of programs", "use DELETE program, ..."),
-    refused("NET", "+", "the network", "there is no network at this robot"),
-    refused("ERASE", "1", "erase a disk in VAL", "use FDELETE"),
-    refused("COMPRESS", "1", "tidy a disk in VAL", "there is no disk to tidy"),
-    refused("INIT", "1", "prepare a disk in VAL", "there is no disk to prepare"),
-    refused("FORMAT", "2 +", "prepare a disk", "there is no disk to prepare"),
-    refused("ESTOP", "+", "power off at once", "use ABORT"),
-    refused("STACK", "+", "the size of the stack", "the stack grows as needed"),
-    refused("SRV.RESET", "+", "reset the servos", "there are no servos"),
-    refused("PASSTHRU", "+", "talk to a serial line", "there is no serial line"),
-    refused("PING", "+", "test the network", "use the tools of your system"),
-    refused("INSTALL", "+", "install options", "everything is installed"),
-    refused("TESTP", "+", "test for a program", "use DIRECTORY"),
+    unavailable("DEFAULT", "+", "the folder of files", "use CD folder"),
+    unavailable("DEBUG", "+", "the debugger", "use BPT, WATCH, SSTEP and XSTEP"),
+    unavailable("PANIC", "+", "stop at once", "use ABORT"),
+    unavailable("MODULE", "+", "a group of programs", _MODULES),
+    unavailable("MDIRECTORY", "+", "the groups of programs", _MODULES),
+    unavailable("STOREM", "+", "write a group of programs to a file", _MODULES),
+    unavailable("DELETEM", "+", "delete a group of programs", "use DELETE program, ..."),
+    unavailable("NET", "+", "the network", "there is no network at this robot"),
+    unavailable("ERASE", "1", "erase a disk in VAL", "use FDELETE"),
+    unavailable("COMPRESS", "1", "tidy a disk in VAL", "there is no disk to tidy"),
+    unavailable("INIT", "1", "prepare a disk in VAL", "there is no disk to prepare"),
+    unavailable("FORMAT", "2 +", "prepare a disk", "there is no disk to prepare"),
+    unavailable("ESTOP", "+", "power off at once", "use ABORT"),
+    unavailable("STACK", "+", "the size of the stack", "the stack grows as needed"),
+    unavailable("SRV.RESET", "+", "reset the servos", "there are no servos"),
+    unavailable("PASSTHRU", "+", "talk to a serial line", "there is no serial line"),
+    unavailable("PING", "+", "test the network", "use the tools of your system"),
+    unavailable("INSTALL", "+", "install options", "everything is installed"),
+    unavailable("TESTP", "+", "test for a program", "use DIRECTORY"),
 )  # fmt: skip
 
 

@@ -168,7 +168,7 @@ def transformation(numbers: Iterable[float]) -> Transform:
     given = tuple(numbers)
     if len(given) == len(Transform._fields):
         off = rounding(given)
-        if not off <= MOST_ROUNDED:
+        if not off <= MAX_ROUNDING:
             raise IllegalValue(
                 f"the axes are no rotation: a number is off by {off:.3f}",
                 "the 12 numbers are the axes n, s and a of a right-handed frame, then x, y and z",
@@ -178,7 +178,7 @@ def transformation(numbers: Iterable[float]) -> Transform:
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
 
 
-MOST_ROUNDED = 0.005  # in a number of an axis: three decimals and more
+MAX_ROUNDING = 0.005  # in a number of an axis: three decimals and more
 
 
 def from_axes(numbers: Iterable[float]) -> Transform:

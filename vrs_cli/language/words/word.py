@@ -122,7 +122,7 @@ class Role(Flag):
         return str(most.name).lower()
 
     @property
-    def spoken(self) -> str:
+    def title_with_article(self) -> str:
         """With its article."""
         return f"an {self.title}" if self is Role.OBSERVER else f"a {self.title}"
 
@@ -254,12 +254,12 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
         return self._read.modifiers
 
     @cached_property
-    def required(self) -> int:
+    def required_count(self) -> int:
         """How many arguments it cannot do without."""
         return sum(not argument.optional for argument in self.arguments)
 
     @cached_property
-    def wanted(self) -> frozenset[Shape]:
+    def operand_shapes(self) -> frozenset[Shape]:
         """The shapes of its operands."""
         return frozenset(one.shape for one in (*self.arguments, self.value) if one is not None)
 
@@ -289,12 +289,12 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
         return None if self.repeats else sum(one.shape not in {*GROUPED, Shape.TASK} for one in between)
 
     @cached_property
-    def grouped(self) -> int:
+    def group_size(self) -> int:
         """How many of its arguments stand in parentheses before the others."""
         return sum(argument.shape in GROUPED for argument in self.arguments)
 
     @cached_property
-    def tasked(self) -> bool:
+    def takes_task(self) -> bool:
         """Whether the number of a task may stand before its arguments; among them it is the last."""
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
 
@@ -327,7 +327,7 @@ def usable_names(*tables: Mapping[str, WordRow]) -> Iterable[str]:
 
 # To how many letters a word may be cut. One letter is the name of a variable: `a` must not abort. Names of two are
 # common, too (dx, ab), so a drastic word needs three.
-SHORTEST, SHORTEST_IF_DRASTIC = 2, 3
+MIN_LETTERS, MIN_LETTERS_IF_DRASTIC = 2, 3
 
 
 def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
@@ -341,13 +341,13 @@ def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
     for table in tables:
         if name in table:
             return (table[name],)
-    if len(name) < SHORTEST:
+    if len(name) < MIN_LETTERS:
         return ()
     for state in State:
         for table in tables:
             meant = _cut_short(name, [word for word in table.values() if word.state is state])
             if meant:
-                too_short = len(meant) == 1 and meant[0].drastic and len(name) < SHORTEST_IF_DRASTIC
+                too_short = len(meant) == 1 and meant[0].drastic and len(name) < MIN_LETTERS_IF_DRASTIC
                 return () if too_short else meant
     return ()
 
