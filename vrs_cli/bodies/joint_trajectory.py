@@ -1,12 +1,9 @@
-"""A timeline as messages for joint_trajectory_controller of ros2_control.
+"""Convert a timeline to messages for joint_trajectory_controller of ros2_control. Pure.
 
-Between two points with positions and velocities the controller goes on the cubic through them, and where both have
-accelerations too, on the quintic ("Trajectory Representation" in its documentation). A segment of LSPB or SCURVE in
-joint space is a cubic, so points at its boundaries are enough. Straight lines of the tool and segments of a higher
-degree get a point every 20 ms. A point has no accelerations where these jump: the splines
-beside it are cubics then, as LSPB is.
-
-All is computed from a timeline; nothing here reads a clock or a socket.
+Between two points with positions and velocities the controller follows the cubic through them; if both have
+accelerations too, the quintic ("Trajectory Representation" in its documentation). A segment of LSPB or SCURVE in joint
+space is a cubic, so points at its boundaries suffice. Straight lines of the tool and segments of a higher degree get a
+point every 20 ms. A point has no accelerations where these jump: then the splines beside it are cubics.
 """
 
 from __future__ import annotations
@@ -29,11 +26,11 @@ from vrs_cli.trajectory.timeline import Timeline
 
 LINE_PERIOD = 0.02  # [s] between two points where the path is no cubic
 CUBIC = 3
-MIN_STEP = 1e-6  # [s] between two points: controllers count nanoseconds, and want times that rise
-JUMP = 1e-6  # a difference of accelerations that is none [rad/s2, m/s2]
-MIN_LENGTH = 0.5  # [s] that a trajectory lasts, for controllers refuse one that has ended
-PAST = 0.05  # [s] a trajectory that is to begin at once is stamped so much before now, so that no clock thinks it waits
-MARGIN = 0.2  # [s] a trajectory may come so late
+MIN_STEP = 1e-6  # [s] between two points: controllers want rising times, in nanoseconds
+JUMP = 1e-6  # [rad/s2, m/s2] accelerations with a greater difference jump
+MIN_LENGTH = 0.5  # [s] of a trajectory, as controllers refuse one that has ended
+PAST = 0.05  # [s] a trajectory that begins at once is stamped so much before now, so that no controller waits for it
+MARGIN = 0.2  # [s] a trajectory may be on its way for so long
 NANOSECONDS = 1_000_000_000
 
 
@@ -50,10 +47,10 @@ class TrajectoryPoint(Struct, frozen=True):
 
 
 def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float, horizon: float = inf) -> list[TrajectoryPoint]:
-    """Return the points of a timeline from `begin` [s] on until it rests for good, or first rests `horizon` [s] later
-    or more: at the boundaries of its segments, and every LINE_PERIOD where a segment is no cubic.
+    """Return the points of a timeline from `begin` [s] until it rests for ever, or rests `horizon` [s] later or more.
 
-    The first one is at `begin`, the last one rests, at least MIN_LENGTH later.
+    There are points at the boundaries of segments, and every LINE_PERIOD in segments that are no cubics. The first
+    point is at `begin`; the last one rests, at least MIN_LENGTH later.
     """
     state = joint_state_at(arm, timeline, begin)
     points = [TrajectoryPoint(begin, *state)]
@@ -73,7 +70,7 @@ def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float, horizon: 
 
 
 def _times(arm: RobotArm, timeline: Timeline, begin: float) -> Iterator[tuple[float, Joints | None]]:
-    """Yield the times [s] of the points after `begin`, each with the acceleration just before it; None: as after it."""
+    """Yield the times of the points after `begin` [s], each with the acceleration just before it; None: no jump."""
     for index in range(timeline.index_at(begin), len(timeline)):
         segment = timeline[index]
         if segment.finish <= begin:
@@ -102,12 +99,12 @@ def standing_points(joints: Joints, begin: float) -> list[TrajectoryPoint]:
 
 
 def trajectory_begins(now: float, cut: float, waiting: float | None, *, replaces: bool) -> list[float]:
-    """Return when the trajectories are to begin [s] that make a change of the timeline from `cut` on known.
+    """Return the begin times [s] of the trajectories that give a controller a change of the timeline from `cut` on.
 
-    `replaces`: whether the controller has `allow_trajectory_replacement`. Then it keeps one trajectory that is stamped
-    in the future until its time, and `waiting` is when that begins. A newer one takes its place, but one that begins at
-    once does not; so where time is short, one begins at once, and another one takes the place of that which waits.
-    Without it, a trajectory takes the place of the other at once, whatever its stamp: it has to begin now.
+    `replaces`: the controller has `allow_trajectory_replacement`. Then it keeps one trajectory with a future stamp
+    until its time; `waiting` is when that begins. A newer one with a future stamp replaces it; one that begins at once
+    does not. So if time is short, one trajectory begins at once, and a second one replaces that which waits. Without
+    the setting each trajectory replaces the last one at once, whatever its stamp, so it has to begin now.
     """
     if not replaces:
         return [now - PAST]
@@ -121,7 +118,7 @@ def trajectory_begins(now: float, cut: float, waiting: float | None, *, replaces
 
 
 class RosJoint(Struct, frozen=True):
-    """A joint as ROS has it: its value there is `sign` times the robot's, plus `offset` [rad, m]."""
+    """A joint of ROS: its value is `sign` times the robot's, plus `offset` [rad, m]."""
 
     name: str
     sign: int = 1
@@ -129,8 +126,8 @@ class RosJoint(Struct, frozen=True):
 
 
 def read_joints(text: str | None, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]:
-    """Return the joints that `--joints` says: names with commas between, or a file NAME.toml; without it joint_1,
-    joint_2 and so on. Raises IllegalValue if they are not one for each joint, and for files FileError.
+    """Read the option `--joints`: names with commas between, or a file NAME.toml; None: joint_1, joint_2 and so on.
+    Raises IllegalValue if they are not one for each joint, and FileError for files.
     """
     if text is None:
         found = tuple(RosJoint(f"joint_{number}") for number in range(1, len(kinds) + 1))
@@ -169,11 +166,11 @@ def _load_joints(path: Path, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]
 def trajectory_message(
     points: Sequence[TrajectoryPoint], joints: Sequence[RosJoint], offset: float | None, begin: float | None = None
 ) -> Mapping[str, Any]:
-    """Return a trajectory_msgs/msg/JointTrajectory as JSON has it.
+    """Return a trajectory_msgs/msg/JointTrajectory as values of JSON.
 
-    `begin`: the time [s] of its stamp, that of the first point if it is left out. If it is earlier, the controller goes
-    by a spline from where it is then to the first point. `offset` [s]: the clock of ROS minus the robot's; None for no
-    stamp: the trajectory begins when it comes.
+    `begin`: the time of its stamp [s]; None: that of the first point. If it is earlier, the controller follows a spline
+    from its state then to the first point. `offset` [s]: the clock of ROS minus the robot's; None: no stamp, so the
+    trajectory begins when it arrives.
     """
     first = points[0].t if begin is None else begin
     return {
@@ -197,6 +194,6 @@ def _with_signs(joints: Sequence[RosJoint], values: Joints) -> list[float]:
 
 
 def ros_time(t: float) -> Mapping[str, int]:
-    """Return a time or duration [s], not negative, as builtin_interfaces has it."""
+    """Convert a time or duration [s], not negative, to builtin_interfaces/msg/Time."""
     seconds, nanoseconds = divmod(round(t * NANOSECONDS), NANOSECONDS)
     return {"sec": seconds, "nanosec": nanoseconds}

@@ -1,9 +1,9 @@
-"""A body that is simulated: an arm of MuJoCo with drives, encoders, a controller and a clock of its own.
+"""Simulate a body: an arm of MuJoCo with drives, encoders, a controller and a clock of its own.
 
-`MujocoArm` is a function of time: `advance(until, setpoint)` steps it there and returns what it has reported. It knows
-no network and no clock of the machine. Its joints are those of the robot model, so that its flange is where g says; its
-masses are those of `twin.inertia`. The controller steps at 1 kHz on what encoders tell: computed torque (Luh, Walker
-and Paul, 1980), or a proportional and derivative law for each joint.
+`MujocoArm.advance(until, setpoint)` steps the arm to a time and returns its reports. The arm uses no network and no
+clock of the machine. Its joints are those of the robot model, so g gives the place of its flange; its masses are those
+of `twin.dynamics`. The controller reads the encoders at 1 kHz: computed torque (Luh, Walker and Paul, 1980), or a
+proportional and derivative law for each joint.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from vrs_cli.twin.dynamics import GRAVITY, InertialModel, inertial_model, mass_m
 from vrs_cli.values.measured import BodyMode, Report
 
 STEP = 1e-3  # [s] of the controller and of the simulation
-TICKS = 8  # steps between two set points that are asked for; quintics lead from one to the next
-SLIDE = 0.1  # [m/rad] resolution and noise of a joint that slides, for those of one that turns
-LEAST_MASS = 1e-9  # [kg] MuJoCo moves no body without mass
-END_STOP = 0.02  # ours [rad, m]: beyond its range a joint meets a stop
-STILL = 1e-2  # [rad/s, m/s] a joint that is slower is held by its brake where it is
-BRAKE = 1.5  # ours: of the greatest torque of its motor
-FADE = 0.2  # [s] in which a body comes to its set point, at least
-GENTLE = 0.5  # of the greatest velocity: how fast it comes there
-FRICTION_AT = 2e-3  # [rad/s, m/s] the controller makes up for Coulomb friction from there on
-LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # solimp of brakes and blocked joints: as stiff as MuJoCo has it
+TICKS = 8  # steps between two set points; a quintic leads from one to the next
+SLIDE = 0.1  # [m/rad] resolution and noise of a sliding joint, divided by those of a turning one
+MIN_MASS = 1e-9  # [kg] MuJoCo moves no body without mass
+END_STOP = 0.02  # [rad, m] ours: so far beyond its range a joint meets a stop
+STILL = 1e-2  # [rad/s, m/s] a slower joint is held by its brake
+BRAKE = 1.5  # ours: torque of a brake, of the greatest torque of its motor
+FADE = 0.2  # [s] in which the arm reaches its set point, at least
+GENTLE = 0.5  # of the greatest velocity, on the way to the set point
+FRICTION_AT = 2e-3  # [rad/s, m/s] faster joints are compensated for nearly all Coulomb friction
+LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # solimp of brakes and blocked joints: as stiff as MuJoCo allows
 
 ALPHA = 0.3  # of the filter behind the encoders
 BETA = ALPHA * ALPHA / (2.0 - ALPHA)
@@ -45,15 +45,16 @@ SetPoint = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[fl
 
 
 class Controller(Enum):
-    """How torques are found: from the model of the arm, or for each joint from its own errors."""
+    """The control law: computed torque from a model of the arm, or PD for each joint by itself."""
 
     COMPUTED = "computed"
     PD = "pd"
 
 
 class ArmSettings(Struct, frozen=True):
-    """`bandwidth` [rad/s] of the controller, critically damped. `report_rate` [1/s]. `resolution` of the encoders and
-    `noise` of them (standard deviation) [rad]; of joints that slide a tenth of it in metres.
+    """Settings of an arm: the `bandwidth` of the controller [rad/s], critically damped; the rate of reports [1/s]; the
+    `resolution` and the `noise` (standard deviation) of the encoders [rad]; for sliding joints a tenth of that in
+    metres.
     """
 
     controller: Controller = Controller.COMPUTED
@@ -67,7 +68,7 @@ USUAL_SETTINGS = ArmSettings()
 
 
 class _Brake(NamedTuple):
-    """A way to a standstill: from joints and velocities (n,), each joint with its own deceleration."""
+    """Braking to a standstill from joints and velocities (n,), with a deceleration for each joint (n,)."""
 
     joints: Floats
     velocity: Floats
@@ -88,43 +89,38 @@ class _Quintic(NamedTuple):
     T: float
     coefficients: Floats
 
+    @classmethod
+    def between(cls, begin: State, end: State, T: float) -> _Quintic:
+        """Return the polynomial from one state to another in `T` seconds."""
+        return cls(T, np.linalg.solve(_ends(T), np.concatenate([begin, end])))
+
     def at(self, s: float) -> State:
         """Return the state after s seconds."""
         return _powers(np.array([s]))[:, 0] @ self.coefficients
 
 
 def _powers(s: Floats) -> Floats:
-    """Return what coefficients are multiplied by for value, rate and its rate, (3, k, 6), at times s (k,)."""
+    """Return the factors of coefficients (6,) for value and two derivatives at times s (k,): (3, k, 6)."""
     k = np.arange(6)
     value = s[:, None] ** k
     rate = k * s[:, None] ** np.maximum(k - 1, 0)
     return np.stack([value, rate, k * (k - 1) * s[:, None] ** np.maximum(k - 2, 0)])
 
 
-def _quintic(begin: State, end: State, T: float) -> _Quintic:
-    return _Quintic(T, np.linalg.solve(_ends(T), np.concatenate([begin, end])))
-
-
 def _ends(T: float) -> Floats:
-    """Return what coefficients are multiplied by for the states at 0 and at T [s], (6, 6)."""
+    """Return the factors of coefficients (6,) for the states at 0 and at T [s]: (6, 6)."""
     return _powers(np.array([0.0, T])).transpose(1, 0, 2).reshape(6, 6)
 
 
-def _tick_powers() -> Floats:
-    """Return what leads from the states at both ends of TICKS steps (6, n) to that at each of them, (3, TICKS, 6)."""
-    inverse = np.linalg.inv(_ends(TICKS * STEP))
-    powers: Floats = _powers(STEP * np.arange(TICKS, dtype=np.float64)) @ inverse
-    return powers
-
-
-AT_BEGIN = _tick_powers()
+# factors of the states at both ends of TICKS steps (6, n) for the state at the begin of each step: (3, TICKS, 6)
+AT_BEGIN: Floats = _powers(STEP * np.arange(TICKS, dtype=np.float64)) @ np.linalg.inv(_ends(TICKS * STEP))
 
 
 class MujocoArm:
-    """An arm that follows set points and reports its joints. `seed`: of the noise of its encoders. `joints`: where it
-    stands at `start` [s] of the robot's clock; at READY if none are given.
+    """An arm that follows set points and reports its joints. `seed`: of the noise of its encoders. `joints`: its joints
+    at `start` [s] of the robot's clock; None: READY.
 
-    Raises NotAvailable for a robot whose masses nobody says.
+    Raises NotAvailable for a robot with unknown masses.
     """
 
     def __init__(
@@ -143,7 +139,7 @@ class MujocoArm:
         self.mode = BodyMode.FOLLOWS
         self._random = np.random.default_rng(seed)
         self._m, self._d = compile_arm(model, self.inertial)
-        self._own, self._guess = compile_arm(model, self.inertial)  # what the controller knows
+        self._own, self._guess = compile_arm(model, self.inertial)  # the model of the controller
         self._own.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         self._own.dof_frictionloss[:] = 0.0
         self._flange = int(self._m.body(f"link{model.joint_count}").id)
@@ -165,18 +161,18 @@ class MujocoArm:
         self._weights = np.diag(mass_matrix(model, self.inertial, q[None])[0])  # of the gains of PD
         mujoco.mj_forward(self._m, self._d)
         self._reference = _standing(q)
-        self._brake: _Brake | None = None  # of an order to hold: the way to a standstill
-        self._offset: _Quintic | None = None  # from where it is to its set point
+        self._brake: _Brake | None = None  # the braking after an order to hold
+        self._offset: _Quintic | None = None  # the offset from the set point, which fades
         self._since = start
-        self._arrives = True  # the next set point is the first that it follows
-        self._clock = (start, start, 0.0)  # at a time of the robot's clock its own, and how much that gains [s/s]
+        self._arrives = True  # the next set point is the first one to follow
+        self._clock = (start, start, 0.0)  # a time of the robot's clock, the own clock then, and its gain [s/s]
         self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
         self._active = list[tuple[float, scenario.Disturbance]]()  # with their ends
         for one in disturbances:
             if one.at is None:
                 self.disturb(one)
 
-    # --- what it is told ---
+    # --- state and orders ---
 
     @property
     def time(self) -> float:
@@ -185,24 +181,24 @@ class MujocoArm:
 
     @property
     def joints(self) -> Joints:
-        """Where the joints really are [rad, m]."""
+        """The real joints [rad, m]."""
         return tuple(self._d.qpos.tolist())
 
     @property
     def T_base_flange(self) -> Floats:
-        """Where the flange really is, (3, 4)."""
+        """The real pose of the flange (3, 4)."""
         mujoco.mj_kinematics(self._m, self._d)
         body = self._flange
         return np.column_stack([self._d.xmat[body].reshape(3, 3), self._d.xpos[body]])
 
     def own_time(self, t: float) -> float:
-        """What its own clock shows at a time of the robot's clock [s]."""
+        """Return the time of the arm's own clock at a time of the robot's clock [s]."""
         begin, own, rate = self._clock
         return own + (1.0 + rate) * (t - begin)
 
     def order(self, mode: BodyMode) -> None:
-        """Follow the set points, or hold still: an order of the server. After its own stop it follows again when the
-        stop has been released and it is told to follow.
+        """Follow the set points, or hold still, as the server orders. After a stop of its own the arm follows again
+        when the stop was released and the next order says so.
         """
         if mode is BodyMode.STOPPED or self.mode is BodyMode.STOPPED or mode is self.mode:
             return
@@ -213,7 +209,7 @@ class MujocoArm:
             self._arrives = True
 
     def disturb(self, disturbance: scenario.Disturbance | scenario.Release) -> None:
-        """Begin a disturbance, now or when its time has come; or end those that are on."""
+        """Begin a disturbance, now or at its time; or end the present disturbances of a kind."""
         if isinstance(disturbance, scenario.Release):
             kind = disturbance.kind or scenario.Disturbance
             ended = [one for _, one in self._active if isinstance(one, kind)]
@@ -228,9 +224,9 @@ class MujocoArm:
     # --- time ---
 
     def advance(self, until: float, setpoint: SetPoint) -> list[Report]:
-        """Go to a time of the robot's clock [s], after `setpoint` (joints, velocities, accelerations at a time of its
-        own clock), and return the reports of the way, stamped by its own clock. It goes TICKS steps at a time, to
-        `until` or less than that beyond, and asks for the set point at the end of these steps before it does them.
+        """Step to the time `until` of the robot's clock [s], and return the reports, stamped by the own clock.
+        `setpoint` returns joints, velocities and accelerations at a time of the own clock. The arm does TICKS steps at
+        a time, after asking for the set point at their end; so it may end up to TICKS steps after `until`.
         """
         found = list[Report]()
         while self.time < until - 1e-9:
@@ -252,8 +248,8 @@ class MujocoArm:
             off[2] = 0.0  # torques may jump
             fastest = np.array(self.model.max_velocity)
             far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
-            T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # a quintic is 15/8 times as fast as its mean
-            self._offset, self._since = _quintic(off, np.zeros_like(off), T), self.time
+            T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # the peak velocity of a quintic is 15/8 of its mean
+            self._offset, self._since = _Quintic.between(off, np.zeros_like(off), T), self.time
             self._arrives = False
         wanted = np.array(setpoint(self.own_time(t)))
         if self._offset is not None:
@@ -301,9 +297,7 @@ class MujocoArm:
             self._lock_standing()
 
     def _observe(self, noise: Floats, acceleration: Floats) -> None:
-        """Read the encoders, and follow them with a filter of fixed gains (Benedict and Bordner, 1962). In place: half
-        of the time of a step is numpy's.
-        """
+        """Read the encoders, and filter them with fixed gains (Benedict and Bordner, 1962). In place, to save time."""
         seen, rate = self._seen, self._rate
         change = acceleration * STEP
         seen += STEP * rate
@@ -318,7 +312,7 @@ class MujocoArm:
         rate += (BETA / STEP) * missed
 
     def _report(self) -> Report:
-        """What it tells now: its encoders, and what its controller knows of velocities and torques."""
+        """Return a report of the encoders, and of the controller's velocities and torques."""
         noise = self._noise * self._random.standard_normal(len(self._noise))
         read = np.rint((self._d.qpos + noise) / self._resolution) * self._resolution
         rate, effort = tuple(self._rate.tolist()), tuple(self._effort.tolist())
@@ -327,7 +321,7 @@ class MujocoArm:
     # --- disturbances ---
 
     def _disturbances_now(self) -> None:
-        """Begin and end what is due, and find what pushes now."""
+        """Begin and end disturbances that are due, and sum up the present pushes."""
         if not (self._waiting or self._active or self._pushed):
             return
         while self._waiting and _begin(self._waiting[0]) <= self.time + 1e-9:
@@ -374,7 +368,7 @@ class MujocoArm:
                 self._clock = (self.time, own + jump, rate) if on else (self.time, own, 0.0)
 
     def _carry(self, loads: Sequence[scenario.Payload]) -> None:
-        """Give the last link the masses that the flange carries."""
+        """Add loads at the flange to the mass of the last link."""
         mass, centre, inertia = (x[-1] for x in self.inertial[:3])
         for load in loads:
             at, m = np.array(load.centre), load.mass
@@ -405,7 +399,7 @@ class MujocoArm:
                 self._hold_joint(i, True)
 
     def _release_brakes(self) -> None:
-        """Hold by the motors what the brakes have held."""
+        """Release the brakes; the motors hold the joints."""
         blocked = {one.joint - 1 for _, one in self._active if isinstance(one, scenario.BlockedJoint)}
         for i in range(self.model.joint_count):
             if i not in blocked:
@@ -427,7 +421,7 @@ def _standing(joints: Floats) -> State:
 
 
 def compile_arm(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
-    """Return a model of MuJoCo and its data: links, drives, and for each joint a lock, which is open."""
+    """Return a model of MuJoCo and its data: links, drives, and an open lock for each joint."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.timestep, spec.option.gravity = STEP, GRAVITY
@@ -443,7 +437,7 @@ def compile_arm(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
         _set_inertia(m, i, *row)
     m.dof_armature[:], m.dof_damping[:] = inertial.armature, inertial.viscous
     m.dof_frictionloss[:], m.dof_solimp[:] = inertial.coulomb, LOCK
-    m.body_simple[:], m.dof_simplenum[:] = 0, 0  # no mass is where the compiler saw it
+    m.body_simple[:], m.dof_simplenum[:] = 0, 0  # as the masses were changed after compilation
     mujoco.mj_setConst(m, mujoco.MjData(m))
     return m, mujoco.MjData(m)
 
@@ -453,6 +447,6 @@ def _set_inertia(m: Any, link: int, mass: float, centre: Floats, inertia: Floats
     body = m.body(f"link{link}").id
     moments, axes = np.linalg.eigh(inertia)
     axes[:, 2] *= np.sign(np.linalg.det(axes))  # a rotation
-    m.body_mass[body], m.body_ipos[body], m.body_inertia[body] = max(mass, LEAST_MASS), centre, moments
+    m.body_mass[body], m.body_ipos[body], m.body_inertia[body] = max(mass, MIN_MASS), centre, moments
     mujoco.mju_mat2Quat(m.body_iquat[body], axes.ravel())
     m.body_sameframe[body] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE

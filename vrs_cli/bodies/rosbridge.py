@@ -1,9 +1,8 @@
-"""A body that is an arm of ros2_control: it sends each change of the timeline to joint_trajectory_controller, and
-reports its joint_states, both over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
+"""Let an arm of ros2_control be the body: send each change of the timeline to joint_trajectory_controller, and report
+joint_states, both over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
 
-The arm follows the timeline only from where it is near it. Otherwise the body holds, until RESYNC has brought
-the timeline to the measured joints. A server that began anew is one whose timeline may be another one: the body begins
-with it as with the first.
+The arm follows the timeline only if it is near it. Otherwise the body holds until RESYNC has brought the timeline to
+the measured joints. If the server has restarted, its timeline may be another one: then the body begins again.
 """
 
 from __future__ import annotations
@@ -40,23 +39,23 @@ ACTION = "control_msgs/action/FollowJointTrajectory"
 GET_TIME = "/rosapi/get_time"
 ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
 NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] from the timeline, for the arm to follow it
-FRESH = 1.0  # [s] a measurement tells where the arm is
-HORIZON = 10.0  # [s] of the timeline that a trajectory has at least; it goes on to where the robot rests
-MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] that the arm has to get to a timeline that has changed meanwhile
-SHARE = 0.5  # ours: of the limits of its joints, beside what the timeline asks of them
-AHEAD = 2.0  # [s] before a trajectory ends, the next one is sent
-FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two questions for the time of ROS: the first ones, and later
+MAX_AGE_S = 1.0  # of a measurement that tells where the arm is
+HORIZON = 10.0  # [s] of the timeline in a trajectory, at least; it ends where the robot rests
+MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] in which the arm joins a changed timeline
+SHARE = 0.5  # ours: of the limits of joints, for joining the timeline
+AHEAD = 2.0  # [s] before the end of a trajectory the next one is sent
+FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two questions for the time of ROS: the first ones, and later ones
 FIRST_ANSWERS = 4
-EARLIER, LATER = 60.0, 1.0  # [s] a measurement may be before and after the robot's clock
-SET_BACK = 1.0  # [s] by which the clock of ROS goes back when it is set
-SETTLING = 2.0  # [s] that the first answers may take, before the arm follows
-SILENT = 3.0  # [s] without joint_states, after which that is told
-OPENING = 10.0  # [s] that a connection may take
-MAX_TOLD = 5  # different faults of one kind that are told in one connection
+EARLIER, LATER = 60.0, 1.0  # [s] a measurement may be so much before and after the robot's clock
+SET_BACK = 1.0  # [s] if stamps go back by more, the clock of ROS was set
+SETTLING = 2.0  # [s] the arm waits so long for the first answers before it follows
+SILENT = 3.0  # [s] without joint_states, after which a message says so
+OPENING = 10.0  # [s] in which a connection opens
+MAX_TOLD = 5  # different messages of rosbridge that are shown in one connection
 
 
 class Trajectory(NamedTuple):
-    """The time of its stamp [s], and its points. `at_once`: it has no stamp, so that it begins whenever it comes."""
+    """A trajectory: the time of its stamp [s], and its points. `at_once`: it has no stamp, and begins on arrival."""
 
     begin: float
     points: list[joint_trajectory.TrajectoryPoint]
@@ -64,7 +63,7 @@ class Trajectory(NamedTuple):
 
 
 class RosSettings(Struct, frozen=True):
-    """Where the arm is: address of rosbridge, its joints, the controller, and the topic of its joint_states.
+    """How to reach the arm: the address of rosbridge, joints, the controller, and the topic of joint_states.
 
     `replaces`: the controller has `allow_trajectory_replacement`. `by_action`: trajectories are goals of its action,
     not messages of its topic.
@@ -79,9 +78,9 @@ class RosSettings(Struct, frozen=True):
 
 
 class RosArm:
-    """The arm, as far as no socket is needed: what to send, and what becomes of what comes.
+    """The conversation with rosbridge, without the socket: `due` returns messages to send, `hear` takes messages.
 
-    `mode`: what it reports that it does; it holds too where it cannot follow, until RESYNC. `tell`: takes messages,
+    `mode`: in reports; the arm also holds where it cannot follow, until RESYNC. `tell`: takes messages for the user,
     each kind once in a connection.
     """
 
@@ -92,7 +91,7 @@ class RosArm:
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """Forget what was of another connection."""
+        """Begin a new connection, and forget the state of the last one."""
         self._told.clear()
         self._sync, self._stamps = TimeSync(), OneWay()
         self._asked: dict[str, float] = {}  # when the time of ROS was asked for, by the id of the question
@@ -107,18 +106,19 @@ class RosArm:
 
     @property
     def _is_outdated(self) -> bool:
-        """Return whether the server began anew since. If so, the known clock offsets and arm states are out of date."""
+        """Whether the server has restarted, so that the known clock offsets and arm states are out of date."""
         return self.body.life != self._life
 
     def tell(self, kind: str, text: str) -> None:
+        """Show a message to the user, unless one of this kind was shown in this connection."""
         if kind not in self._told:
             self._told.add(kind)
             self._tell(text)
 
-    # --- what it sends ---
+    # --- messages to rosbridge ---
 
     def opening(self) -> list[Mapping[str, Any]]:
-        """Return what begins a conversation."""
+        """Return the first messages of a connection."""
         settings = self.settings
         asked: list[Mapping[str, Any]] = [{"op": "subscribe", "id": "states", "topic": settings.states, "type": STATES}]
         if not settings.by_action:
@@ -127,7 +127,7 @@ class RosArm:
         return asked
 
     def due(self, now: float) -> list[Mapping[str, Any]]:
-        """Return what is to be sent now, at this time of the robot's clock [s]."""
+        """Return the messages to send at the time `now` of the robot's clock [s]."""
         if self._is_outdated:
             if not self.body.embodied:
                 return []
@@ -151,7 +151,7 @@ class RosArm:
         order = self.body.order
         ordered = order is not self._order and order.at <= now
         if self._starts or ordered:
-            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # an order of later: until then the other one
+            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # until a future order the opposite is valid
             self._starts, self._order, self._retried = False, order if order.at <= now else self._order, False
             return self._hold(now) if holds else self._follow(now)
         if self.mode is not BodyMode.FOLLOWS:
@@ -176,7 +176,7 @@ class RosArm:
         follows, self.mode = self.mode is BodyMode.FOLLOWS, BodyMode.HOLDS
         if follows and self._apart() is None:
             return self._along(brake_timeline(self.body.model, self.body.timeline, now), now, now)
-        assert self._measured is not None, "it is asked only then"
+        assert self._measured is not None, "it is called only with a measurement"
         t, joints, speed = self._measured
         slowest = zip(speed, self.body.model.max_acceleration, strict=True)
         lasts = max(MIN_JOIN, *(2.0 * abs(v) / a for v, a in slowest))
@@ -188,11 +188,19 @@ class RosArm:
         return [Trajectory(begin, points, at_once=begin < now) for begin in self._begins(now, now)]
 
     def _along(self, timeline: Timeline, now: float, cut: float) -> list[Trajectory]:
-        """Return the trajectories that make a timeline known that has changed at `cut` [s]. If that has passed, the arm
-        is elsewhere by now, and has a while to get to the timeline: as long as joints need beside their own motion.
+        """Return the trajectories for a timeline that has changed at `cut` [s]. If `cut` has passed, the arm is
+        elsewhere by now: it gets so long to join the timeline that no joint needs more than SHARE of its limits. The
+        peak velocity of a quintic is 15/8 of its mean, its peak acceleration 5.8 times its way by the square of its
+        time.
         """
         arm, begins = self.body.mirror.arm, self._begins(now, cut)
-        joins = now + max(min(2.0 * (now - cut), MAX_JOIN), self._makes_up())
+        assert self._measured is not None, "it is called only with a measurement"
+        t, joints, _ = self._measured
+        model, needed = self.body.model, MIN_JOIN
+        rows = zip(joints, self.body.setpoint(t).joints, model.max_velocity, model.max_acceleration, strict=True)
+        for p, q, v, a in rows:
+            needed = max(needed, 1.875 * abs(p - q) / (SHARE * v), (5.8 * abs(p - q) / (SHARE * a)) ** 0.5)
+        joins = now + max(min(2.0 * (now - cut), MAX_JOIN), needed)
         found = [
             Trajectory(
                 begin,
@@ -213,7 +221,7 @@ class RosArm:
         return begins
 
     def change(self, cut: float) -> None:
-        """Hear that the timeline has changed from `cut` [s] on."""
+        """Note that the timeline has changed from `cut` [s] on."""
         self._cut, self._retried = min(self._cut, cut), False
 
     def _message(self, one: Trajectory) -> Mapping[str, Any]:
@@ -232,24 +240,11 @@ class RosArm:
             "feedback": False,
         }
 
-    def _makes_up(self) -> float:
-        """Return how long the arm needs to get to the timeline [s] without more than SHARE of the limits of its joints:
-        a quintic is 15/8 times as fast as its mean, and accelerates by up to 5.8 times its way in the square of its
-        time.
-        """
-        assert self._measured is not None, "it is asked only then"
-        t, joints, _ = self._measured
-        model, needed = self.body.model, MIN_JOIN
-        rows = zip(joints, self.body.setpoint(t).joints, model.max_velocity, model.max_acceleration, strict=True)
-        for p, q, v, a in rows:
-            needed = max(needed, 1.875 * abs(p - q) / (SHARE * v), (5.8 * abs(p - q) / (SHARE * a)) ** 0.5)
-        return needed
-
     def _apart(self) -> str | None:
-        """Return how the measured arm is not near the timeline; None if it is."""
-        assert self._measured is not None, "it is asked only then"
+        """Return why the measured arm is not near the timeline; None if it is."""
+        assert self._measured is not None, "it is called only with a measurement"
         t, joints, _ = self._measured
-        if self.body.now() - t > FRESH:
+        if self.body.now() - t > MAX_AGE_S:
             return f"its last measurement is of {t:.3f} s"
         units = self.body.model.units
         expected = self.body.setpoint(t).joints
@@ -262,8 +257,8 @@ class RosArm:
     # --- the clock of ROS ---
 
     def _questions(self, now: float) -> list[Mapping[str, Any]]:
-        """Return a question for the time of ROS, when it is time for one."""
-        if now < self._ask_at <= now + ASKED:  # later than that: the robot's clock was set
+        """Return a question for the time of ROS, if one is due."""
+        if now < self._ask_at <= now + ASKED:  # if it is later, the robot's clock was set back
             return []
         self._ask_at = now + (FIRST_ASKED if self._answers < FIRST_ANSWERS else ASKED)
         self._number += 1
@@ -274,11 +269,11 @@ class RosArm:
         return [{"op": "call_service", "id": id, "service": GET_TIME}]
 
     def _offset(self, now: float) -> float:
-        """The clock of ROS minus the robot's [s]: by questions, or as well as the stamps of joint_states tell it."""
+        """Return the clock of ROS minus the robot's [s], by questions, or else by the stamps of joint_states."""
         estimate = self._sync.estimate or self._stamps.estimate
         return 0.0 if estimate is None else estimate.there(now) - now
 
-    # --- what comes ---
+    # --- messages from rosbridge ---
 
     def hear(self, text: str | bytes) -> None:
         """Take a message of rosbridge."""
@@ -310,7 +305,7 @@ class RosArm:
             self._sync.hear(asked, time, time, now)
 
     def _take_states(self, states: body_lines.JointStates, now: float) -> None:
-        """Report the joints, unless they are not all there or their time is none."""
+        """Report joint_states, unless joints are missing or the stamp is wrong."""
         if self._is_outdated:
             return
         stamp = states.header.stamp.seconds
@@ -351,7 +346,7 @@ class RosArm:
         self.body.report(t, measured, speed, force, self.mode)
 
     def _take_result(self, message: body_lines.RosbridgeMessage) -> None:
-        """Take the end of the last goal: one that is refused is sent again from now on, once."""
+        """Take the end of the last goal; a refused trajectory is sent again, once, from now on."""
         values = message.values if isinstance(message.values, Mapping) else {"error_string": message.values}
         if message.result and message.status != ABORTED and not values.get("error_code", 0):
             return
@@ -364,7 +359,7 @@ class RosArm:
 
 
 def brake_timeline(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
-    """Return a timeline that brakes at t [s] inside all limits, and rests from then on."""
+    """Return the timeline with a stop at t [s] within all limits."""
     engine = Engine(model)
     engine.take_up(Bookmark(Book(timeline, timeline, number=timeline.version), Settings(), t))
     engine.stop()
@@ -372,8 +367,8 @@ def brake_timeline(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
 
 
 async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
-    """Let an arm of ROS be the body, until the body is another one's. Connects again after a cut. Raises RequestRefused
-    if rosbridge does not answer at first, or the body is another one's.
+    """Let an arm of ROS be the body until another client is the body; connect again after a cut. Raises RequestRefused
+    if rosbridge does not answer at first, or another client is the body.
     """
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
     hearing = asyncio.create_task(_hear_changes(body, arm))
@@ -399,7 +394,7 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
 
 
 async def _wait(body: BodyClient, seconds: float) -> None:
-    """Wait. Raises what has ended the body meanwhile."""
+    """Wait some seconds. Raises what ends the body meanwhile."""
     loop = asyncio.get_running_loop()
     due = loop.time() + seconds
     async for _ in body.ticks():
@@ -408,13 +403,14 @@ async def _wait(body: BodyClient, seconds: float) -> None:
 
 
 async def _hear_changes(body: BodyClient, arm: RosArm) -> None:
+    """Give each change of the timeline to the arm."""
     with suppress(VrsError):  # `ticks` raises it too
         async for change in body.changes():
             arm.change(change.cut if isinstance(change, TimelineDelta) else -inf)
 
 
 async def _converse(body: BodyClient, arm: RosArm, socket: Socket) -> None:
-    """Send what is due and hear what comes, until the connection ends."""
+    """Send and receive messages until the connection ends."""
 
     async def read() -> None:
         async for text in socket:

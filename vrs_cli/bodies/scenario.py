@@ -1,4 +1,4 @@
-"""Disturbances of a simulated body, and the scenario files that name them.
+"""Disturbances of a simulated body, scenario files that list them, and a body without MuJoCo (`ServoArm`).
 
 A scenario is a TOML file of [[push]], [[payload]], [[block]], [[slip]], [[stop]] and [[drift]] tables. The same words
 are typed while a body runs: `push force = [0, 40, 0] for = 0.2`.
@@ -29,7 +29,9 @@ MAX_DISTURBANCES = 10_000  # of a scenario
 
 
 class Disturbance(Struct, frozen=True, tag_field="kind"):
-    """What happens to a body: from `at` [s] of the robot's clock (None: at once) for `lasting` seconds (None: on)."""
+    """A disturbance of a body, from `at` [s] of the robot's clock (None: at once) for `lasting` seconds (None: for
+    ever).
+    """
 
     word: ClassVar[str]
     at: float | None = None
@@ -46,9 +48,7 @@ class Push(Disturbance, frozen=True, tag="push"):
 
 
 class Payload(Disturbance, frozen=True, tag="payload"):
-    """A load that the flange carries, of which the controller knows nothing: mass [kg] and its centre [m], in the
-    frame of the flange.
-    """
+    """A load at the flange that the controller does not know: mass [kg] and its centre [m] in the frame of the flange."""
 
     word: ClassVar[str] = "payload"
     mass: float = 0.0
@@ -56,14 +56,14 @@ class Payload(Disturbance, frozen=True, tag="payload"):
 
 
 class BlockedJoint(Disturbance, frozen=True, tag="block"):
-    """A joint, counted from 1, that does not move from where it is."""
+    """A joint, counted from 1, that stands still where it is."""
 
     word: ClassVar[str] = "block"
     joint: int = 1
 
 
 class SlippingBrake(Disturbance, frozen=True, tag="slip"):
-    """A brake of a joint, counted from 1, that holds this torque and no more [N m, N]."""
+    """A brake of a joint, counted from 1, that holds at most this torque [N m, N]."""
 
     word: ClassVar[str] = "slip"
     joint: int = 1
@@ -71,13 +71,13 @@ class SlippingBrake(Disturbance, frozen=True, tag="slip"):
 
 
 class EmergencyStop(Disturbance, frozen=True, tag="stop"):
-    """The body stops by itself: its motors are off, its brakes on."""
+    """A stop by the body itself: its motors are off, its brakes on."""
 
     word: ClassVar[str] = "stop"
 
 
 class ClockDrift(Disturbance, frozen=True, tag="drift"):
-    """The body's clock gains `rate` [s/s], and jumps by `jump` [s] when it begins."""
+    """An error of the body's clock: it gains `rate` [s/s], and jumps by `jump` [s] at the begin."""
 
     word: ClassVar[str] = "drift"
     rate: float = 0.0
@@ -85,7 +85,7 @@ class ClockDrift(Disturbance, frozen=True, tag="drift"):
 
 
 class Release(Struct, frozen=True):
-    """An end of all disturbances of a kind now; of all where there is none."""
+    """The end of all disturbances of a kind; None: of all kinds."""
 
     kind: type[Disturbance] | None = None
 
@@ -94,11 +94,19 @@ KINDS: dict[str, type[Disturbance]] = {
     kind.word: kind for kind in (Push, Payload, BlockedJoint, SlippingBrake, EmergencyStop, ClockDrift)
 }
 RELEASE = "release"
+EXAMPLES = {
+    "push": "force = [0, 40, 0] for = 0.2",
+    "payload": "mass = 2",
+    "block": "joint = 3",
+    "slip": "joint = 2 torque = 20",
+    "stop": "for = 5",
+    "drift": "rate = 1e-4",
+}
 PAIR = re.compile(r"(\w+)\s*=\s*(\[[^\]]*\]|\S+)")
 
 
 class Scenario(NamedTuple):
-    """What happens to a body, and the seed of its noise."""
+    """The disturbances of a body, and the seed of its noise."""
 
     disturbances: tuple[Disturbance, ...] = ()
     seed: int = 0
@@ -135,7 +143,7 @@ def load_toml(path: Path, what: str) -> Mapping[str, object]:
 
 
 def read_command(line: str, kinds: tuple[JointKind, ...]) -> Disturbance | Release:
-    """Read what somebody types: `payload mass = 2 centre = [0, 0, 100]`, `release payload`. Raises FileDamaged."""
+    """Read a typed line: `payload mass = 2 centre = [0, 0, 100]`, `release payload`. Raises FileDamaged."""
     word, _, rest = line.strip().partition(" ")
     reader = ScenarioReader("body", human=True)
     if word == RELEASE:
@@ -143,7 +151,9 @@ def read_command(line: str, kinds: tuple[JointKind, ...]) -> Disturbance | Relea
             raise reader.wrong(RELEASE, f"{rest.strip()!r} is none", f"give one of {', '.join(KINDS)}, or nothing")
         return Release(KINDS.get(rest.strip()))
     if word not in KINDS:
-        raise reader.wrong(word or "a line", "is no word", did_you_mean(word, KINDS, _known()))
+        raise reader.wrong(
+            word or "a line", "is no word", did_you_mean(word, KINDS, f"known here: {', '.join(KINDS)}, {RELEASE}")
+        )
     left = PAIR.sub("", rest).strip(" ,")
     try:
         table = tomllib.loads("\n".join(f"{key} = {value.rstrip(',')}" for key, value in PAIR.findall(rest)))
@@ -151,27 +161,12 @@ def read_command(line: str, kinds: tuple[JointKind, ...]) -> Disturbance | Relea
         left = rest.strip()
         table = {}
     if left:
-        raise reader.wrong(word, f"{left!r} is not read", f"write it as {word} {_example(word)}".rstrip())
+        raise reader.wrong(word, f"{left!r} is not read", f"write it as {word} {EXAMPLES[word]}")
     return reader.disturbance(word, table, word, kinds)
 
 
-def _known() -> str:
-    return f"known here: {', '.join(KINDS)}, {RELEASE}"
-
-
-def _example(word: str) -> str:
-    return {
-        "push": "force = [0, 40, 0] for = 0.2",
-        "payload": "mass = 2",
-        "block": "joint = 3",
-        "slip": "joint = 2 torque = 20",
-        "stop": "for = 5",
-        "drift": "rate = 1e-4",
-    }[word]
-
-
 class ScenarioReader(DataReader):
-    """Makes disturbances of tables: millimetres, newtons, kilograms, seconds."""
+    """Reads disturbances from tables in millimetres, newtons, kilograms and seconds."""
 
     def disturbance(self, word: str, data: object, key: str, kinds: tuple[JointKind, ...]) -> Disturbance:
         keys = [name for name in KINDS[word].__struct_fields__ if name not in ("at", "lasting")]
@@ -238,7 +233,8 @@ NOISE, ENCODER = 2e-5, 1e-4  # [rad, m]
 
 class ServoArm:
     """An arm that follows set points and reports its joints, as `bodies.mujoco_arm.MujocoArm` does. `seed`: of the
-    noise of its encoders. It stands at READY at 0 s. Raises NotAvailable for a brake that slips.
+    noise of its encoders. It stands at READY at 0 s. Each joint is a critically damped servo under friction, loads and
+    pushes. The masses are ours, so that errors have a plausible size. Raises NotAvailable for a brake that slips.
     """
 
     def __init__(self, arm: RobotArm, *, seed: int = 0, disturbances: Sequence[Disturbance] = ()) -> None:
@@ -267,7 +263,7 @@ class ServoArm:
         return tuple(self._joints.tolist())
 
     def own_time(self, t: float) -> float:
-        """What its own clock shows at a time of the robot's clock [s]."""
+        """Return the time of the body's own clock at a time of the robot's clock [s]."""
         drifts = (one for one in self._on(t) if isinstance(one, ClockDrift))
         return t + sum(one.jump + one.rate * (t - (one.at or 0.0)) for one in drifts)
 
@@ -304,7 +300,11 @@ class ServoArm:
                 if one.joint:
                     torque[one.joint - 1] -= one.torque
         friction = VISCOUS * velocity + COULOMB * np.tanh(velocity / STICKS_BELOW)
-        self._lag(-(MISSED * acceleration + friction + torque / self._inertia))
+        rest = -(MISSED * acceleration + friction + torque / self._inertia) / BANDWIDTH**2
+        decay = exp(-BANDWIDTH * STEP)  # of the error of a critically damped servo under a constant force
+        a, b = self._error - rest, self._rate + BANDWIDTH * (self._error - rest)
+        self._error = rest + (a + b * STEP) * decay
+        self._rate = (b - BANDWIDTH * (a + b * STEP)) * decay
         stops = any(isinstance(one, EmergencyStop) for one in on)
         self._stopped = (self._joints if self._stopped is None else self._stopped) if stops else None
         self.mode = BodyMode.STOPPED if stops else BodyMode.FOLLOWS
@@ -313,10 +313,3 @@ class ServoArm:
         self._joints = goal + self._error if self._stopped is None else self._stopped
         for joint, stands in self._standing.items():
             self._joints[joint] = stands
-
-    def _lag(self, force: Floats) -> None:
-        """Go on by a step of the error of critically damped servos, under a constant force [rad/s2, m/s2]."""
-        rest, decay = force / BANDWIDTH**2, exp(-BANDWIDTH * STEP)
-        a, b = self._error - rest, self._rate + BANDWIDTH * (self._error - rest)
-        self._error = rest + (a + b * STEP) * decay
-        self._rate = (b - BANDWIDTH * (a + b * STEP)) * decay

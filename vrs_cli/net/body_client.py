@@ -1,12 +1,12 @@
-"""The client that is a robot's body: it follows the served timeline with a controller of its own, and reports.
+"""Be the body of a served robot: follow its timeline with a controller of your own, and report measured joints.
 
     async with BodyClient("ws://127.0.0.1:8765", token, rate=100.0) as body:
         async for t in body.ticks():                      # [s] of the robot's clock
             joints, velocity, acceleration = body.setpoint(t)
             body.report(t, my_arm.follow(joints, velocity), my_arm.velocity)
 
-After a cut it connects again by itself, is the body again, and sends what it has measured meanwhile. Reports have
-numbers, so that none is counted twice, and the server knows how many are lost.
+After a cut the client connects again, becomes the body again, and sends the reports of the meantime. Reports have
+numbers, so that the server counts none twice and knows how many are lost.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, row_fields, row_parts
 
 SEND_EVERY = 0.02  # [s] between two messages with reports
-KEPT = 60.0  # [s] of reports that are kept, to be sent again after a cut
+KEPT = 60.0  # [s] of reports that are kept, to send them again after a cut
 MAX_KEPT = 100_000  # reports
-MAX_WAITING = 64 * 1024  # bytes that wait for the socket: with more, reports wait here
-SETTLING = 3.0  # [s] that the first measurements of the robot's clock may take
+MAX_WAITING_BYTES = 64 * 1024  # for the socket; if more wait, reports wait here
+SETTLING = 3.0  # [s] for the first measurements of the robot's clock
 PAST = 10.0  # [s] of the timeline that are kept
 
 log = logging.getLogger("vrs_cli")
@@ -50,9 +50,9 @@ log = logging.getLogger("vrs_cli")
 class BodyClient:
     """A robot's body at a server. All methods are for the thread of the event loop.
 
-    `rate`: how many reports it sends [1/s], 2,000 at most. `name`: what others see it called, where the token does not
-    say that. `order`: what it is told to do, from a time on: follow the timeline or hold still. `refusal`: why it is
-    the body no longer. `robot_told`: takes messages about the connection.
+    `rate`: of reports [1/s], 2,000 at most. `name`: for other users, if the token has none. `order`: follow the
+    timeline or hold still, from a time on. `refusal`: why this client is no longer the body. `told`: takes messages
+    about the connection.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class BodyClient:
         self.refusal: VrsError | None = None
         self.client = Client(url, hello_of(token, name), ca=ca, told=told)
         self.far = self.client.far
-        self._sent, self._fresh = deque[Report](), deque[Report]()  # reports that are kept, and that are to be sent
+        self._sent, self._fresh = deque[Report](), deque[Report]()  # reports that were sent and are kept, and new ones
         self._first = 0  # the number of the first of these
         self.embodied, self._stirred = False, Event()
         self.life = ""
@@ -82,7 +82,7 @@ class BodyClient:
     # --- the connection ---
 
     async def __aenter__(self) -> Self:
-        """Connect, and become the body. Raises RequestRefused if no robot answers or another client is the body, and
+        """Connect and become the body. Raises RequestRefused if no robot answers or another client is the body, and
         what the server refuses.
         """
         try:
@@ -99,18 +99,18 @@ class BodyClient:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Be the body no longer, and let the robot go."""
+        """Stop being the body, and leave the robot."""
         for task in (self._sending, self._asking):
             if task is not None:
                 task.cancel()
         if self.embodied and self.far.open:
             with suppress(VrsError):
-                self._send_batch(waiting=MAX_MESSAGE_REPORTS * MAX_WAITING)
+                self._send_batch(waiting=MAX_MESSAGE_REPORTS * MAX_WAITING_BYTES_BYTES)
                 self.client.begin(lambda id: messages.Embody(id, held=False), lambda _end: None)
         await self.client.close()
 
     async def _embody(self) -> None:
-        """Become the body once the robot's clock is known well, and learn which reports the server has not."""
+        """Become the body when the robot's clock is known well; find out which reports the server lacks."""
         due = asyncio.get_running_loop().time() + SETTLING
         while len(self.far.sync) < FIRST_PINGS and asyncio.get_running_loop().time() < due:
             await asyncio.sleep(SEND_EVERY)
@@ -124,14 +124,6 @@ class BodyClient:
         self.order, self.embodied = messages.BodyOrder(answer.mode, answer.at), True
         self._stirred.set()
 
-    async def _embody_again(self) -> None:
-        """Become the body after a cut, unless another client is it now."""
-        try:
-            await self._embody()
-        except VrsError as error:
-            if self.far.open:  # otherwise it was cut once more: the next welcome asks again
-                self._end(error)
-
     def _end(self, why: VrsError) -> None:
         self.refusal, self.embodied = why, False
         self._stirred.set()
@@ -140,14 +132,22 @@ class BodyClient:
         match message:
             case messages.Welcome():
                 self.embodied = False
-                if message.life != self.life:  # the server began anew: its clock may be another one
+                if message.life != self.life:  # the server has restarted: its clock may be another one
                     self.life = message.life
                     self._first += len(self._sent) + len(self._fresh)
                     self._sent.clear()
                     self._fresh.clear()
                 if self._asking is not None:
                     self._asking.cancel()
-                self._asking = asyncio.create_task(self._embody_again())
+
+                async def embody_again() -> None:
+                    try:
+                        await self._embody()
+                    except VrsError as error:
+                        if self.far.open:  # otherwise it was cut again, and the next welcome begins this again
+                            self._end(error)
+
+                self._asking = asyncio.create_task(embody_again())
             case messages.BodyOrder():
                 self.order = message
                 for orders, stirred in self._orders:
@@ -159,7 +159,7 @@ class BodyClient:
             case messages.Refused(refusal=refusal, id=None):
                 self.client.told(f"reports were refused: {refusal.error()}")
 
-    # --- what the robot is to do ---
+    # --- timeline and orders ---
 
     @property
     def mirror(self) -> Mirror:
@@ -175,7 +175,7 @@ class BodyClient:
         return self.mirror.timeline
 
     def now(self) -> float:
-        """The robot's clock [s], as well as it is known here."""
+        """Return the robot's clock [s], as estimated here."""
         return self.mirror.now
 
     def setpoint(self, t: float) -> JointState:
@@ -184,8 +184,8 @@ class BodyClient:
         return joint_state_at(mirror.arm, mirror.timeline, t)
 
     async def ticks(self) -> AsyncIterator[float]:
-        """Yield the robot's clock [s] `rate` times a second. Raises what ended it: RequestRefused if another client
-        is the body, or what the server refused.
+        """Yield the robot's clock [s] `rate` times a second. Raises why this client is no longer the body:
+        RequestRefused if another client is, or what the server refused.
         """
         loop = asyncio.get_running_loop()
         due = loop.time()
@@ -196,7 +196,7 @@ class BodyClient:
             await asyncio.sleep(due - loop.time())
 
     async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | messages.BodyOrder]:
-        """Yield the timeline as it is, then each change of it and each order, as they come. Raises as `ticks` does."""
+        """Yield the present timeline, then each change of it and each order. Raises as `ticks` does."""
         stirred, orders, loop = Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
         told = orders, stirred
         self._orders.append(told)
@@ -223,7 +223,7 @@ class BodyClient:
         if refusal is not None:
             raise refusal
 
-    # --- what it reports ---
+    # --- reports ---
 
     def report(
         self,
@@ -233,9 +233,9 @@ class BodyClient:
         effort: Joints | None = None,
         mode: BodyMode = BodyMode.FOLLOWS,
     ) -> None:
-        """Report what was measured at time t [s] of the robot's clock: joints [rad, m], and if they are known their
-        velocity [rad/s, m/s] and effort [N m, N]. It is sent within 20 ms; while the connection is cut it waits, with
-        at most 60 s of others. Raises IllegalValue for what is no report of this robot.
+        """Report joints measured at time t [s] of the robot's clock [rad, m], and their velocity [rad/s, m/s] and
+        effort [N m, N] if known. The report is sent within 20 ms, or when the connection is back; the last 60 s of
+        reports are kept. Raises IllegalValue for a report that cannot be of this robot.
         """
         rows = tuple(None if row is None else tuple(map(float, row)) for row in (joints, velocity, effort))
         count = self.model.joint_count
@@ -253,19 +253,19 @@ class BodyClient:
         self._stirred.set()
 
     async def _send(self) -> None:
-        """Send reports as they come."""
+        """Send new reports until cancelled."""
         while True:
             await self._stirred.wait()
             self._stirred.clear()
             if self.embodied and self.far.open:
-                with suppress(RequestRefused):  # it was cut: they are sent again
-                    self._send_batch(MAX_WAITING)
+                with suppress(RequestRefused):  # after a cut they are sent again
+                    self._send_batch(MAX_WAITING_BYTES)
             await asyncio.sleep(SEND_EVERY)
             if self.embodied and self._fresh:
                 self._stirred.set()
 
     def _send_batch(self, waiting: int) -> None:
-        """Send what is unsent, until so many bytes wait for the socket."""
+        """Send new reports, until more than `waiting` bytes wait for the socket."""
         estimate = self.far.sync.estimate
         trip = 0.0 if estimate is None else estimate.round_trip * (self.far.rate or 1.0)
         for part in row_parts(tuple(self._fresh)):

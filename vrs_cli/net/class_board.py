@@ -1,4 +1,4 @@
-"""A class at a server: who wants help, what is handed in, what the teacher says to all, and whether they may go on."""
+"""Carry out the messages of a class at a server: help, hand-ins, announcements, and freezing all students."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from vrs_cli.net import messages
 from vrs_cli.net.client_session import ClientSession, commands
 from vrs_cli.net.tokens import ClassFolder, Grant
 
-MAX_CHARS = 4000  # of what a teacher says to all
-MAX_LISTED = 20  # files that were handed in, of one student
+MAX_CHARS = 4000  # of an announcement
+MAX_LISTED = 20  # hand-ins of one student in the state of the class
 
 
 class Lessons(Protocol):
-    """The lessons of a class, as its board uses them: `teach/` has them, which stands on `net/`."""
+    """The lessons of a class, for its board. `teach/`, which imports `net/`, implements them."""
 
     def enter(self, client: ClientSession) -> None:
-        """Tell a client what its lesson has said, if its robot has one."""
+        """Send a client the present text of its lesson, if its robot has one."""
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line that is a word of lessons; return whether it is one. `done` answers it."""
+        """Carry out a line for the lesson; return whether it is one. `done` answers it."""
 
     def standing(self, student: str) -> tuple[str, int, int]:
-        """Return the title of a student's lesson, so many steps that are passed, and how many it has."""
+        """Return the title of a student's lesson, the number of passed steps, and that of all steps."""
 
 
 class ClassBoard:
-    """The state of a class. `clients`: those of all robots; `grants`: those of all tokens; `own`: the robots of
-    a grant; `wall`: seconds since 1970. All methods belong to the thread of the connections.
+    """The state of a class. `clients`: of all robots; `grants`: of all tokens; `own`: the robots of a grant; `wall`:
+    seconds since 1970. All methods are for the thread of the connections.
     """
 
     def __init__(
@@ -52,10 +52,10 @@ class ClassBoard:
         self._watching: set[ClientSession] = set()
         self._told: dict[ClientSession, messages.ClassState] = {}
 
-    # --- what is said ---
+    # --- messages ---
 
     async def receive(self, client: ClientSession, message: messages.ClientMessage) -> bool:
-        """Carry out a message of a class, or refuse a command while the class is frozen; return whether that was it."""
+        """Carry out a message of a class, or refuse a command in a frozen class. Return False for other messages."""
         try:
             if isinstance(message, messages.OF_CLASS):
                 if isinstance(message, messages.TEACHING) and not _teaches(client):
@@ -122,10 +122,10 @@ class ClassBoard:
                 other.flush()
         client.note(f"(say to {student or 'all'}: {text[:200]})", "done")
 
-    # --- what all are told ---
+    # --- the state for clients ---
 
     def tell(self) -> None:
-        """Tell everybody what has changed. To be called some times a second, too."""
+        """Send clients the state of the class if it has changed. Call it some times a second, too."""
         clients = [client for client in self._clients() if client.link is not None]
         self._watching &= set(clients)
         here = dict[str, list[ClientSession]]()
@@ -155,7 +155,7 @@ class ClassBoard:
         return (grant for grant in self._grants() if not grant.teacher and not grant.body)
 
     def enter(self, client: ClientSession) -> None:
-        """Tell a client the state, and what its lesson has said: it has a new connection."""
+        """Send a client on a new connection the state and the text of its lesson."""
         self._told.pop(client, None)
         if self.lessons is not None:
             self.lessons.enter(client)

@@ -40,7 +40,7 @@ HERE = ListenAddress("127.0.0.1", 0)
 
 
 class PagePlace(Struct, frozen=True):
-    """Where a page is: the address, its secret, and the page itself."""
+    """A place for a page: the listening address, the secret, and the files of the page."""
 
     address: ListenAddress
     secret: str
@@ -56,8 +56,8 @@ def new_secret() -> str:
 
 
 def kept_secret(file: Path) -> str:
-    """Return the secret of a file that its owner alone may read, made if there is none; a new one each time where no
-    such file can be.
+    """Return the secret in a file that only its owner may read. Make the file if there is none; if it cannot be made,
+    return a new secret.
     """
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -68,7 +68,7 @@ def kept_secret(file: Path) -> str:
 
 
 def checked_host(host: str) -> str:
-    """Return the address of this machine. Raises UsageError if others reach it."""
+    """Return the address to listen at. Raises UsageError if other machines could reach it."""
     if host not in LOOPBACK:
         raise UsageError(
             f"--host {host}: the page is for this machine alone, as whoever opens it may drive the robot",
@@ -78,9 +78,9 @@ def checked_host(host: str) -> str:
 
 
 class LocalServer:
-    """Serves in a thread of its own, for one user. `place`: of its page, None for any port and no page. `tokens`: by
-    who they are for; the browser's is the secret of the place. `relays`: as of `Server`. Raises UsageError if the
-    address is taken.
+    """A server in a thread of its own, for one user. `place`: of its page; None: any port, no page. `tokens`: for the
+    browser (the secret of the place) and the shell. `relays`: as of `Server`. Raises UsageError if the address is
+    taken.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class LocalServer:
             raise
 
     def _prepare(self) -> None:
-        """Do what is to be done before anybody can connect."""
+        """Prepare the robots before anybody can connect."""
 
     def _start(self, server: Server, place: ListenAddress) -> str:
         loop, stop, address = Loop(), asyncio.Event(), asyncio.Queue[str | OSError]()
@@ -135,22 +135,22 @@ class LocalServer:
         return found
 
     def page(self, name: str, query: str = "") -> str:
-        """Return the address of a page, with the secret."""
+        """Return the address of the page of a robot, with the secret."""
         return (
             f"{self.address.replace('ws', 'http', 1)}{VIEW}{quote(name, safe='')}{query}#token={self.tokens[BROWSER]}"
         )
 
     def close(self) -> None:
-        """Stop serving; the files of a robot stay in their folder."""
+        """Stop serving. Files in a folder of the user's stay."""
         self._left.close()
 
 
 class LocalRobot(LocalServer):
-    """Serves one robot `name`, that of its model if empty, in `folder`, which is its own if there is none. `url` and
-    `tokens` are what it takes to hold it; who does is one user, and does not have to let himself drive. `rate`: seconds
-    of its time in one second, None for virtual time; `cell`: what is around it. `program`: what is in its memory;
-    `runs`: the first page executes the first program of it, as if its user had typed that. `styled`: as of `Plan`.
-    `session` is changed in the robot's thread alone: `session.actor.call`. Raises what is wrong with the program.
+    """A local server of one robot. `name`: empty for that of its model. `folder`: of its files; None: a temporary one.
+    `url` and `tokens` are for clients, who all are one user and need no lease. `rate`: seconds of the robot's clock in
+    one second; None: virtual time. `cell`: around the robot. `program`: to load into its memory; `runs`: the first page
+    executes the first program of it. `styled`: as of `Plan`. Change `session` only in the robot's thread:
+    `session.actor.call`. Raises what is wrong with the program.
     """
 
     def __init__(
@@ -194,10 +194,10 @@ class LocalRobot(LocalServer):
             room.first_line = f"EXECUTE {names[0]}" if names and self._runs else ""
 
     def hold(self, told: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
-        """Take hold of it. Raises RequestRefused."""
+        """Return a port to the robot. Raises RequestRefused."""
         hello = hello_of(self.tokens[who], attended=who == BROWSER)
         return SocketPort.connect(self.url, hello, told=told, window=WINDOW)
 
     def client(self, *, attended: bool) -> Client:
-        """A client for a shell, which is to be opened."""
+        """Return a client for a shell; the caller opens it."""
         return Client(self.url, hello_of(self.tokens[SHELL], attended=attended))

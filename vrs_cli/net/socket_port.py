@@ -1,4 +1,4 @@
-"""The port to a served robot. Its connection has an event loop in a thread of its own, so that any thread may wait."""
+"""Use a served robot from any thread: the connection of the port has an event loop in a thread of its own."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 PAST = 60.0  # [s] of the timeline that are kept for a picture of the arm
-CLOSING = 5.0  # [s] that the end of a connection takes at most
+CLOSING = 5.0  # [s] in which a connection is closed
 CLOSED = "it was let go", "connect again"
 T = TypeVar("T")
 
@@ -64,12 +64,12 @@ class Loop:
         raise RequestRefused(*CLOSED)
 
     def soon(self, act: Callable[[], object]) -> None:
-        """Have the loop call `act`, and do not wait. Safe in a signal handler. A closed loop does nothing."""
+        """Call `act` in the loop, without waiting. Safe in a signal handler. A closed loop does nothing."""
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(act)
 
     def do(self, act: Callable[[], T]) -> T:
-        """Have the loop call `act`, and return its result. Raises RequestRefused if the loop is closed."""
+        """Call `act` in the loop, and return its result. Raises RequestRefused if the loop is closed."""
         if current_thread() is self._thread:
             return act()
 
@@ -79,31 +79,30 @@ class Loop:
         return self.wait(once())
 
     def close(self) -> None:
-        """Stop the loop. Everybody who still waits for something gets RequestRefused."""
+        """Cancel all tasks, wait up to CLOSING for them, and stop the loop. Waiting threads get RequestRefused."""
+
+        async def stop_tasks() -> None:
+            tasks = asyncio.all_tasks() - {asyncio.current_task()}
+            for task in tasks:
+                task.cancel()
+            if tasks:
+                await asyncio.wait(tasks, timeout=CLOSING)
+
         with self._lock:
             self.ends = True
-        # in the loop's own thread: this one may run another loop, as that of a notebook does
-        asyncio.run_coroutine_threadsafe(_stop_tasks(), self._loop).result()
+        # in the loop's own thread, as this one may run another loop (in a notebook)
+        asyncio.run_coroutine_threadsafe(stop_tasks(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()
 
 
-async def _stop_tasks() -> None:
-    """Cancel all other tasks of this loop, and wait for their end, but for no longer than CLOSING."""
-    tasks = asyncio.all_tasks() - {asyncio.current_task()}
-    for task in tasks:
-        task.cancel()
-    if tasks:
-        await asyncio.wait(tasks, timeout=CLOSING)
-
-
 class SocketPort:
-    """A served robot in the hands of one user. Any thread may call any method.
+    """A port to a served robot for one user. Any thread may call any method.
 
     The constructor opens the connection. Raises RequestRefused if no robot answers, and what the server refuses.
-    `window`: so many seconds of the past are kept once the timeline is followed. While the connection is cut, requests
-    are refused at once. `close` lets the robot go; so does dropping the last reference to the port.
+    `window`: seconds of the past that are kept once the timeline is followed. While the connection is cut, requests are
+    refused at once. `close` leaves the robot; so does dropping the last reference to the port.
     """
 
     def __init__(self, client: Client, window: float = PAST) -> None:
@@ -139,18 +138,18 @@ class SocketPort:
 
     @property
     def welcome(self) -> messages.Welcome:
-        """The last answer of the server to an opened connection."""
+        """The server's answer to the last opened connection."""
         assert self.far.welcome is not None, "the port is opened by its constructor"
         return self.far.welcome
 
     @property
     def name(self) -> str:
-        """How other users see this one called."""
+        """The name of this user for others."""
         return self.welcome.name
 
     @property
     def one_user(self) -> bool:
-        """Whether nobody else holds the robot."""
+        """Whether all clients of the robot are this user."""
         return self.welcome.one_user
 
     @property
@@ -159,7 +158,7 @@ class SocketPort:
         return self.far.open
 
     def check_open(self) -> None:
-        """Raises RequestRefused, which says since when there is no connection."""
+        """Check that there is a connection. Raises RequestRefused, which says how long there was none."""
         if not self.far.open:
             raise self.far.no_connection
 
@@ -170,7 +169,7 @@ class SocketPort:
 
     @property
     def stalls(self) -> int:
-        """How often the connection was silent for so long that it may have been cut."""
+        """How often the connection was silent so long that it may have been cut."""
         return self.far.stalls
 
     def close(self) -> None:
@@ -180,11 +179,11 @@ class SocketPort:
 
     @property
     def world(self) -> World | None:
-        """The cell around the robot, as its server tells it."""
+        """The world of the cell around the robot, None without one."""
         return self.far.world
 
     def follow(self) -> Mirror:
-        """Return the timeline and the clock, which are kept up to date from the first call on. Raises
+        """Return the mirror of timeline and clock, which follows the robot from the first call on. Raises
         RequestRefused.
         """
         if self.far.mirror is None:
@@ -195,33 +194,31 @@ class SocketPort:
         return self.far.mirror
 
     def previewed(self) -> Previewed:
-        """What the robot will do, with the commands that are on their way to it. Raises RequestRefused if closed."""
+        """Return what the robot will do, with the commands on their way. Raises RequestRefused if closed."""
         if self._loop.ends:
             raise RequestRefused(*CLOSED)
-        return self.far.previewed()  # in the caller's thread: a window asks fifty times a second
+        return self.far.previewed()  # in the caller's thread, as a window asks fifty times a second
 
     def subscribe(self) -> Subscription[TimelineChange]:
-        """The timeline, and every change of it from now on."""
+        """Subscribe to the timeline and all its changes."""
         return self._loop.do(self.follow().events.subscribe)
 
     # --- messages ---
 
     def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
-        """Send a request, made for an id, and wait for its end. Raises what is refused, and RequestRefused if there is
-        no connection.
+        """Send the request that `make` returns for an id; return its end. Raises what the robot refuses, and
+        RequestRefused without a connection.
         """
         return self._loop.wait(self.client.ask(make))
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
-        """Send a request, made for an id, and return the id. All that comes of it goes to the outlet, in the thread of
-        the connection, its end last. Raises RequestRefused if there is no connection.
+        """Send the request that `make` returns for an id; return the id. The outlet gets its messages in the thread of
+        the connection, its end last. Raises RequestRefused without a connection.
         """
         return self._loop.do(lambda: self.client.begin(make, outlet))
 
     def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:
-        """Send a request, but do not wait for its sending: safe in a signal handler. The outlet also gets `Refused` if
-        there is no connection.
-        """
+        """Send a request without waiting: safe in a signal handler. Without a connection the outlet gets `Refused`."""
 
         def begin() -> None:
             try:
@@ -232,8 +229,8 @@ class SocketPort:
         self._loop.soon(begin)
 
     def tell(self, message: messages.ClientMessage) -> None:
-        """Send a message that has no answer, without waiting: safe in a signal handler. If it cannot be sent, the user
-        is told by `client.told`.
+        """Send a message that has no answer, without waiting: safe in a signal handler. If it cannot be sent,
+        `client.told` gets the reason.
         """
 
         def send() -> None:
@@ -245,24 +242,24 @@ class SocketPort:
         self._loop.soon(send)
 
     def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
-        """Wait for the next message of an inbox, so many seconds at most."""
+        """Wait for the next message of an inbox, at most some seconds."""
         return inbox.take(seconds)
 
     def interrupt(self) -> bool:
-        """Stop what is waited for, which comes to an end by itself. Safe in a signal handler."""
+        """Interrupt the present request, which then ends by itself. Safe in a signal handler."""
         self.tell(messages.Interrupt())
         return True
 
     def give_up(self, error: BaseException) -> str:  # noqa: ARG002 (the robot knows nothing of it)
-        """What a user is told who waits no longer."""
+        """Return what to tell a user who no longer waits for a request."""
         return "it is not waited for any more: the robot may do it still"
 
     def status(self) -> PromptStatus:
-        """What a prompt shows, as the robot told it last; a real clock has gone on since."""
+        """Return the last status of the robot, with its clock going on."""
         return self.far.status.now()
 
     def program(self, _key: str) -> None:
-        """Programs are at the robot."""
+        """Return None: the programs are at the robot."""
 
     on_screen, due = None, inf
 
@@ -272,7 +269,7 @@ class SocketPort:
 
 
 def _measure(loop: Loop, client: Client) -> None:
-    """Follow what the body measures from now on. While there is no connection, what is known stays as it is."""
+    """Follow the reports of the body from now on; without a connection, do nothing."""
     if not client.measures:
         with suppress(RequestRefused):
             loop.wait(client.measure())
