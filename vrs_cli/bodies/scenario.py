@@ -29,9 +29,7 @@ MAX_DISTURBANCES = 10_000  # of a scenario
 
 
 class Disturbance(Struct, frozen=True, tag_field="kind"):
-    """A disturbance of a body, from `at` [s] of the robot's clock (None: at once) for `lasting` seconds (None: for
-    ever).
-    """
+    """A disturbance of a body, from `at` [s] of the robot's clock (None: at once) for `lasting` [s] (None: on)."""
 
     word: ClassVar[str]
     at: float | None = None

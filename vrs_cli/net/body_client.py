@@ -105,7 +105,7 @@ class BodyClient:
                 task.cancel()
         if self.embodied and self.far.open:
             with suppress(VrsError):
-                self._send_batch(waiting=MAX_MESSAGE_REPORTS * MAX_WAITING_BYTES_BYTES)
+                self._send_batch(waiting=MAX_MESSAGE_REPORTS * MAX_WAITING_BYTES)
                 self.client.begin(lambda id: messages.Embody(id, held=False), lambda _end: None)
         await self.client.close()
 

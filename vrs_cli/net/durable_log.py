@@ -1,4 +1,5 @@
-"""What a served robot writes to the disk before a command is answered: its timeline in the journal, and its memory.
+"""Write the timeline and the memory of a served robot to the disk before a command is answered; keep its files, and an
+audit of all commands.
 
 `DurableLog` takes the place of the book's journal, so that one sync writes both for many commands.
 
@@ -44,8 +45,8 @@ from vrs_cli.wire.records import RecordError
 
 
 class DurableLog:
-    """The `journal` and `memory` of one robot, None if it has no folder for them. `length`: the number of segments of
-    its timeline; `most`: its limit.
+    """The `journal` and `memory` of one robot, None without a folder for them. `length`: the number of segments of its
+    timeline; `most`: the limit of that.
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class DurableLog:
         self._length, self._most, self._journal, self._memory = length, most, journal, memory
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write deltas into the journal. Raises FileError, and LimitReached if the timeline would get too long."""
+        """Write deltas into the journal. Raises FileError, and LimitReached if the timeline would be too long."""
         longer = sum(len(delta.segments) - delta.drop for delta in deltas)
         if longer > 0 and self._length() + longer > self._most and not happens:
             what = f"the timeline has {self._most} segments, and the server allows no more"
@@ -81,24 +82,24 @@ class DurableLog:
                 self._memory.write()
 
     def note(self) -> None:
-        """Note that a command was carried out, which may have changed the memory."""
+        """Note that a command may have changed the memory."""
         if self._memory is not None:
             self._memory.note()
 
     def prepare(self) -> Dialogue[None]:
-        """Have another thread do what takes long of writing the memory."""
+        """Print long new programs in another thread, before the memory is written."""
         if self._memory is not None:
             yield from self._memory.prepare()
 
     def check(self) -> None:
-        """Write what could not be written before. Raises FileError if that fails again."""
+        """Write the memory again if that has failed before. Raises FileError if it fails again."""
         memory = self._memory
         if memory is not None and memory.failing:
             memory.changed = True
             memory.write()
 
 
-SLACK = 100_000  # bytes that may be out of date before the file is written anew
+SLACK = 100_000  # bytes of replaced parts before the file is written anew
 WAITS = "nothing is changed until the server can write it"
 _SEAL = re.compile(rb"; part ([0-9a-f]{8})\n")
 _SETTINGS = "; settings "
@@ -106,7 +107,7 @@ _settings: Reader[Settings] = Reader(Settings)
 
 
 class MemoryFile:
-    """The memory file of one session. `failing`: why it cannot be written now, empty if it can. Raises FileError."""
+    """The memory file of one session. `failing`: why it cannot be written, empty if it can. Raises FileError."""
 
     def __init__(self, session: Session, path: Path) -> None:
         self.path, self.failing = path, ""
@@ -121,7 +122,7 @@ class MemoryFile:
         self._least = 0  # bytes of the file when it was written anew
 
     def bring_back(self) -> tuple[Diagnostic, ...]:
-        """Load the file, if it is there, and write it anew; return what could not be loaded."""
+        """Load the file, if there is one, and write it anew; return the errors in it."""
         found: tuple[Diagnostic, ...] = ()
         if self.path.exists():
             text = _sound(self.path)
@@ -136,7 +137,7 @@ class MemoryFile:
         return found
 
     def note(self) -> None:
-        """Note that a command was carried out, which may have changed something."""
+        """Set `changed` if the memory differs from the file."""
         if not self.changed:
             session, now, there = self._session, self._now(), self._programs
             self.changed = (
@@ -147,7 +148,7 @@ class MemoryFile:
             )
 
     def prepare(self) -> Dialogue[None]:
-        """Print long programs that are new, before they are written: another thread does that."""
+        """Print long new programs in another thread, before they are written."""
         new = {key: one for key, one in self._now().items() if not self._is_printed(key, one)}
         if sum(len(one.steps) for one in new.values()) <= LONG_PROGRAM:
             return
@@ -168,7 +169,7 @@ class MemoryFile:
         return self._texts[key][1]
 
     def write(self) -> None:
-        """Write what has changed to the disk. Raises FileError; it is written with the next change then."""
+        """Write changes to the disk. Raises FileError; then they are written with the next change."""
         if not self.changed:
             return
         self.changed = False
@@ -187,11 +188,11 @@ class MemoryFile:
             file.close()
 
     def _now(self) -> dict[str, Program]:
-        """The programs in memory."""
+        """Return the programs in memory."""
         return {key: stored.program for key, stored in self._session.environment.programs.items()}
 
     def _to_write(self) -> dict[str, Program]:
-        """The programs in memory; of those that another thread is printing, the versions in the file."""
+        """Return the programs in memory; for those that another thread prints, the versions in the file."""
         now, there = self._now(), self._programs
         for key in self._printing & now.keys():
             if key in there:
@@ -235,7 +236,7 @@ class MemoryFile:
 
 
 def _of_programs(text: str) -> frozenset[int]:
-    """Return the numbers of the lines of programs: these are kept as they are, and their errors were told before."""
+    """Return the numbers of the lines inside programs, whose errors the user knows already."""
     inside, found = False, set[int]()
     for number, line in enumerate(text.split("\n"), start=1):
         inside = inside or (opens_entry(line) and ProgramBuffer(line).is_program)
@@ -251,7 +252,7 @@ def _seal(text: str) -> bytes:
 
 
 def _sound(path: Path) -> str:
-    """Return the parts of a file up to the first incomplete one. A file without parts (a user's own) is taken whole."""
+    """Return the text of a file up to its first incomplete part; all of a file without seals, as users write."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -267,16 +268,20 @@ def _sound(path: Path) -> str:
 
 MAX_AUDIT_BYTES = 10_000_000  # bytes of one file; there are two
 MAX_COMMAND_CHARS = 1000  # characters of one command
-MAX_NAME_CHARS = 40  # characters of a name: a stranger may send any
+MAX_NAME_CHARS = 40  # of a name: strangers may send any
 ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
 PRIVATE = 0o600
 
 
 class Audit:
-    """Adds lines to a file; without a path it does nothing. `now` tells seconds since 1970. `tell` is called once when
-    the file cannot be written, and once when it can again; commands go on meanwhile.
+    """The audit: a file with one line for every command, and for every user who came or went. Without a path it does
+    nothing. `now` returns seconds since 1970. `tell` is called when the file cannot be written, and when it can again;
+    commands go on meanwhile. At `most` bytes the file becomes audit.1.jsonl, in place of the last one. A line:
 
-    Raises FileError if the file cannot be begun.
+        {"when": "2027-03-01T09:30:00.123Z", "robot": "cell1", "who": "ada", "from": "10.0.0.7:51344",
+         "what": "MOVE part", "result": "done"}
+
+    Raises FileError if the file cannot be made.
     """
 
     def __init__(
@@ -290,7 +295,7 @@ class Audit:
                 self._open(path)
 
     def note(self, robot: str, who: str, address: str, what: str, result: str) -> None:
-        """Add a line: what `who`, at an address, did or tried at a robot, and the result. Never raises."""
+        """Add a line: the command of a user at an address to a robot, and its result. Never raises."""
         if self._path is None:
             return
         when = datetime.fromtimestamp(self._now(), UTC).isoformat(timespec="milliseconds")
@@ -328,7 +333,7 @@ class Audit:
             os.replace(path, path.with_suffix(f".1{path.suffix}"))
             self._open(path)
         written = os.write(self._handle, line)
-        if written < len(line):  # the disk is full: no half of a line stays
+        if written < len(line):  # the disk is full: remove the incomplete line
             os.ftruncate(self._handle, self._size)
             raise OSError(0, "there is no room")
         self._size += written

@@ -1,4 +1,4 @@
-"""One served robot without its users: session, files, lease, durable log, and the broadcast of its changes."""
+"""Serve one robot, without its users: its session, lease, body, durable log, and the broadcast of its changes."""
 
 from __future__ import annotations
 
@@ -52,12 +52,14 @@ from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, ReportRows, reports
 
 MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # reports a second; more at once after a cut
 REFUSED_EVERY = 1.0  # [s] between two refusals of reports
-STATUS_EVERY = 1.0  # [s] between two messages of counts and of the clock
-DELAY_SHARE = 1.0 / 16.0  # of a new delay in the mean
+STATUS_EVERY = 1.0  # [s] between two messages of counts and clock
+DELAY_SHARE = 1.0 / 16.0  # weight of a new delay in the mean
 
 
 class ServedBody:
-    """Gives the messages of clients to the `body` of a robot, and what the body measures to those who look."""
+    """Passes messages of clients to the `body` of a robot, and its state to all clients. For the thread of the
+    connections.
+    """
 
     def __init__(self, body: RobotBody, broadcast: Broadcast, wall: Callable[[], float]) -> None:
         self.body, self._broadcast, self._wall = body, broadcast, wall
@@ -65,10 +67,10 @@ class ServedBody:
         self._refused_at = self._told_at = -inf
         self._told = messages.BodyStatus()
 
-    # --- what a client asks ---
+    # --- messages of clients ---
 
     def embody(self, name: str, message: messages.Embody) -> messages.Embodied:
-        """Make a client the body, or take that from it. Raises RequestRefused if another one is the body."""
+        """Make a client the body, or end that. Raises RequestRefused if another client is the body."""
         body = self.body
         if not message.held:
             body.leave(name)
@@ -79,7 +81,7 @@ class ServedBody:
         return messages.Embodied(message.id, next, body.order, body.ordered_at)
 
     def take(self, name: str, message: messages.Measured) -> None:
-        """Take reports of a client. Raises what is wrong with them, once a second."""
+        """Take reports of a client. Raises errors in them, at most one a second."""
         try:
             came = self.body.now()
             self.body.check_is(name)
@@ -92,31 +94,28 @@ class ServedBody:
                 raise IllegalValue(f"reports: {wrong}") from None
             self.body.take(reports, message.first, name)
             self._clock.hear(message.sent, came, message.round_trip)
-            self._note_clock(came - reports[-1].t)
+            age, known, before = came - reports[-1].t, self._clock.estimate, self.body.clock
+            assert known is not None, "a message was heard"
+            delay = age if before == ClockSeen() else before.delay + (age - before.delay) * DELAY_SHARE
+            self.body.clock = ClockSeen(known.offset, known.drift, delay)
         except VrsError:
             wall = self._wall()
             if wall >= self._refused_at + REFUSED_EVERY:
                 self._refused_at = wall
                 raise
 
-    def _note_clock(self, age: float) -> None:
-        known, before = self._clock.estimate, self.body.clock
-        assert known is not None, "it has heard of the clock"
-        delay = age if before == ClockSeen() else before.delay + (age - before.delay) * DELAY_SHARE
-        self.body.clock = ClockSeen(known.offset, known.drift, delay)
-
     def window(self, message: messages.MeasuredWindow) -> messages.ShownMeasured:
-        """Answer what was measured in a stretch of time, as much as fits into one message."""
+        """Return the reports of a stretch of time, as many as fit into one message."""
         told = self._broadcast.measured.count
         end = inf if message.end is None else message.end
         found = list(islice(self.body.record.view.between(message.begin, end), MAX_MESSAGE_REPORTS + 1))
         parts = tuple(ReportRows(**row_fields(part)) for part in row_parts(found[:MAX_MESSAGE_REPORTS]))
         return messages.ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_MESSAGE_REPORTS)
 
-    # --- what all are told ---
+    # --- the state for all clients ---
 
     def tick(self, *, changed: bool = False) -> None:
-        """Tell all what is known of the body: at once if it has `changed`, else once a second."""
+        """Announce the state of the body: at once if it has `changed`, else once a second."""
         wall, body = self._wall(), self.body
         unknown = body.unknown_since
         changed = changed or (unknown is None) != (self._told.unknown is None)
@@ -130,16 +129,16 @@ class ServedBody:
 
 
 MEASURED_SECONDS = 3600.0  # [s] of reports that stay in memory; the journal keeps all
-MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large
-LATELY = 1.0  # [s] in which a user counts as one who asks
-FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed when there is no room
+SIZE_CHECK_S = 0.1  # between two measurements of a robot's size, which take a while for a large one
+LATELY = 1.0  # [s] after a request a user counts as active
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed without room
 
 
 LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and what users are told
 
 
 class WhenGone(Enum):
-    """What to do with a running program when the driver is gone."""
+    """The fate of a running program when the driver is gone."""
 
     GO_ON = "go-on"
     PAUSE = "pause"
@@ -147,8 +146,8 @@ class WhenGone(Enum):
 
 
 class Driving:
-    """The lease of one robot. Any thread may call any method; `told` is called with each change, in that thread.
-    `by_asking`: only a user who asks for the lease takes it, not one who commands something.
+    """The lease of one robot. Any thread may call any method; `told` is called in that thread with each change.
+    `by_asking`: only asking for the lease takes it, not commanding.
     """
 
     def __init__(
@@ -159,8 +158,8 @@ class Driving:
         self.lease = RobotLease()
 
     def may(self, who: str) -> None:
-        """Check that a user may command something. The first who does so, while nobody drives, takes the lease, unless
-        it has to be asked for. Raises LeaseHeld.
+        """Check that a user may command. If nobody drives, the user takes the lease, unless it has to be asked for.
+        Raises LeaseHeld.
         """
         with self._lock:
             now = self._wall()
@@ -174,18 +173,18 @@ class Driving:
             self._take(self.lease.acquire(who, now))
 
     def change(self, step: Callable[[RobotLease, float], LeaseStep]) -> None:
-        """Take a step of the lease, such as `acquire`, at the present time. Raises LeaseHeld."""
+        """Change the lease by a step such as `acquire`, at the present time. Raises LeaseHeld."""
         with self._lock:
             self._take(step(self.lease, self._wall()))
 
     def beat(self, who: str) -> None:
-        """Note that a user is there; one who does not drive changes nothing."""
+        """Note that a user was heard; this matters only for the driver."""
         with self._lock:
             if self.lease.drives(who):
                 self.lease = self.lease.beat(who, self._wall())
 
     def take_lapsed(self) -> str:
-        """Take the lease from a driver who was not heard for too long; return the name, empty if there is none."""
+        """Take the lease from a driver who was silent for too long; return the driver's name, or an empty one."""
         with self._lock:
             lease, now = self.lease, self._wall()
             if not lease.holder or not lease.expired(now):
@@ -202,10 +201,10 @@ class Driving:
 
 
 class Plan(Struct, frozen=True):
-    """How a robot is served. `journal`: the file for its timeline, None for none; `folder`: its files. `one_user`: all
-    who hold it are the same person, so only a user who asks for the lease takes it. `idle`: a robot that nobody has
-    held or watched for so long [s] is paused. `reach`: how much of what is in the journal stays in memory, too. `cell`:
-    what is around it. `styled`: make lines of styled text of a reply, for clients that ask for them by `rendered`.
+    """How a robot is served. `journal`: the file for its timeline, None for none. `folder`: of its files. `one_user`:
+    all clients are one person, so the lease is taken only by asking for it. `idle`: seconds without users and viewers
+    after which the robot is paused. `reach`: how much of the journal stays in memory. `cell`: around the robot.
+    `styled`: renders a reply as lines, for clients that ask for them with `rendered`.
     """
 
     model: RobotModel
@@ -223,7 +222,7 @@ class Plan(Struct, frozen=True):
 
 
 class _LeasedSession(Session):
-    """A session that asks the lease who may command."""
+    """A session in which only the driver may command, according to the lease."""
 
     driving: Driving
 
@@ -234,11 +233,11 @@ class _LeasedSession(Session):
 
 
 class ServedRobot:
-    """`wake` is called, in any thread, when the queue `said` has something to do in the thread of the connections;
-    `tell` takes messages for whoever runs the server; `robots`: the names of the robots that a grant allows. `driven`
-    is called when the lease changes; `lost`, with the reason, when the journal cannot be written. `touched`: functions
-    that send what users have been told since the last call. Raises FileError, FileDamaged, UsageError if the robot
-    cannot be served.
+    """A robot that is served. `wake` is called, in any thread, when the queue `said` has work for the thread of the
+    connections. `tell` takes messages for the operator of the server. `robots`: the names of the robots that a grant
+    allows. `driven` is called when the lease changes; `lost`, with the reason, when the journal cannot be written.
+    `touched`: functions that flush the sockets with new messages. Raises FileError, FileDamaged, UsageError if the
+    robot cannot be served.
     """
 
     def __init__(
@@ -271,9 +270,14 @@ class ServedRobot:
         self._journal: Journal | None = None
         self._memory: MemoryFile | None = None
         self._unwritten: list[Report] = []  # that are not given to the journal yet
-        self.durable_log = self._durable_log()
+        self.durable_log = self._open_durable_log()
         engine = self.session.engine
-        self.cell = self._told_cell()
+        self.cell: dict[str, Any] | None = None  # for clients
+        if plan.cell is not None:
+            self.session.driver.surround(plan.cell)
+            self.cell = cell_record(plan.cell)
+            if self.cell is None:
+                tell(f"{name}: its cell is too large for clients, which show no parts (at most 1 MB of JSON)")
         if plan.causality:
             engine.perform(SetParameter("CAUSALITY", plan.causality))
         self._self = UserSession(self.session, UserState())
@@ -285,11 +289,11 @@ class ServedRobot:
         self.broadcast = Broadcast(self._self, first, wall, state, self._course_teller())
         self.served_body = ServedBody(self.session.body, self.broadcast, wall)
         engine.measured.listeners.append(self._tell_measured)
-        self._measured = wall() - 2 * MEASURED
+        self._measured = wall() - 2 * SIZE_CHECK_S
         self._grown: LimitReached | None = None  # why the robot may not grow any more
 
     def _course_teller(self) -> CourseTeller | None:
-        """Return what tells clients of the parts of the cell; None where there is none."""
+        """Return the thread that computes the course of the world; None without a cell."""
         session, world = self.session, self.session.driver.world
         if world is None:
             return None
@@ -310,27 +314,16 @@ class ServedRobot:
             self.console, plan.model, clock=clock, limits=limits, folder=self.folder, advice=advice
         )
         session.driving, session.lease = self.driving, self.binding(self.driving.lease)
-        session.divergence.ask = self._ask_by_itself
+
+        def submit(dialogue: Dialogue[None], urgent: bool) -> None:
+            told = session.divergence.telling(self.check_and_note(dialogue, lambda: urgent))
+            session.actor.submit(told, urgent=urgent)
+
+        session.divergence.ask = submit
         return session
 
-    def _ask_by_itself(self, dialogue: Dialogue[None], urgent: bool) -> None:
-        """Let the robot do something by itself, and write down what that changes. In any thread."""
-        told = self.session.divergence.telling(self.check_and_note(dialogue, lambda: urgent))
-        self.session.actor.submit(told, urgent=urgent)
-
-    def _told_cell(self) -> dict[str, Any] | None:
-        """Put the robot into its cell; return what clients are told of it."""
-        cell = self.plan.cell
-        if cell is None:
-            return None
-        self.session.driver.surround(cell)
-        told = cell_record(cell)
-        if told is None:
-            self._tell(f"{self.name}: its cell is too large for clients, which show no parts (at most 1 MB of JSON)")
-        return told
-
-    def _durable_log(self) -> DurableLog:
-        """Open the journal and the memory file, and continue from what they have."""
+    def _open_durable_log(self) -> DurableLog:
+        """Open the journal and the memory file, and continue from their contents."""
         engine, path = self.session.engine, self.plan.journal
         if path is not None:
             taken = take_up(path, changes=self.plan.reach.changes)
@@ -338,7 +331,7 @@ class ServedRobot:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
             engine.measured.listeners.remove(self._journal.add_reports)  # they come in another thread than the robot's
-            engine.measured.listeners.append(self._leave_unwritten)
+            engine.measured.listeners.append(self._unwritten.extend)
             try:
                 measured_until = engine.measured.view.end
                 if measured_until is not None:
@@ -357,7 +350,7 @@ class ServedRobot:
         return durable_log
 
     def close(self) -> None:
-        """Refuse what is under way, and put everything on the disk. Raises FileError."""
+        """Refuse the present requests, and put everything on the disk. Raises FileError."""
         self.session.actor.close()
         self._events.end()
         if self.broadcast.course is not None:
@@ -377,30 +370,27 @@ class ServedRobot:
         if self.broadcast.measure(reports):
             self.wake()
 
-    def _leave_unwritten(self, reports: Sequence[Report]) -> None:
-        self._unwritten += reports
-
     def _write_reports(self) -> None:
-        """Write the reports that have come into the journal: in the robot's thread, or when that has ended."""
+        """Write new reports into the journal, in the robot's thread or after its end."""
         reports = self._unwritten[:]
         if self._journal is not None and reports:
             self._journal.add_reports(reports)
-        del self._unwritten[: len(reports)]  # others may have come meanwhile, in another thread
+        del self._unwritten[: len(reports)]  # not those that another thread has added meanwhile
 
     def binding(self, lease: RobotLease) -> RobotLease | None:
-        """The lease that restricts commands: none for a robot of one user, until somebody asks to drive alone."""
+        """Return the lease that restricts commands; for a robot of one user None, until somebody asks for it."""
         return None if self.plan.one_user and not lease.holder else lease
 
-    # --- what its users may do ---
+    # --- requests of users ---
 
     def others_ask(self, user: UserSession) -> bool:
-        """Return whether another user has asked for something lately."""
+        """Return whether another user has sent a request lately."""
         earliest = self.wall() - LATELY
         return any(at > earliest for other, at in self.asked_at.items() if other is not user)
 
     def check_and_note(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
-        """Run a dialogue in the robot's thread, and write down what it changes. Raises FileError, LimitReached if
-        nothing may be changed now and the dialogue is not one that may `always` run.
+        """Run a dialogue in the robot's thread, and note its changes for the disk. Raises FileError or LimitReached if
+        nothing may change now and the dialogue may not `always` run.
         """
         try:
             self._check()
@@ -416,7 +406,7 @@ class ServedRobot:
 
     def _check(self) -> None:
         self.durable_log.check()
-        if (now := self.wall()) - self._measured > MEASURED:
+        if (now := self.wall()) - self._measured > SIZE_CHECK_S:
             self._measured, self._grown = now, None
             try:
                 check_growth(self.allowance, len(self.session.environment.kinds) + len(self.session.programs))
@@ -427,7 +417,7 @@ class ServedRobot:
             raise self._grown
 
     def may_always(self, line: str) -> bool:
-        """Return whether a line only looks, stops, or makes room."""
+        """Return whether a line only looks, stops the robot, or makes room."""
         try:
             statement = parse_prompt(line, self.session.names())
         except VrsError:
@@ -444,12 +434,12 @@ class ServedRobot:
     # --- the thread of the connections ---
 
     def put(self, tell: Callable[[], None]) -> None:
-        """Have something told in the thread of the connections. In any thread."""
+        """Call `tell` in the thread of the connections. In any thread."""
         self.said.append(tell)
         self.wake()
 
     def wake(self) -> None:
-        """Wake the thread of the connections, once until it comes."""
+        """Wake the thread of the connections, once until it has run."""
         if not self._woken:
             self._woken = True
             self._wake()

@@ -58,9 +58,8 @@ def good_name(name: str) -> bool:
 
 
 class Grant(Struct, frozen=True):
-    """The rights of a token. `robots`: the shared robots that it may hold, None for all. `until`: seconds since 1970.
-    `body`: it may be the body of its robots.
-    Two grants are equal if nothing of them has changed, the token included.
+    """The rights of a token. `robots`: the shared robots that it may hold, None for all. `until`: its end, in seconds
+    since 1970. `body`: its user may be the body of its robots. Grants are equal if token and rights are the same.
     """
 
     name: str
@@ -75,8 +74,8 @@ class Grant(Struct, frozen=True):
         return self.until is not None and now >= self.until
 
     def own_names(self, most: int) -> tuple[str, ...]:
-        """The names of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`; a body has
-        none.
+        """Return the names of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`; none
+        for a body.
         """
         if self.body:
             return ()
@@ -97,7 +96,7 @@ class Tokens(Struct, frozen=True):
     grants: tuple[Grant, ...] = ()
 
     def find(self, token: str, now: float) -> Grant | None:
-        """Return the grant of a token that is valid now. The time that it takes tells nothing about the tokens."""
+        """Return the grant of a token, None if it is not valid now. The duration does not depend on the tokens."""
         asked, found = digest_of(token), None
         for grant in self.grants:
             if hmac.compare_digest(asked, grant.digest):
@@ -113,9 +112,9 @@ class Tokens(Struct, frozen=True):
 
 
 class TokenFile:
-    """The tokens of a file, for a server of `robots` at which each token has `own` more. `wrong`: what is wrong with a
-    file that has changed; the tokens before the change are valid then. Raises FileError, FileDamaged if the file is
-    wrong at first.
+    """The tokens of a file, for a server of `robots` at which each token has `own` more. `wrong`: the error in a
+    changed file; then the tokens before the change stay valid. Raises FileError, FileDamaged if the file is wrong at
+    first.
     """
 
     def __init__(self, path: Path, robots: Iterable[str] = (), own: int = 0) -> None:
@@ -126,8 +125,8 @@ class TokenFile:
         self.wrong = ""
 
     def look(self) -> bool:
-        """Read the file again if it has changed; return whether the tokens are others now. A program that writes a file
-        may empty it first: so it is read when it is as at the look before, and taken if it still is after reading.
+        """Read the file again if it has changed; return whether the tokens have changed. Programs may empty a file
+        before they write it: so it is read only if it is as at the last look, and used if it is the same after reading.
         """
         mark = stamp(self.path)
         still, self._seen = mark == self._seen, mark
@@ -144,8 +143,8 @@ class TokenFile:
         return found != before
 
     def _read_grants(self) -> Tokens:
-        """Read the file. Raises FileError, and FileDamaged if a robot that a token has for itself would belong to
-        another one too. Names that differ by capital letters alone are the same, as for files on some systems.
+        """Read the file. Raises FileError, and FileDamaged if two tokens would have the same robot for themselves. Case
+        does not count in names, as some file systems ignore it.
         """
         tokens, whose = read_tokens(self.path), {robot.casefold(): "the robot of all" for robot in self._robots}
         for grant in tokens.grants:
@@ -233,9 +232,9 @@ def add_tokens(
     *,
     plain: bool = False,
 ) -> dict[str, str]:
-    """Make a token for each name, all with the same rights, and add their hashes to a file, which is made if need be.
-    Return the tokens by name; nobody can find them out later, unless the file has them `plain`. Raises FileError,
-    FileDamaged, and UsageError for a name that is there already.
+    """Make a token for each name, all with the same rights, and add their hashes to a file, which is made if it does
+    not exist. Return the tokens by name. `plain`: write the tokens themselves, so that they can be read later. Raises
+    FileError, FileDamaged, and UsageError for a name that the file has already.
     """
     made, before, known = {name: secrets.token_urlsafe(BYTES) for name in names}, "", set[str]()
     if path.exists():
@@ -266,15 +265,15 @@ def add_tokens(
 
 
 def plain_tokens(path: Path) -> dict[str, str]:
-    """Return the tokens that a file has as they are, by name. Raises FileError, FileDamaged."""
+    """Return the tokens that a file has in plain text, by name. Raises FileError, FileDamaged."""
     read_tokens(path)
     rows = tomllib.loads(path.read_text(encoding="utf-8")).get("token", [])
     return {row["name"]: row["token"] for row in rows if "token" in row}
 
 
 def take_out(path: Path, names: Iterable[str]) -> None:
-    """Remove the tokens of these names from a file; all else in it stays. Raises FileError, FileDamaged, and UsageError
-    for a name that is not there.
+    """Remove the tokens of these names from a file, and nothing else. Raises FileError, FileDamaged, and UsageError for
+    a name that the file does not have.
     """
     gone = set(names)
     if missing := sorted(gone - {grant.name for grant in read_tokens(path).grants}):
@@ -288,13 +287,21 @@ TEACHER_NAME = "teacher"
 OWN_ROBOTS = 2  # of each student: for work, and for lessons
 MAX_HAND_IN_BYTES = 1_000_000
 MAX_HAND_INS = 500  # of one student
-SECONDS_TO_END = 20.0  # in which a running server has closed the robots of a student who was removed
+SECONDS_TO_END = 20.0  # in which a running server closes the robots of a student who was removed
 _STAMP = "%Y%m%d-%H%M%S"
 _HAND_IN = re.compile(r"\d{8}-\d{6}-.*\.v2")
 
 
 class ClassFolder(Struct, frozen=True):
-    """A class on the disk."""
+    """The folder of a class, which `vrs class` makes and `vrs serve --class` serves:
+
+    tokens.toml      # the tokens in plain text, so that links can be shown again: only for the teacher to read
+    files/ada/       # the files of each student's robots
+    journal/ada.vrst # the timelines, programs and places of each student's robots
+    hand-ins/ada/    # 20270311-101500-pick.v2: the programs that were handed in, with their times (UTC)
+    lessons/ada.json # where each student is in the lessons
+    collected/ada.v2 # the newest program of each student, for vrs grade
+    """
 
     root: Path
 
@@ -323,7 +330,7 @@ class ClassFolder(Struct, frozen=True):
         return self.root / "collected"
 
     def make(self, students: Iterable[str]) -> None:
-        """Make the folder, or add students to it. Raises FileError, and UsageError for a name that is there already."""
+        """Make the folder, or add students to it. Raises FileError, and UsageError for a known name."""
         with writing(self.root, "name another folder"):
             self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
         names = [*students, *(() if self.tokens.exists() else (TEACHER_NAME,))]
@@ -332,11 +339,11 @@ class ClassFolder(Struct, frozen=True):
             add_tokens(self.tokens, [TEACHER_NAME], TEACHER_NAME, plain=True)
 
     def students(self) -> Mapping[str, str]:
-        """The tokens of the students by their names. Raises FileError."""
+        """Return the tokens of the students by their names. Raises FileError."""
         return self._of(teacher=False)
 
     def teachers(self) -> Mapping[str, str]:
-        """The tokens of the teachers by their names. Raises FileError."""
+        """Return the tokens of the teachers by their names. Raises FileError."""
         return self._of(teacher=True)
 
     def _of(self, *, teacher: bool) -> Mapping[str, str]:
@@ -366,7 +373,7 @@ class ClassFolder(Struct, frozen=True):
         return file
 
     def latest(self) -> Mapping[str, Path]:
-        """The newest program of each student who has handed one in."""
+        """Return the newest hand-in of each student who has one."""
         found = dict[str, Path]()
         for folder in sorted(self.hand_ins.iterdir()) if self.hand_ins.is_dir() else ():
             programs = self.programs(folder.name)
@@ -375,13 +382,13 @@ class ClassFolder(Struct, frozen=True):
         return found
 
     def programs(self, student: str) -> list[Path]:
-        """The programs that a student has handed in, the newest last."""
+        """Return the hand-ins of a student, the newest last."""
         folder = self.hand_ins / student
         return sorted(path for path in folder.glob("*.v2") if _HAND_IN.fullmatch(path.name)) if folder.is_dir() else []
 
     def collect(self, target: Path) -> Mapping[str, Path]:
-        """Copy the newest program of each student to NAME.v2 in a folder, as `vrs grade` takes them; return what was
-        copied by student. Raises FileError.
+        """Copy the newest hand-in of each student to NAME.v2 in a folder, for `vrs grade`; return the copied files by
+        student. Raises FileError.
         """
         found = self.latest()
         with writing(target, "name another folder"):
@@ -402,8 +409,8 @@ class ClassFolder(Struct, frozen=True):
     # --- a student who leaves ---
 
     def forget(self, student: str) -> None:
-        """Remove a student: the token first, which puts him out of a running server, and then all files. Raises
-        UsageError for a name that is not there, FileError.
+        """Remove a student: first the token, so that a running server closes the connections, then all files. Raises
+        UsageError for an unknown name, FileError.
         """
         if not good_name(student) or student in self.teachers():
             raise UsageError(f"{student} is no student of {self.root}", "vrs class links lists them")
@@ -443,13 +450,13 @@ class ClassFolder(Struct, frozen=True):
             time.sleep(0.1)
 
     def _forget_in_audits(self, student: str) -> None:
-        """Leave out the lines of the audit that tell of a student."""
+        """Remove the lines about a student from the audit."""
         tells = re.compile(rf'"(robot|who)": "{re.escape(student)}(-\d+)?"')
         for path in self.journal.glob("audit*.jsonl") if self.journal.is_dir() else ():
             with writing(path, "remove its lines by hand"):
                 lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
                 kept = [line for line in lines if not tells.search(line)]
                 if len(kept) < len(lines):
-                    with path.open("r+", encoding="utf-8") as stream:  # a running server goes on adding to this file
+                    with path.open("r+", encoding="utf-8") as stream:  # in place: a running server appends to it
                         stream.writelines(kept)
                         stream.truncate()
