@@ -46,7 +46,7 @@ class Push(Disturbance, frozen=True, tag="push"):
 
 
 class Payload(Disturbance, frozen=True, tag="payload"):
-    """A load at the flange that the controller does not know: mass [kg] and its centre [m] in the frame of the flange."""
+    """A load at the flange that the controller does not know: mass [kg] and its centre [m] in the flange's frame."""
 
     word: ClassVar[str] = "payload"
     mass: float = 0.0

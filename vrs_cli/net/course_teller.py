@@ -47,15 +47,15 @@ _one_at_a_time = Lock()  # of all robots of this process
 
 
 class Cut(NamedTuple):
-    """From when on a change makes a course another one, and contacts [s]."""
+    """The times from which on a change alters a course, and contacts [s]."""
 
     course: float = inf
     contacts: float = inf
 
     @classmethod
     def between(cls, before: Timeline, after: Timeline) -> Cut:
-        """The hand may touch what it takes at the end of a motion, so contacts may be others in all of it; those of
-        steering are not looked for again.
+        """Return the cut between two timelines. Contacts may change in all of the motion before it, as the hand touches
+        the part that it takes at the end; those of steering are not searched again.
         """
         since = before.same_until(after)
         last = since - TICK
@@ -70,20 +70,20 @@ NEVER, FROM_THE_BEGIN = Cut(), Cut(-inf, -inf)
 
 
 class Heard(NamedTuple):
-    """What a client has heard: the course before `until`, and contacts from `low` to `high` [s]."""
+    """The part that a client has got: the course before `until`, and contacts from `low` to `high` [s]."""
 
     until: float = -inf
     low: float = inf
     high: float = -inf
 
     def cut(self, cut: Cut) -> Heard:
-        """Return what of it is true after a change."""
+        """Return the part that is still valid after a change."""
         low, high = (self.low, min(self.high, cut.contacts)) if cut.contacts > self.low else (inf, -inf)
         return Heard(min(self.until, cut.course), low, high)
 
 
 class Known(Struct, frozen=True):
-    """What is computed of a course: all before `until`, and contacts from `low` to `high` [s]."""
+    """The computed part of a course: all before `until`, and contacts from `low` to `high` [s]."""
 
     course: WorldCourse
     until: float
@@ -92,8 +92,8 @@ class Known(Struct, frozen=True):
     touches: tuple[ContactSpan, ...] = ()
 
     def cut(self, since: float, now: float) -> Known:
-        """Return what is true of contacts after a change from a time on [s]; where nothing is known of them, they are
-        looked for from `now` on, or a little before.
+        """Return the part with the contacts that are still valid after a change from `since` on [s]. If none are, they
+        are searched from shortly before `now` on [s].
         """
         if since > self.low:
             return replace(self, high=min(self.high, since), touches=tuple(clip_contacts(self.touches, -inf, since)))
@@ -102,8 +102,8 @@ class Known(Struct, frozen=True):
 
 
 class CourseComputer:
-    """Computes the course of a timeline and its contacts, step by step. Pure; one thread at a time. `now` tells the
-    robot's clock [s]; `looks`: for contacts too, where that can be.
+    """Computes the course of a timeline and its contacts, step by step. Pure; for one thread at a time. `now` returns
+    the robot's clock [s]; `looks`: search contacts too, if MuJoCo is there.
     """
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
@@ -113,18 +113,18 @@ class CourseComputer:
         self._checker: Checker | None = None
 
     def begin(self, timeline: Timeline, known: Known | None, cut: Cut) -> Known:
-        """Begin with a timeline; `known`: of another one, which is the same before the cut."""
+        """Begin with a timeline; `known`: the part of another timeline that is the same before the cut."""
         course = self._world.course(timeline)
         before = known or Known(course, -inf, inf, -inf)
         until = min(before.until, cut.course, course.known_until(-inf))
         return replace(before, course=course, until=until).cut(cut.contacts, self._now())
 
     def wants_more(self, known: Known) -> bool:
-        """Return whether the course is to go on."""
+        """Return whether more of the course has to be computed."""
         return known.until < max(known.course.timeline.last, self._now()) + LEAST_AHEAD
 
     def step(self, known: Known) -> Known:
-        """Return what is known after a step; the same where all is."""
+        """Return the known part after one more step; the same object if all is known."""
         course = known.course
         wanted = max(course.timeline.last, self._now()) + AHEAD
         if self.wants_more(known):
@@ -134,7 +134,7 @@ class CourseComputer:
         return self._look_ahead(known, wanted) or self._look_back(known) or known
 
     def _look_ahead(self, known: Known, wanted: float) -> Known | None:
-        """Look for contacts after those that are known."""
+        """Search the contacts after the known ones; None if there is nothing to search."""
         course, begin = known.course, known.high
         timeline = course.timeline
         last = max(timeline.last, course.last_move(known.until))
@@ -142,14 +142,14 @@ class CourseComputer:
         if begin < end:
             end = min(end, begin + (STRETCH if begin < timeline.end else STANDING))
             return replace(known, high=end, touches=join_contacts(known.touches, self.touches(known, begin, end)))
-        if known.until == inf and begin < inf:  # all stands for ever
+        if known.until == inf and begin < inf:  # everything stands for ever
             touches = (one for one in self.touches(known, last, last + STRETCH) if one.end == last + STRETCH)
             found = [one._replace(begin=max(one.begin, begin), end=None) for one in touches]
             return replace(known, high=inf, touches=join_contacts(known.touches, found))
         return None
 
     def _look_back(self, known: Known) -> Known | None:
-        """Look for contacts before those that are known."""
+        """Search the contacts before the known ones; None if there is nothing to search."""
         course, end = known.course, known.low
         if end <= course.begins or len(known.touches) > MAX_TOUCHES:
             return None
@@ -168,7 +168,7 @@ class CourseComputer:
 
 
 def _went_on(course: WorldCourse, wanted: float) -> float:
-    """Let a course go on, for one step; return the time before which it is known then [s]."""
+    """Compute a course for STEP seconds of CPU time; return the time before which it is known then [s]."""
     until, done = -inf, time.thread_time() + STEP
     while until <= wanted and time.thread_time() < done:
         until = course.known_until(wanted)
@@ -176,7 +176,7 @@ def _went_on(course: WorldCourse, wanted: float) -> float:
 
 
 def join_contacts(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) -> tuple[ContactSpan, ...]:
-    """Return contacts of two stretches of time; those that go on from one to the other are one."""
+    """Join the contacts of two successive stretches of time; contacts across the boundary become one."""
     found = list(earlier)
     open_ends = {(one.first, one.second, one.end): k for k, one in enumerate(found)}
     for one in later:
@@ -197,21 +197,21 @@ def clip_contacts(touches: Iterable[ContactSpan], begin: float, end: float) -> I
             yield one._replace(begin=max(one.begin, begin), end=None if until == inf else until)
 
 
-# --- one robot's course, for all who hear it --------------------------------------------------------------------------
+# --- one robot's course, for all its listeners -----------------------------------------------------------------------
 
 
 class CourseTeller:
-    """The course of one robot: the thread of the connections asks for it, another one calls `step`."""
+    """The course of one robot for its listeners: the thread of connections asks for it, another calls `step`."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._computer = CourseComputer(world, now, looks=looks)
         self._changed = Condition()
         self._clients = 0
         self._timeline: Timeline | None = None  # the last; None while nobody listens
-        self._cut = self._taken = NEVER  # what `_known` has no more of; the second is being computed
+        self._cut = self._taken = NEVER  # cuts that `_known` does not contain yet; the second is being computed
         self._known: Known | None = None
 
-    # --- who hears ---
+    # --- listeners ---
 
     def begin(self, timeline: Timeline) -> None:
         """Count one more listener."""
@@ -236,9 +236,7 @@ class CourseTeller:
                 self._changed.notify()
 
     def tick(self) -> None:
-        """Compute more where the robot's clock comes near to the end of what is known. To be called some times a
-        second.
-        """
+        """Compute more when the robot's clock comes near the end of the known part. Call it some times a second."""
         if self._wants_more():
             with self._changed:
                 self._changed.notify()
@@ -248,16 +246,16 @@ class CourseTeller:
 
     @property
     def known_part(self) -> Known | None:
-        """Return what is known so far; None before the first step."""
+        """The known part; None before the first step."""
         return self._known
 
     @property
     def looks(self) -> bool:
-        """Return whether contacts are looked for."""
+        """Whether contacts are searched."""
         return self._computer.looks
 
     def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
-        """Return the next messages for a listener, and what it has heard then; none where it has heard all."""
+        """Return the next messages for a listener, and the part that it has got then; no messages if it has all."""
         with self._changed:
             known, cut = self._known, self._cut.first(self._taken)
         if known is None:
@@ -302,8 +300,8 @@ class CourseTeller:
 
 
 class CourseThread(CourseTeller):
-    """Computes in a thread of its own, while somebody listens. `works` tells whether the robot has work; `woken` is
-    called, in that thread, when there is more to tell; `failed` with an error that nobody expects.
+    """A course that is computed in a thread of its own while there are listeners. `works` returns whether the robot has
+    work; `woken` is called in that thread when there is more to send; `failed` is called with an unexpected error.
     """
 
     def __init__(
@@ -364,7 +362,7 @@ class CourseThread(CourseTeller):
 
 
 def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRows, float]:
-    """Return the rows of a course between two times [s], and the time before which these are all: `end`, unless that
+    """Return the rows of a course between two times [s], and the end of that stretch: `end`, or earlier if the rows
     would be too many for one message.
     """
     rows = course.rows(begin, end)
@@ -378,9 +376,9 @@ def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRo
 
 
 class WholeCourse(Struct, frozen=True):
-    """The course of a saved trajectory, as `course` and `contacts` tell it. `touches`: None where contacts are not
-    looked for: of a timeline that is longer than MAX_LOOKED, or without MuJoCo. It is known before `until` [s]; None:
-    for ever.
+    """The course of a saved trajectory, as in the messages `course` and `contacts`. `touches`: None if contacts are not
+    searched, as the timeline is longer than MAX_LOOKED or MuJoCo is missing. It is known before `until` [s]; None: for
+    ever.
     """
 
     rows: CourseRows
@@ -389,7 +387,7 @@ class WholeCourse(Struct, frozen=True):
 
 
 def whole_course(world: World, timeline: Timeline, between: tuple[float, float] | None = None) -> WholeCourse:
-    """Compute the course of a whole timeline, and its contacts, which take longer, `between` two times [s] alone."""
+    """Compute the course of a whole timeline, and its contacts; `between`: search these only between two times [s]."""
     looks = between is None and timeline.last - timeline.start <= MAX_LOOKED
     computer = CourseComputer(world, lambda: timeline.start, looks=looks)
     known = computer.begin(timeline, None, NEVER)

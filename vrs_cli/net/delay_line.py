@@ -1,6 +1,6 @@
-"""Delays of a line: the arrival times of messages. Pure; every random number is seeded.
+"""Compute arrival times of messages on a line with delays. Pure; random numbers are seeded.
 
-Order is kept, as TCP keeps it. A lost message is sent again after a while, as TCP does: loss is a delay too.
+Messages stay in order, as with TCP. A lost message is sent again later, as TCP does: so loss is a delay, too.
 
 Delays as people write them:
 
@@ -28,18 +28,18 @@ from msgspec import Struct
 from vrs_cli.errors import NonexistentFile, UsageError, did_you_mean
 
 RETRANSMIT = 0.2  # [s] until what was lost is sent again: the least that Linux waits (TCP_RTO_MIN)
-MAX_RETRANSMIT_S = 120.0  # [s] between two tries, which double until then (RFC 6298, 5.5 and TCP_RTO_MAX)
+MAX_RETRANSMIT_S = 120.0  # between two tries; the time doubles up to this (RFC 6298, 5.5 and TCP_RTO_MAX)
 
 
 class Delays(Protocol):
     """The delays of a line, as a value."""
 
     def source(self, random: Random) -> Callable[[float], float]:
-        """Return a function that gives the delay [s] of a message sent at t [s]; to be called in the order of time."""
+        """Return a function that returns the delay [s] of a message sent at t [s]; call it in the order of time."""
 
 
 class Constant(Struct, frozen=True):
-    """Always the same [s]."""
+    """A constant delay [s]."""
 
     seconds: float
 
@@ -48,7 +48,7 @@ class Constant(Struct, frozen=True):
 
 
 class Normal(Struct, frozen=True):
-    """Normally distributed [s], never below 0."""
+    """Normally distributed delays [s], never below 0."""
 
     mean: float
     deviation: float
@@ -58,7 +58,7 @@ class Normal(Struct, frozen=True):
 
 
 class Gamma(Struct, frozen=True):
-    """Gamma distributed [s]: many a little late, a few very late."""
+    """Gamma distributed delays [s]: many are short, a few very long."""
 
     mean: float
     deviation: float
@@ -71,8 +71,8 @@ class Gamma(Struct, frozen=True):
 
 
 class Bursty(Struct, frozen=True):
-    """Two states by turns (Gilbert's channel of 1960, in continuous time): the delay is `calm` or `burst` [s]. Each
-    state lasts `calm_lasts` or `burst_lasts` [s] on average, exponentially distributed.
+    """Delays with two states (Gilbert's channel of 1960, in continuous time): `calm` or `burst` [s]. The states last
+    `calm_lasts` and `burst_lasts` [s] on average, exponentially distributed.
     """
 
     calm: float
@@ -82,8 +82,8 @@ class Bursty(Struct, frozen=True):
 
     def source(self, random: Random) -> Callable[[float], float]:
         often_calm = self.calm_lasts / (self.calm_lasts + self.burst_lasts)
-        changes = 1.0 / self.calm_lasts + 1.0 / self.burst_lasts  # [1/s]: a state is forgotten at this rate
-        chance, last = often_calm, 0.0  # that it is calm, as far as was known at `last` [s]
+        changes = 1.0 / self.calm_lasts + 1.0 / self.burst_lasts  # [1/s] decay of the memory of a state
+        chance, last = often_calm, 0.0  # the probability of calm, as known at `last` [s]
 
         def delay(t: float) -> float:
             nonlocal chance, last
@@ -95,8 +95,8 @@ class Bursty(Struct, frozen=True):
 
 
 class Trace(Struct, frozen=True):
-    """Delays [s] as they were measured, and over again at the end: each from its time [s] on, the last one as long as
-    they last on average. Without times each is that of one message.
+    """Measured delays [s], which repeat at the end: each is valid from its time [s] on, the last one for the average
+    duration. Without times each is the delay of one message.
     """
 
     delays: tuple[float, ...]
@@ -119,7 +119,9 @@ class Trace(Struct, frozen=True):
 
 
 class Lossy(Struct, frozen=True):
-    """A line that loses messages with this probability; they are sent again after RETRANSMIT, then twice that, ..."""
+    """Delays of a line that loses messages with this probability and sends them again: after RETRANSMIT, after twice
+    that, and so on.
+    """
 
     delays: Delays
     loss: float
@@ -137,27 +139,27 @@ class Lossy(Struct, frozen=True):
 
 
 class DelayLine:
-    """One direction of a connection. Order is kept: nothing overtakes what was sent before it."""
+    """One direction of a connection. Messages arrive in the order of sending."""
 
     def __init__(self, delays: Delays, seed: str = "") -> None:
         self._delay = delays.source(Random(seed))
         self._last = -inf
 
     def arrival(self, t: float) -> float:
-        """Return when a message sent at t [s] arrives [s]; to be called in the order of sending."""
+        """Return the arrival time [s] of a message sent at t [s]; call it in the order of sending."""
         self._last = max(self._last, t + self._delay(t))
         return self._last
 
 
 class DelayWays(Struct, frozen=True):
-    """The way there and the way back, as a value. Each connection has lines of its own, the same for the same seed."""
+    """The delays of both ways of a connection, as a value. The same seed gives a connection the same delays."""
 
     forward: Delays
     backward: Delays
     seed: int = 1
 
     def lines(self, connection: int | str) -> tuple[DelayLine, DelayLine]:
-        """Forward and backward."""
+        """Return the lines forward and backward of a connection."""
         seed = f"{self.seed} {connection}"
         return DelayLine(self.forward, f"{seed} forward"), DelayLine(self.backward, f"{seed} backward")
 
@@ -171,13 +173,13 @@ UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
 
 
 class DelayError(UsageError):
-    """A text, or a line of a file, that describes no delays. (The code is ours.)"""
+    """The error for a text or a line of a file that describes no delays. (The code is ours.)"""
 
     text = "No delay"
 
 
 class DelayForm(Struct, frozen=True):
-    """The written form of a kind of delays: durations after its name; the last `lasting` of them are above 0."""
+    """The written form of a kind of delays: its durations, of which the last `lasting` ones must be above 0."""
 
     make: Callable[..., Delays]
     arguments: str

@@ -1,7 +1,7 @@
-"""A line with delays between real sockets: what is sent to one end comes out at the other, each piece in its time.
+"""Delay the bytes between real sockets: each piece that is sent to one end arrives at the other end when it is due.
 
-Whoever connects is connected to the target. Bytes go both ways unchanged and in order; the end of one way is passed on
-as such, after its delay. Who reads slowly slows down who sends: what is on its way is bounded.
+Each client is connected to the target. Bytes go both ways unchanged and in order; so does the end of one way, after its
+delay. The bytes on their way are bounded, so a slow reader slows down the sender.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ class Time:
 
 
 class _Way:
-    """One direction of one connection. `held`: bytes on their way; `passed`: that have arrived."""
+    """One direction of one connection. `held`: bytes on their way; `passed`: bytes that have arrived."""
 
     def __init__(self, line: DelayLine, time: Time) -> None:
         self.held = self.passed = 0
         self._line, self._time = line, time
-        # with the times of arrival; no bytes: the end
+        # times of arrival and pieces; the empty piece is the end
         self._pieces: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
         self._went = asyncio.Event()
 
     async def receive(self, reader: StreamReader) -> None:
-        """Take the bytes that are sent, to their end; wait while much is on its way."""
+        """Read all bytes of the sender; wait while too many are on their way."""
         while True:
             while self.held >= MAX_BYTES_ON_WAY:
                 self._went.clear()
@@ -61,7 +61,7 @@ class _Way:
                 return
 
     async def deliver(self, writer: StreamWriter) -> None:
-        """Deliver the bytes, each piece in its time."""
+        """Write each piece when it is due."""
         while True:
             arrival, piece = await self._pieces.get()
             await self._time.until(arrival)
@@ -83,7 +83,7 @@ class ProxyConnection:
         self.forward, self.backward = (_Way(line, time) for line in ways.lines(number))
 
     async def carry(self, near: tuple[StreamReader, StreamWriter], far: tuple[StreamReader, StreamWriter]) -> None:
-        """Carry bytes until both ways have ended, and all has arrived. Raises OSError if one end is gone."""
+        """Carry bytes until both ways have ended and all bytes have arrived. Raises OSError if one end is gone."""
         try:
             async with asyncio.TaskGroup() as group:
                 group.create_task(self.forward.receive(near[0]))
@@ -98,7 +98,7 @@ class ProxyConnection:
 
 
 class DelayProxy:
-    """Listens, and connects whoever comes to the target. `tell` hears what happens."""
+    """A listening socket that connects its clients to the target. `tell` takes messages about connections."""
 
     def __init__(
         self, target: Endpoint, ways: DelayWays, tell: Callable[[str], None], time: Time | None = None
@@ -110,7 +110,7 @@ class DelayProxy:
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def listen(self, at: Endpoint) -> Endpoint:
-        """Take connections from now on; return the address, with a free port for port 0. Raises OSError."""
+        """Listen at an address; return it, with the chosen port for port 0. Raises OSError."""
         self._server = await asyncio.start_server(self._accept, at.host, at.port)
         host, port = self._server.sockets[0].getsockname()[:2]
         return Endpoint(host, port)
@@ -154,7 +154,7 @@ class DelayProxy:
 
 
 def _reset(writer: StreamWriter) -> None:
-    """End a connection at once, and let the other end know that it has not ended by itself; an ended one stays so."""
+    """Reset a connection, so that the other end sees a failure; a closed one stays closed."""
     if not writer.transport.is_closing():
         writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     writer.transport.abort()

@@ -74,13 +74,13 @@ def response_of(status: HTTPStatus, body: bytes = b"", kind: str = KINDS[".txt"]
 
 
 def refusal_of(status: HTTPStatus, text: str, *more: tuple[str, str]) -> Response:
-    """Return an answer that says in one line why there is no other."""
+    """Return a refusal with a line of text."""
     return response_of(status, f"{text}\n".encode(), KINDS[".txt"], ("Cache-Control", "no-store"), *more)
 
 
 class PageFile(Struct, frozen=True):
-    """A file of the page as it is sent. `mark`: its ETag; `zipped`: compressed by gzip, empty where that saves nothing.
-    `guarded`: it is for those whom a token lets in.
+    """A file of the page as it is sent. `mark`: its ETag; `zipped`: compressed by gzip, empty if that saves nothing.
+    `guarded`: sent only with a valid token.
     """
 
     data: bytes
@@ -103,7 +103,7 @@ class PageFile(Struct, frozen=True):
 
 
 def page_file(data: bytes, kind: str, cache: str = ASK_FIRST, *, guarded: bool = False) -> PageFile:
-    """Return a file with its mark, and compressed where that saves something."""
+    """Return a file with its ETag, compressed if that saves something."""
     zipped = compress(data, 9, mtime=0) if len(data) > SMALL else b""
     mark = f'"{hashlib.sha256(data).hexdigest()[:32]}"'
     return PageFile(data, kind, mark, cache, zipped if len(zipped) < len(data) else b"", guarded)
@@ -119,7 +119,7 @@ class ServedPage:
 
     @classmethod
     def read(cls, folder: Path | None = None, *, cookies: bool = False) -> ServedPage:
-        """Read the built page, by default that of the package. Raises NonexistentFile, which tells how it is built, and
+        """Read the built page, by default that of the package. Raises NonexistentFile, which says how to build it, and
         FileError.
         """
         folder = folder or BUILT_PAGE
@@ -137,12 +137,12 @@ class ServedPage:
         return cls(files, cookies=cookies)
 
     def add(self, path: str, kind: str, data: bytes) -> None:
-        """Serve data at a path, to those whom a token lets in: `/recording/day.json`."""
+        """Serve data at a path such as `/recording/day.json`, only with a valid token."""
         self._files[path] = page_file(data, kind, ASK_FIRST, guarded=True)
 
     def find(self, path: str) -> PageFile | None:
-        """Return the file of a path as a request has it. Only paths of the table lead anywhere: none is decoded, and
-        none becomes the name of a file.
+        """Return the file of a request's path, None if there is none. Paths are only looked up in a table: they are not
+        decoded, and never become names of files.
         """
         if path.startswith(VIEW) and _is_segment(path.removeprefix(VIEW)):
             path = "/index.html"
@@ -152,7 +152,7 @@ class ServedPage:
 
 
 def _is_segment(text: str) -> bool:
-    """Return whether a text is one segment of a path: the page itself says if there is no robot of that name."""
+    """Return whether a text is one segment of a path; the page itself says if no robot has this name."""
     return 0 < len(text) <= 200 and not set(text) & set("/\\") and text.isprintable()
 
 
@@ -172,8 +172,8 @@ def _takes_gzip(headers: Headers) -> bool:
 
 
 def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: bool) -> Response:
-    """Return what a browser shows at the address of a server. `robots`: those that may be seen without a token;
-    `shown`: the server has the page; `tokens`: it wants them.
+    """Return the text for a browser at the address of a server. `robots`: visible without a token; `shown`: the server
+    has the page; `tokens`: it wants tokens.
     """
     parts = ["<h1>Virtual robots</h1>", "<p>This is a server of <code>vrs</code>: it has robots that others hold.</p>"]
     if shown and tokens:
@@ -209,23 +209,21 @@ LIST = "/robots"  # of the robots of a token: JSON
 LEAVING = ("X-Vrs", "leave")  # a header that only the page itself can send
 METHOD_CHARS = 8  # of the longest method that is answered, and its space
 OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")
-REQUEST_SECONDS = 10.0  # in which a request has come to its end
-BODY_SECONDS = 60.0  # in which an answer is taken
-MAX_ASKING = 1000  # sockets that have no connection to a robot
+REQUEST_SECONDS = 10.0  # in which a request must be complete
+BODY_SECONDS = 60.0  # in which an answer must be taken
+MAX_ASKING = 1000  # sockets without a connection to a robot
 MAX_SENDING = 64_000_000  # bytes of answers that wait for their sockets
 
 
 class Doorway:
-    """What all sockets of a server share until they have a connection: so many are `asking`, and so many bytes of
-    answers are on their way to them (`sending`).
-    """
+    """Counts of all sockets of a server without a connection: `asking` sockets, and `sending` bytes of answers."""
 
     def __init__(self) -> None:
         self.asking = self.sending = 0
 
 
 class HttpSocket(Socket):
-    """A socket that also answers HEAD, closes what is too slow, and refuses other methods in a sentence."""
+    """A socket that also answers HEAD, closes slow requests, and refuses other methods with a sentence."""
 
     same_origin = False  # a page of this server opens the connection
 
@@ -255,7 +253,7 @@ class HttpSocket(Socket):
         super().connection_lost(exc)
 
     def let_in(self) -> None:
-        """Count it no longer among those who ask."""
+        """Stop counting the socket as one without a connection."""
         self._doorway.asking -= self._asks
         self._asks = False
 
@@ -279,7 +277,7 @@ class HttpSocket(Socket):
         super().data_received(data)
 
     def answer(self, response: Response) -> Response:
-        """Return a response as it is sent here, within the limits of the server."""
+        """Return a response for this socket, within the limits of the server."""
         if self.asks_head:
             response.body = b""
         if self._doorway.sending + len(response.body) > MAX_SENDING:
@@ -302,9 +300,9 @@ def is_local(host: str) -> bool:
 
 
 class OwnNames:
-    """The names that a server answers to browsers by. Another name that leads to it may be one that a hostile site has
-    pointed here, so that its own page counts as one of this server (DNS rebinding). A number cannot be pointed, and
-    with TLS the browser has compared the name with the certificate.
+    """The host names under which a server answers browsers. A hostile site may let another name lead here, so that its
+    page counts as one of this server (DNS rebinding). This is impossible with a numeric address, and with TLS, where
+    the browser compares the name with the certificate.
     """
 
     def __init__(self, host: str, *, tls: bool, origins: Iterable[str]) -> None:
@@ -315,7 +313,7 @@ class OwnNames:
         self._names = {"localhost", host.lower(), *others, *named} - {""}
 
     def __contains__(self, host: str) -> bool:
-        """Return whether `host` is one of them: a Host header, with or without a port."""
+        """Return whether a Host header, with or without a port, has one of the names."""
         try:
             name = urlsplit(f"//{host}").hostname or ""
         except ValueError:
@@ -333,9 +331,10 @@ class OwnNames:
 
 
 class HttpAnswers:
-    """Answers requests at the `port` of a server. `find`: the grant of a token that comes from an address. `tokens`:
-    the server wants them. `robots`: the names of those of a grant. `own`: the robots of a grant, with one that is
-    wanted. Both this and `find` raise RequestRefused. `mesh`: a mesh of a robot; raises NonexistentFile.
+    """Answers to HTTP requests at the `port` of a server. `find`: returns the grant of a token from an address.
+    `tokens`: the server wants tokens. `robots`: returns the names of the robots of a grant. `own`: returns the wanted
+    robot and the grant's own ones. This and `find` raise RequestRefused. `mesh`: returns a mesh of a robot; raises
+    NonexistentFile.
     """
 
     port = 0
@@ -359,7 +358,7 @@ class HttpAnswers:
         self._tell, self._tls, self._tokens = tell, tls, tokens
 
     async def answer(self, socket: HttpSocket, request: Request) -> Response | None:
-        """Return the answer to a request; None where a connection may be made."""
+        """Return the answer to a request; None for a WebSocket connection that may be opened."""
         path = path_of(request)
         if "websocket" in ",".join(request.headers.get_all("Upgrade")).lower():
             return self._refuse_connection(socket, request.headers, path)
@@ -368,7 +367,7 @@ class HttpAnswers:
     # --- connections ---
 
     def _refuse_connection(self, socket: HttpSocket, headers: Headers, path: str) -> Response | None:
-        """Say why a connection may not be made. Programs send no origin; browsers send that of the page."""
+        """Return why a connection may not be opened, or None. Programs send no origin; browsers send the page's."""
         origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
         if len(origins) > 1 or len(hosts) != 1:
             return refusal_of(HTTPStatus.BAD_REQUEST, "one Host and one Origin at most are wanted")
@@ -422,7 +421,7 @@ class HttpAnswers:
         return found.response(headers)
 
     async def _glb(self, name: str, file: str) -> Response:
-        """Answer with a mesh of a robot. Who knows its address was let in before."""
+        """Answer with a mesh of a robot. Its address is secret: only clients of the robot know it."""
         try:
             found = await asyncio.to_thread(self._mesh, name, file)
         except VrsError as error:
@@ -435,8 +434,8 @@ class HttpAnswers:
     # --- a cookie for a token ---
 
     def _exchange(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
-        """Give a cookie for a token, for the robots that are the token's own, or take it back. A page of another site
-        cannot ask for that: the headers that are wanted make its browser ask first, which is refused.
+        """Exchange a token for a cookie for the token's own robots, or delete the cookie. A page of another site cannot
+        do this: the required headers make its browser ask first, which is refused.
         """
         leaves, name = path.startswith(LEAVE), unquote(path.partition("/")[2].partition("/")[2])
         if leaves and headers.get_all(LEAVING[0]) != [LEAVING[1]]:
@@ -460,19 +459,19 @@ class HttpAnswers:
 
 
 def path_of(request: Request) -> str:
-    """Return the path of a request as it was sent, without a query; "" if it is none."""
+    """Return the path of a request as it was sent, without a query; "" if it is no path."""
     path = request.path.partition("?")[0].partition("#")[0]
     return path if path.startswith("/") else ""
 
 
 def cookie_name(port: int) -> str:
-    """Return the name of a server's cookie: browsers give cookies of a host to all of its ports."""
+    """Return the name of a server's cookie. It has the port, as browsers send cookies to all ports of a host."""
     return f"vrs-{port}"
 
 
 def token_of(headers: Headers, port: int = 0) -> str:
-    """Return the token of a request, "" without one: of the header Authorization, or of the cookie of the server that
-    listens at this port.
+    """Return the token of a request, "" without one: from the header Authorization, or from the cookie of the server at
+    this port.
     """
     given = headers.get_all("Authorization")
     if len(given) == 1 and given[0][:7].lower() == "bearer ":

@@ -1,4 +1,4 @@
-"""A trajectory as the page shows it without a robot: what a robot would tell of itself, its cell and its timeline."""
+"""Data for the page: shapes of a robot as tables, meshes as GLB, and a saved trajectory with its robot and cell."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class ServedShapes:
 
     def glb(self, file: str) -> bytes:
         """Return a mesh as GLB by the last part of its address. In any thread. Raises NonexistentFile for an unknown
-        one, FileError, FileDamaged for a file that cannot be converted.
+        mesh, FileError, FileDamaged for a file that cannot be converted.
         """
         shape = self._meshes.get(file.removesuffix(".glb"))
         if shape is None or not isinstance(shape.body, MeshFile):
@@ -103,11 +103,11 @@ def recorded_page(
     between: tuple[float, float] | None = None,
     picture: int = 0,
 ) -> dict[str, Any]:
-    """Return what the page shows of a timeline, as values of JSON, with all meshes, locations that motions name, and
-    what becomes of the parts of the `cell` around the robot.
+    """Return a timeline for the page as values of JSON, with all meshes, the locations that motions name, and the
+    course of the parts in the `cell`.
 
-    `rate`: at which it is played at first. `between`: two times [s]; no other motion is shown. `picture`: only the
-    picture is shown, for photographs, in this quality (1 the finest).
+    `rate`: the first rate of playback. `between`: two times [s]; only motions between them are shown. `picture`: show
+    only the picture, for photographs, in this quality (1 is the finest).
     """
     return {**moments(arm, timeline, title=title, rate=rate, cell=cell, between=between, picture=picture), **robot(arm)}
 
@@ -116,7 +116,7 @@ def robot(arm: RobotArm) -> dict[str, Any]:
     """Return the part of a recorded page that is the same for all timelines of a robot: its model, with all meshes."""
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
-    model.pop("collision", None)  # it names files of this machine
+    model.pop("collision", None)  # has paths of this machine
     return {"model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]}}
 
 
@@ -158,7 +158,7 @@ def _course(arm: RobotArm, timeline: Timeline, cell: Cell, between: tuple[float,
 
 
 def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:
-    """Return the table of a shape with its mesh; without one where the file cannot be converted."""
+    """Return the table of a shape with its mesh, or without it if the file cannot be converted."""
     if "glb" not in table:
         return table
     try:
@@ -169,7 +169,7 @@ def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _places(arm: RobotArm, timeline: Timeline) -> list[dict[str, Any]]:
-    """Return the locations that motions go to by name: where the tool is when the motion ends."""
+    """Return the named locations that motions go to, each with the pose of the tool at the end of the motion."""
     found: dict[str, dict[str, Any]] = {}
     for _, segments in groupby(timeline, lambda segment: segment.motion.number):
         *_, last = segments

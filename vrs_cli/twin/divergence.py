@@ -1,18 +1,23 @@
-"""Divergence: does the measured robot differ from its timeline by more than healthy noise explains?
+"""Detect that the measured robot differs from its timeline by more than healthy noise explains, and name the cause.
 
 Each report is compared with g at the report's own time. Residuals are averaged over 50 ms and divided by what a healthy
-body would show (`twin/healthy.py`). The squares of these are summed up for each joint, and for the place of the tool,
-less an allowance: Page's cumulative sum (Continuous inspection schemes, Biometrika 41, 1954), which starts again at
-zero whenever it would be negative, and raises an alarm at a threshold h. For normal noise the chance that an excursion
-that begins at a given block gets to h is at most exp(-lambda h), where lambda > 0 solves E exp(lambda x) = 1 for an
-increment x (Wald's bound). `threshold` solves that for a stated rate of false alarms.
+body would show (`twin/healthy.py`). For each joint, and for the place of the tool, their squares less an allowance are
+summed up: Page's cumulative sum (Continuous inspection schemes, Biometrika 41, 1954). It is never negative, and raises
+an alarm at a threshold h. For normal noise the probability that an excursion which begins at a given block reaches h is
+at most exp(-lambda h), where lambda > 0 solves E exp(lambda x) = 1 for an increment x (Wald's bound). `threshold`
+computes h for a stated rate of false alarms.
 
-A mass that the controller knows nothing of bends several joints a little, and back as the motion goes on, so that no
-sum of one joint gets far. But what it asks of the joints is known: a generalised likelihood ratio (Willsky and Jones,
-IEEE Transactions on Automatic Control 21, 1976) tests whether they have given way to it for the last 0.05 to 0.4 s.
+A payload that the controller does not know bends several joints a little, and back again later in the motion, so that
+no sum of one joint grows far. But its torques on the joints are known: a generalised likelihood ratio (Willsky and
+Jones, IEEE Transactions on Automatic Control 21, 1976) tests whether the joints have given way to them for the last
+0.05 to 0.4 s.
 
-The seconds about an alarm are never learned from. What is learned from waits until three seconds later nothing was
-found.
+The healthy model learns from no seconds around an alarm: a second is used three seconds later, if nothing was found.
+
+Each cause predicts the measured joints. After a lost command they follow the timeline before that; with a delay they
+follow the timeline later; a blocked joint stands while others move; a payload bends all joints by its weight and
+inertia, which is a regression over all joints. A cause is named if it explains enough of the squared residuals, each in
+units of its joint's noise.
 """
 
 from __future__ import annotations
@@ -32,10 +37,10 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.twin.healthy import Blocks, HealthyResidual, load_torque
 from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, Report
 
-EXPLAINED = 0.9  # of the squared residuals
-KICKED = 0.6  # of them, where a joint is blocked in full motion: that kicks the others
-WAY = 10.0  # times the noise: a joint is moved that goes so far
-LATELY = 0.15  # [s] in which it is looked whether joints stand still
+EXPLAINED = 0.9  # share of the squared residuals that a cause must explain
+KICKED = 0.6  # the same for a joint that is blocked in full motion, which kicks the others
+WAY = 10.0  # times the noise: a joint that goes farther moves
+LATELY = 0.15  # [s] before the end in which joints may stand still
 MAX_DELAY = 1.5  # [s]
 MAX_GROWTH = 0.5  # [s/s] of a delay
 SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] how fast a controller gives way to a load, tried one by one
@@ -44,7 +49,7 @@ Likely = tuple[DivergenceCause, str]
 
 
 class Sample(NamedTuple):
-    """What a body reported at time t [s]."""
+    """A report of a body: its joints at time t [s]."""
 
     t: float
     joints: Joints
@@ -52,9 +57,9 @@ class Sample(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """What a cause is sought in, since shortly before the onset `since` [s]: `measured` joints (N, n), g at their
-    times, the residuals that a `healthy` body has (N, n), and the standard deviation of the `noise` of each joint (n,).
-    `befores`: timelines before the last changes, the newest first.
+    """Samples from shortly before the onset `since` [s] on: `measured` joints (N, n), g at their times, the residuals
+    of a `healthy` body (N, n), and the standard deviation of the `noise` of each joint (n,). `befores`: the timelines
+    before the last changes, the newest first.
     """
 
     arm: RobotArm
@@ -79,23 +84,23 @@ class Evidence(NamedTuple):
 
     @property
     def late(self) -> Flags:
-        """Which samples (N,) are of the last moments."""
+        """The samples (N,) of the last LATELY seconds."""
         late: Flags = self.times >= self.times[-1] - LATELY
         return late
 
     @property
     def worst(self) -> int:
-        """The joint, from 0, that differs most for its noise."""
+        """The joint, counted from 0, with the greatest residual in units of its noise."""
         return int(np.argmax(np.abs(self.error[self.late]).mean(axis=0) / self.noise))
 
     def share(self, error: Floats) -> float:
-        """Return which share of the squared residuals is explained if `error` (N, n) is left of them."""
+        """Return the explained share of the squared residuals if `error` (N, n) is left of them."""
         left, all_of_it = ((((one / self.noise) ** 2).sum()) for one in (error, self.error))
         return float(1.0 - left / max(all_of_it, 1e-30))
 
 
 def likely_cause(it: Evidence) -> Likely:
-    """Return the likely cause, and a sentence that says what it is concluded from."""
+    """Return the likely cause, and a sentence with the evidence for it."""
     if it.mode is BodyMode.STOPPED:
         return DivergenceCause.STOPPED, "the body says that it has stopped"
     if it.mode is BodyMode.HOLDS:
@@ -108,7 +113,7 @@ def likely_cause(it: Evidence) -> Likely:
 
 
 def _lost_or_late(it: Evidence) -> Likely | None:
-    """A command that the body never got, or a timeline that it follows later and later."""
+    """Test for a command that the body never got, and for a delay that may grow."""
     delay, growth, late_share = _delay(it)
     now = it.times[-1]
     for before in it.befores:
@@ -117,7 +122,7 @@ def _lost_or_late(it: Evidence) -> Likely | None:
             continue
         joints = positions_at(it.arm, before, it.times).joints
         share = it.share(it.measured - joints - it.healthy)
-        # a body that stands since the command began may be late by all of that time: but delays do not jump so far
+        # a body that stands since the command began might be late by all of that time, but delays do not jump so far
         if share >= EXPLAINED and not (late_share > share and delay < 0.7 * (now - begins)):
             number = it.timeline.locate(now)[0].motion
             said = f"the joints follow the timeline as it was before {number.text or 'the last command'}"
@@ -129,8 +134,8 @@ def _lost_or_late(it: Evidence) -> Likely | None:
 
 
 def _delay(it: Evidence) -> tuple[float, float, float]:
-    """Fit a delay that grows evenly to all joints by Gauss-Newton steps. Return it at the end [s], its growth [s/s],
-    and which share it explains.
+    """Fit a delay that grows evenly to all joints by Gauss-Newton steps. Return the delay at the end [s], its growth
+    [s/s], and the explained share.
     """
     since, a, b = it.times - it.times[-1], 0.0, 0.0
     best = (0.0, 0.0, it.share(it.error))
@@ -149,10 +154,10 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
 
 
 def _standing(it: Evidence) -> Likely | None:
-    """Joints that stand still though the timeline moves them, while the others are where they should be."""
+    """Test for joints that stand still though the timeline moves them, while the others are where they should be."""
     back = it.measured[::-1]
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise
-    samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # for how long each joint has stood, up to now
+    samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # so many samples each joint has stood until now
     ways = np.array([np.ptp(it.g.joints[len(back) - count :, joint]) for joint, count in enumerate(samples)])
     lately = it.times >= it.times[-1] - LATELY
     stands = (ways > WAY * it.noise) & (samples > 0.5 * lately.sum())
@@ -171,10 +176,9 @@ def _standing(it: Evidence) -> Likely | None:
 
 
 def _payload(it: Evidence) -> Likely | None:
-    """A mass at the flange: regress all residuals on the torques that it asks of the joints.
+    """Test for a mass at the flange: regress all residuals on its torques on the joints.
 
-    A joint gives way by its torque times its compliance, which is not known but never negative, and all joints come to
-    that in the same time.
+    A joint gives way by torque times compliance, which is unknown but not negative; all joints settle at the same rate.
     """
     rows = zip(it.g.joints.tolist(), it.g.velocity.tolist(), it.g.acceleration.tolist(), strict=True)
     torque = np.array([load_torque(it.arm, *map(tuple, row)) for row in rows])
@@ -195,7 +199,7 @@ def _payload(it: Evidence) -> Likely | None:
 
 
 def _growing(it: Evidence) -> float:
-    """Return which share residuals explain that grow with the square of time: two commanders accelerate apart."""
+    """Return the share explained by residuals that grow with the square of time, as of two commanders."""
     best = 0.0
     for begin in np.linspace(it.times[0], it.since, 4):
         square = np.maximum(it.times - begin, 0.0)[:, None] ** 2
@@ -205,7 +209,7 @@ def _growing(it: Evidence) -> float:
 
 
 def _other_commander_or_push(it: Evidence) -> Likely | None:
-    """An arm that goes elsewhere, smoothly and on and on, or was kicked and comes back."""
+    """Test for another commander, who moves the arm away smoothly, and for a push, after which the arm comes back."""
     size = np.abs(it.error / it.noise).max(axis=1)
     late = it.late
     rate = (it.error[late][-1] - it.error[late][0]) / max(float(np.ptp(it.times[late])), 1e-6)
@@ -220,21 +224,21 @@ def _other_commander_or_push(it: Evidence) -> Likely | None:
     return DivergenceCause.OTHER_COMMANDER, said
 
 
-BLOCK = 0.05  # [s] residuals are averaged over
-APART = 0.009  # [s] reports that follow each other more closely are passed over: 100 a second suffice
-GAP = 0.5  # [s] without reports after which all sums start again
-FALSE_ALARMS = 1e-6  # an hour, for normal noise
+BLOCK = 0.05  # [s] residuals are averaged over blocks of this length
+APART = 0.009  # [s] closer reports are skipped: 100 a second suffice
+GAP = 0.5  # [s] after a longer gap between reports all sums start again
+FALSE_ALARMS = 1e-6  # [1/h] for normal noise
 JOINT_ALLOWANCE = 9.0  # of a squared residual with one degree of freedom: 3 standard deviations
-TOOL_ALLOWANCE = 14.0  # the same for the three of a place
-LOAD_WINDOW = 8  # blocks that a load is looked for in: healthy errors that last for longer may look like one
-SAG = 0.1  # [rad, m] that a joint gives way to its usual load by at most
-DECIDE = 0.2  # [s] from detection to the alarm, in which its cause shows more clearly
-SECOND = round(1.0 / BLOCK)  # blocks
-WAITS = 3  # seconds before one is learned from
-CALM = 25.0  # squared residuals below which a robot has recovered, once they are for a second
-BEFORE = 0.1  # [s] before the onset that are evidence too
-SAMPLE_NOISE = 2.0  # times that of a block: five reports on average
-MEMORY = 3.0  # [s] of reports that a cause is sought in
+TOOL_ALLOWANCE = 14.0  # the same for the three degrees of a place
+LOAD_WINDOW = 8  # blocks in which a load is looked for: longer healthy errors may look like one
+SAG = 0.1  # [rad, m] a joint gives way to its usual load by at most this
+DECIDE = 0.2  # [s] from detection to the alarm, for more evidence of the cause
+SECOND = round(1.0 / BLOCK)  # blocks in a second
+WAITS = 3  # seconds until the healthy model learns from a second
+CALM = 25.0  # a robot with smaller squared residuals for a second has recovered
+BEFORE = 0.1  # [s] of evidence before the onset
+SAMPLE_NOISE = 2.0  # noise of a sample by that of a block, which has five reports on average
+MEMORY = 3.0  # [s] of reports that are kept as evidence
 EDITS = 10.0  # [s] timelines before a change are kept so long
 
 
@@ -253,14 +257,14 @@ def exponent(allowance: float, freedoms: int) -> float:
 
 
 def threshold(allowance: float, freedoms: int, an_hour: float) -> float:
-    """Return the h at which one cumulative sum raises so many false alarms an hour at most."""
+    """Return the threshold h at which one cumulative sum raises at most so many false alarms an hour."""
     return -log(an_hour * BLOCK / 3600.0) / exponent(allowance, freedoms)
 
 
 def load_threshold(joints: int, an_hour: float) -> float:
-    """Return the h at which the likelihood ratio of a load raises so many false alarms an hour at most: for each of the
-    windows it is at most chi-square distributed with a degree of freedom for each joint, for which Chernoff's bound
-    holds.
+    """Return the threshold h at which the likelihood ratio of a load raises at most so many false alarms an hour. In
+    each window it is at most chi-square distributed with a degree of freedom for each joint; h is from Chernoff's
+    bound.
     """
     rarity, h = -log(an_hour * BLOCK / 3600.0 / LOAD_WINDOW), float(joints)
     for _ in range(100):
@@ -269,7 +273,7 @@ def load_threshold(joints: int, an_hour: float) -> float:
 
 
 class DivergenceWatch:
-    """Watches one body. `diverged`: an alarm was raised, and the robot has not recovered since."""
+    """A detector for one body. `diverged`: an alarm was raised, and the robot has not recovered since."""
 
     def __init__(self, arm: RobotArm) -> None:
         n = arm.model.joint_count
@@ -285,12 +289,12 @@ class DivergenceWatch:
         self.reset()
 
     def reset(self) -> None:
-        """Start again, as after a re-synchronisation; what was learned stays."""
+        """Start again, for instance after a resynchronisation; keep the learned healthy model."""
         self._sums: Floats = np.zeros(len(self._allowances))
         self._onsets: Floats = np.full(len(self._allowances), inf)
-        self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)  # what speaks for a load, newest block first
+        self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)  # evidence for a load by block, the newest first
         self._cell: list[tuple[float, Floats]] = []  # times and residuals of the present block
-        self._waiting: deque[list[Blocks]] = deque()  # seconds that are not learned from yet, the last one is not over
+        self._waiting: deque[list[Blocks]] = deque()  # seconds to learn from; the last one is not complete
         self._found: tuple[float, float] | None = None  # since when, and when the alarm is due
         self._calm = 0
         self._samples.clear()

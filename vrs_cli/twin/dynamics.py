@@ -1,4 +1,8 @@
-"""Torques of an arm: recursive Newton-Euler, and the same torques as a linear function of inertial parameters.
+"""Compute torques of an arm by recursive Newton-Euler, and as a linear function of inertial parameters; find the
+masses, centres and inertias of its links.
+
+The masses in a robot's file come first (`RobotModel.masses`; of a built-in robot, the file in `robots/masses`). If the
+file has only the mass of a link, its centre and inertia are those of its shapes with a uniform density.
 
 Everything is computed over N samples at once, in the base frame of the robot. The recursion is that of Luh, Walker and
 Paul, "On-line computational scheme for mechanical manipulators" (1980); the regressor that of Atkeson, An and
@@ -196,17 +200,17 @@ def _parts(T: Transform) -> tuple[Floats, Floats]:
     return rows[:, :3], rows[:, 3]
 
 
-MASSES = ROBOTS / "masses"  # of the built-in robots: files of their own, for who runs a program reads none
+MASSES = ROBOTS / "masses"  # of the built-in robots, in files that only a body reads
 ROUNDING = 1e-12  # of a moment of inertia
 MIN_MOMENT = 1e-6  # [kg m2] a moment of inertia
-POSES, SEED = 100, 1  # random ones, for what nobody says of a drive
-RESERVE = 2.0  # ours: how many times the torque that gravity and the greatest acceleration ask for a drive has
+POSES, SEED = 100, 1  # random poses for drives with unknown data
+RESERVE = 2.0  # ours: greatest torque of a drive, by that for gravity and the greatest acceleration
 ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of the greatest inertia, and of RESERVE torques
-ROUND = 24  # places of slices along half a circle: second moments of a slab to 1e-4
+ROUND = 24  # slices along half a circle, for second moments of a slab to 1e-4
 
 
 def masses_of(model: RobotModel) -> tuple[LinkMasses, ...]:
-    """Return what is known of the masses of a robot: of each link, or nothing at all."""
+    """Return the known masses of a robot: one row for each link, or none at all."""
     if model.masses or (path := file_of_built_in(model, MASSES)) is None:
         return model.masses
     return _masses_in(path, model.joint_count)
@@ -219,7 +223,7 @@ def _masses_in(path: Path, joints: int) -> tuple[LinkMasses, ...]:
 
 
 def inertial_model(model: RobotModel) -> InertialModel:
-    """Return the masses and drives of a robot. Raises NotAvailable with the links of which nobody says the mass."""
+    """Return the masses and drives of a robot. Raises NotAvailable with the links whose mass is unknown."""
     known = masses_of(model) or (LinkMasses(),) * model.joint_count
     if missing := [str(i) for i, link in enumerate(known, 1) if link.mass is None]:
         links = f"link {missing[0]}" if len(missing) == 1 else f"links {', '.join(missing[:-1])} and {missing[-1]}"
@@ -241,8 +245,8 @@ def inertial_model(model: RobotModel) -> InertialModel:
 
 
 def realizable_inertia(inertia: Floats) -> Floats:
-    """Return the nearest inertia (3, 3) that a body can have: of its three moments none is greater than the other two
-    together, and none is less than MIN_MOMENT.
+    """Return the nearest inertia (3, 3) that a body can have: no principal moment exceeds the sum of the other two, and
+    none is below MIN_MOMENT.
     """
     moments, axes = np.linalg.eigh(inertia)
     moments = np.maximum(moments, MIN_MOMENT)
@@ -258,7 +262,7 @@ def realizable_inertia(inertia: Floats) -> Floats:
 def _with_drives(
     model: RobotModel, known: Sequence[LinkMasses], mass: Floats, centre: Floats, inertia: Floats
 ) -> InertialModel:
-    """Add the drives. What nobody says of them is ours, in shares of what the arm needs in random poses."""
+    """Add the drives. Unknown data are our shares of the inertias and torques of the arm in random poses."""
     none = np.zeros(len(mass))
     bare = InertialModel(mass, centre, inertia, none, none, none, none)
     random, ranges = Random(SEED), list(zip(model.lower, model.upper, strict=True))
@@ -295,15 +299,15 @@ class UnitSolid(NamedTuple):
 
 
 class PointMasses(NamedTuple):
-    """Points (k, 3) [m] with volumes (k,) [m3] that have the volume, the centre and the second moments of a body."""
+    """Points (k, 3) [m] with volumes (k,) [m3]: together they have the volume, centre and second moments of a body."""
 
     points: Floats
     volumes: Floats
 
 
 def solid_of_link(model: RobotModel, link: int) -> UnitSolid | None:
-    """Return what the shapes of a link are together, the hand closed; None of a link without a shape that can be
-    read. Where shapes overlap, both count.
+    """Return the solid of all shapes of a link, with the hand closed; None without a readable shape. Overlapping shapes
+    count twice.
     """
     parts = list[PointMasses]()
     for shape in shapes_of(model):
@@ -323,7 +327,7 @@ def solid_of_link(model: RobotModel, link: int) -> UnitSolid | None:
 
 
 def point_masses(body: Body) -> PointMasses:
-    """Return points that stand for a body. Raises FileError, FileDamaged for a mesh that cannot be read."""
+    """Return point masses equivalent to a body. Raises FileError, FileDamaged for a mesh that cannot be read."""
     match body:
         case Box(size, pose):
             return _move_points(
@@ -344,7 +348,7 @@ def point_masses(body: Body) -> PointMasses:
 
 
 def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMasses:
-    """The hull of two balls: a cap of each, and a cone between the circles in which it touches them."""
+    """Return the hull of two balls: a cap of each, and the cone that touches both."""
     (r, s), far = radii, hypot(*vector_difference(end, start))
     if far <= abs(r - s):  # one ball holds the other
         centre, r, s, far = (start, r, r, 0.0) if r >= s else (end, s, s, 0.0)
@@ -367,7 +371,7 @@ def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMas
 
 
 def _slab(body: Slab) -> PointMasses:
-    """The hull of two discs: rectangles across it, of a thickness that tapers."""
+    """Return the hull of two discs, as rectangles across it with a tapering thickness."""
     way, (r1, r2), (t1, t2) = vector_difference(body.end, body.start), body.radii, body.thickness
     far, x = hypot(*way), unit(way)
     z = unit(along(body.across, x, -dot(body.across, x)))
@@ -391,7 +395,7 @@ def _slab(body: Slab) -> PointMasses:
 
 
 def _slices(ends: tuple[float, float], slice_at: Callable[[float], Slice], count: int = 4) -> PointMasses:
-    """Points of slices at the places of Gauss and Legendre: exact for slices that grow as z to the 7th at most."""
+    """Return points of slices at Gauss-Legendre nodes: exact for integrands up to the 7th degree in z."""
     low, high = ends
     places, weights = (0.5 * (high - low) * row for row in np.polynomial.legendre.leggauss(count))
     rows = [
@@ -403,7 +407,7 @@ def _slices(ends: tuple[float, float], slice_at: Callable[[float], Slice], count
 
 
 def _disc(z: float, radius: float) -> Slice:
-    """Four points with the area and the second moments of a disc."""
+    """Yield four points with the area and the second moments of a disc."""
     far, area = radius / 2**0.5, pi * radius * radius / 4.0
     for x, y in ((far, 0.0), (-far, 0.0), (0.0, far), (0.0, -far)):
         yield (x, y, z), area
@@ -416,7 +420,7 @@ def _rectangle(z: float, width: float, depth: float) -> Slice:
 
 
 def _tetrahedra(corners: Floats) -> PointMasses:
-    """Points of the tetrahedra between the origin and each triangle (k, 3, 3): their corners, and their centres."""
+    """Return point masses of the tetrahedra between the origin and each triangle (k, 3, 3)."""
     volumes = np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     centres = corners.sum(axis=1) / 4.0
     points = np.concatenate([*corners.transpose(1, 0, 2), np.zeros_like(centres), centres])

@@ -57,8 +57,8 @@ class HealthyError(NamedTuple):
 
 
 class HealthyResidual:
-    """What is known of the healthy residual of one body. `noise`: its standard deviation [rad, m], by class of activity
-    and joint; `learned`: from so many blocks.
+    """A model of the healthy residual of one body. `noise`: its standard deviation [rad, m], by class of activity and
+    joint; `learned`: the number of blocks that it has learned from.
     """
 
     def __init__(self, arm: RobotArm) -> None:
@@ -89,7 +89,7 @@ class HealthyResidual:
         return load_torque(self._arm, q, qd, qdd) / self._usual_load
 
     def features(self, blocks: Blocks) -> Floats:
-        """Return what a healthy residual is made of (B, n, k), in the order of PRIOR."""
+        """Return the features of which a healthy residual is a linear function (B, n, k), in the order of PRIOR."""
         rows = [np.ones_like(blocks.residual)]
         for place in (0, 1):
             v, a = blocks.velocity[:, place], blocks.acceleration[:, place]
@@ -97,14 +97,14 @@ class HealthyResidual:
         return np.stack([*rows, blocks.torque], axis=-1)
 
     def _classes(self, blocks: Blocks) -> Rows:
-        """Return the class of activity of each block (B,): the most active joint counts, as it moves the others too."""
+        """Return the class of activity of each block (B,): that of the most active joint, which shakes the others."""
         speed = np.abs(blocks.velocity) / self._most_velocity
         change = np.abs(blocks.acceleration) / self._most_acceleration
         found: Rows = np.searchsorted(ACTIVITY, np.maximum(speed, change).max(axis=(1, 2)))
         return found
 
     def predict(self, blocks: Blocks) -> HealthyError:
-        """Predict the residual of blocks."""
+        """Return the healthy residual of blocks."""
         features = self.features(blocks)
         mean = np.einsum("bnk,nk->bn", features, self._coefficients)
         unknown = np.einsum("bnk,nkl,bnl->bn", features, self._covariance, features)
@@ -116,7 +116,7 @@ class HealthyResidual:
     def learn(self, blocks: Blocks) -> None:
         """Learn from blocks in which the body was healthy."""
         predicted, features, classes = self.predict(blocks), self.features(blocks), self._classes(blocks)
-        # each error as the noise alone would have made it: errors of what is not learned yet are no noise
+        # scale errors to the noise alone: errors of unlearned coefficients are no noise
         errors = np.abs(blocks.residual - predicted.mean) * predicted.noise / predicted.deviation
         decay = 1.0 - len(blocks.times) / MEMORY
         weights = 1.0 / (CORRELATED * predicted.noise**2)
@@ -140,7 +140,7 @@ class HealthyResidual:
         self.learned += len(blocks.times)
 
     def _set_noise(self) -> None:
-        """Set the noise of all classes: at least what the largest error asks for, and more while little is known."""
+        """Set the noise of all classes: at least that of the largest error, and more while little is learned."""
         weight = np.maximum(self._weight, 1.0)
         own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)
         noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)
@@ -148,8 +148,8 @@ class HealthyResidual:
 
 
 def load_torque(arm: RobotArm, q: Joints, qd: Joints | None = None, qdd: Joints | None = None) -> Floats:
-    """Return the torques (n,) [N m, N] that a mass of 1 kg at the flange asks of the joints: J^T (a - g), with the
-    acceleration a of the flange (Siciliano et al., Robotics, 2009, 7.1). Z of the robot's base is up.
+    """Return the joint torques (n,) for a mass of 1 kg at the flange [N m, N]: J^T (a - g), with the acceleration a of
+    the flange (Siciliano et al., Robotics, 2009, 7.1). Z of the robot's base points up.
     """
     jacobian, force = np.array(arm.jacobian(q))[:3], np.array([0.0, 0.0, GRAVITY])
     if qd is not None and qdd is not None:
