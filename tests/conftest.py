@@ -6,6 +6,7 @@ import gc
 import os
 import signal
 import sys
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
@@ -14,6 +15,10 @@ from tests import examples  # it registers the profiles  # noqa: F401
 from tests.live import mark_live
 from vrs_cli.__main__ import COLLECT_AFTER
 
+if TYPE_CHECKING:
+    from xdist.scheduler import LoadScopeScheduling
+
+WITH_BROWSER = ("tests/api/test_answers.py", "tests/render/test_page_export.py", "tests/render/test_pictures.py")
 settings.load_profile("fast")
 gc.disable()  # until all tests are collected: they stay
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile all of the product anew
@@ -41,3 +46,16 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
     if nextitem is None or nextitem.path != item.path:
         gc.collect()
         gc.freeze()
+
+
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
+    """Give each file of tests to one worker, and all tests with a browser to one: browsers draw one at a time."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class OneWorkerPerFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.split("::")[0]
+            return "browser" if file.startswith("tests/page/") or file in WITH_BROWSER else file
+
+    return OneWorkerPerFile(config, log)

@@ -33,7 +33,7 @@ from vrs_cli.extras import BUILT_PAGE, built_page
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-SIZE = (1280, 720)  # of the window [px]
+SIZE = (1000, 560)  # of the window [px]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = (
     "--headless=new",
