@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import RoleWanted
-from vrs_cli.interfaces.rights import check_may, needed
+from vrs_cli.interfaces.rights import check_may, need_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
@@ -19,7 +19,7 @@ def check(line: str, role: Role) -> None:
     statement = parse_prompt(line, frozenset())
     assert statement is not None
     assert not isinstance(statement, ProgramHeader)
-    check_may(*needed(statement), role)
+    check_may(*need_of(statement), role)
 
 
 @pytest.mark.parametrize("line", ["WHERE", "WHERE AT 3", "LISTL", "HELP", "TYPE 1", "1 + 2", "DO TYPE 1", "PLOT"])

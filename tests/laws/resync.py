@@ -124,7 +124,7 @@ class Course:
         if not self.dead:
             self._advance()
         self.back.arrive(self.wall)
-        while self.session.actor.asked:
+        while self.session.actor.has_requests:
             self.session.actor.step()
 
     def _learn(self, timeline: Timeline) -> None:
@@ -261,7 +261,7 @@ def outcome(name: str, seed: int) -> Outcome:
         return Outcome(None, 0.0, 0.0)
     course.arm.disturb(Release())
     course.late = lambda _wall: 0.0
-    while course.body.seen is None or course.body.seen.mode is BodyMode.STOPPED:
+    while course.body.view is None or course.body.view.mode is BodyMode.STOPPED:
         course.step(gives=False)
     course.forth.largest = course.back.largest = 0.0
     report = course.resync()

@@ -228,7 +228,9 @@ class Shell:
         at, claim = (source.choice((None, 0.0, now - 0.2, now + 0.3)) for _ in range(2))
         go = Go(Goal(joints=joints), executed=at, text="GO")
         act = source.choice((go, go, go, Undo(), Redo()))
-        self.session.converse(self.session.user_state.given(claim and min(claim, now), act_on(self.session, act)))
+        self.session.converse(
+            self.session.user_state.with_issue_time(claim and min(claim, now), act_on(self.session, act))
+        )
         return f"{act}"
 
     def keys(self) -> str:

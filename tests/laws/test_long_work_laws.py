@@ -107,7 +107,7 @@ def asked(holder: Holder, line: str) -> Ticket[Any]:
 def ended(ticket: Ticket[None]) -> tuple[str, list[str]]:
     error = ticket.error(0.0)
     assert error is None or isinstance(error, VrsError)
-    return str(error), list(map(str, ticket.heard()))
+    return str(error), list(map(str, ticket.take_said()))
 
 
 def one_after_the_other(lines: list[str], seed: int, first: str, second: str, *, swapped: bool) -> tuple[Any, Any, Any]:

@@ -20,7 +20,7 @@ from tests.laws.streams import check_stream
 from tests.laws.test_motion_laws import MODEL
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
-from vrs_cli.interfaces.jog.jogger import AXES, Jogger, moved
+from vrs_cli.interfaces.jog.jogger import AXES, Jogger, step_pose
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.forms import arm_for
@@ -175,7 +175,7 @@ def test_a_tool_that_is_steered_keeps_the_laws(profile: str, seed: int) -> None:
     for _ in range(12):
         axis, step = source.choice(list(AXES.values())), source.choice((-8.0, -1.0, 1.0, 8.0))
         for _ in range(source.randint(1, 20)):
-            pose, t = moved(pose, axis, step), t + source.choice((TICK, TICK, 0.5 * TICK, 3.0 * TICK, 1.0))
+            pose, t = step_pose(pose, axis, step), t + source.choice((TICK, TICK, 0.5 * TICK, 3.0 * TICK, 1.0))
             with suppress(MotionError):
                 steering.to(pose, t)
         if source.random() < 0.3:

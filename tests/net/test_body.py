@@ -152,7 +152,7 @@ def test_what_is_measured_during_a_cut_comes_after_it_once(tmp_path: Path) -> No
                         report()
                     line.open()
                 await so(lambda: len(record) == n)
-                seen = it.hub.rooms["cell1"].session.body.seen
+                seen = it.hub.rooms["cell1"].session.body.view
                 assert seen is not None
                 assert (seen.counts.lost, seen.counts.late) == (0, 0)
                 assert len(record) == n == 30

@@ -147,7 +147,7 @@ def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> N
                 goal = Goal(joints=(turn, *joints_at(far.arm, far.timeline, 0.0)[1:]))
                 going = threading.Thread(target=go, args=(far, Go(goal, executed=begin), late))
                 going.start()
-                while (seen := far.previewed()).unconfirmed == inf and going.is_alive():
+                while (seen := far.preview_now()).unconfirmed == inf and going.is_alive():
                     time.sleep(0.01)
                 only_previewed = far.timeline.end < begin
                 going.join(PATIENCE)
@@ -155,7 +155,7 @@ def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> N
                     break
             assert seen.unconfirmed == begin
             assert only_previewed
-            after = far.previewed()
+            after = far.preview_now()
             assert after.unconfirmed == inf
             assert after.timeline is far.timeline
             paths = [[(one.start, one.finish, one.path) for one in line][-3:] for line in (seen.timeline, far.timeline)]

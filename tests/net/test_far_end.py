@@ -384,14 +384,14 @@ def test_a_wish_is_unconfirmed_from_its_arrival_on_until_the_robot_goes_after_it
     far, begin = wires.far, wires.far.now
     wish = wires.drag(translation(0.1, 0.0, 0.0))
     assert wish.issued == begin
-    assert far.previewed().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
-    assert far.previewed().doubt.endswith("on: DRAG")
+    assert far.preview_now().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
+    assert far.preview_now().doubt.endswith("on: DRAG")
     wires.now += 0.15
-    assert far.previewed().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
+    assert far.preview_now().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
     wires.pulled("ada", wish)
-    assert far.previewed().unconfirmed == inf, "the arm stands there"
+    assert far.preview_now().unconfirmed == inf, "the arm stands there"
     wires.drag(translation(0.1, 0.0, 0.0))
-    assert far.previewed().unconfirmed == inf, "it is the same wish"
+    assert far.preview_now().unconfirmed == inf, "it is the same wish"
 
 
 def test_while_somebody_drags_what_moves_is_unconfirmed_from_what_is_heard_on() -> None:
@@ -400,11 +400,11 @@ def test_while_somebody_drags_what_moves_is_unconfirmed_from_what_is_heard_on() 
     engine.clock.advance(max(engine.now, far.now))
     drive(wires, 0.5)
     wires.tell_changes()
-    assert far.previewed().unconfirmed == inf
+    assert far.preview_now().unconfirmed == inf
     wires.say(messages.Pulled(DragState("bob")))
-    assert far.previewed().unconfirmed == pytest.approx(far.heard_time)
+    assert far.preview_now().unconfirmed == pytest.approx(far.heard_time)
     wires.say(messages.Pulled(DragState(why="bob has gone")))
-    assert far.previewed().unconfirmed == inf
+    assert far.preview_now().unconfirmed == inf
 
 
 def test_wishes_that_a_cut_has_swallowed_are_in_doubt_no_longer() -> None:
@@ -412,11 +412,11 @@ def test_wishes_that_a_cut_has_swallowed_are_in_doubt_no_longer() -> None:
     wires.drag(translation(0.1, 0.0, 0.0))
     wires.cut()
     wires.connect(Clock(wires.now, realtime=True, wall=wires.now))
-    assert wires.far.previewed().unconfirmed == inf
+    assert wires.far.preview_now().unconfirmed == inf
 
 
 def test_next_to_the_robot_no_wish_is_in_doubt() -> None:
     wires = Wires()
     wires.say(Clock(wires.now, realtime=True, wall=wires.now))
     wires.far.send(messages.Drag(translation(0.1, 0.0, 0.0)))
-    assert wires.far.previewed().unconfirmed == inf
+    assert wires.far.preview_now().unconfirmed == inf

@@ -73,7 +73,7 @@ class Behind(Wires):
         self.engine.begin(Move(JointTarget((radians(jt1), *ready[1:])), False, stamp=Stamp(at)), program=False)
 
     def lines(self, t: float) -> list[str]:
-        return list(self.far.previewed().lines(t))
+        return list(self.far.preview_now().lines(t))
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.0])
@@ -97,7 +97,7 @@ def test_in_virtual_time_there_is_nothing_to_be_ahead_of() -> None:
     wires = Wires()
     for wires.far.ahead in (Ahead.PRESENT, Ahead.AUTO, 3.0):
         assert wires.far.shown_time == wires.far.heard_time == wires.engine.now
-        assert list(wires.far.previewed().lines(0.0)) == []
+        assert list(wires.far.preview_now().lines(0.0)) == []
 
 
 def test_who_looks_ahead_sees_the_plan_and_is_told_of_what_was_wrong() -> None:
@@ -214,23 +214,23 @@ def test_what_is_on_its_way_is_named_until_it_is_confirmed() -> None:
     planned, unknown = far.preview.plan.expected
     assert (planned.begin, planned.planned, planned.text) == (at, True, "MOVE to 30")
     assert (unknown.begin, unknown.planned, unknown.text) == (pytest.approx(far.now + 0.25), False, "DO MOVE a")
-    assert far.previewed().unconfirmed == unknown.begin, "what it does is not known here: all may change"
+    assert far.preview_now().unconfirmed == unknown.begin, "what it does is not known here: all may change"
     assert wires.lines(2.0) == [f"unconfirmed from {unknown.begin:.3f} s on: MOVE to 30, DO MOVE a"]
     assert wires.lines(0.1) == []
     wires.say(Told(Message("begun"), line))
-    assert far.previewed().unconfirmed == at, "the robot is at it, and tells what it changes"
+    assert far.preview_now().unconfirmed == at, "the robot is at it, and tells what it changes"
     wires.moves(30.0, at)
     wires.say(Done(move, version=wires.engine.timeline.version))
-    assert far.previewed().unconfirmed == at, "its change is on its way"
+    assert far.preview_now().unconfirmed == at, "its change is on its way"
     wires.tell_changes()
-    assert far.previewed().unconfirmed == inf
+    assert far.preview_now().unconfirmed == inf
 
 
 def test_what_is_no_place_is_sent_and_not_previewed() -> None:
     wires = Behind()
     id = wires.ask(lambda id: At(id, Go(Goal())))
     wires.carry()
-    assert wires.far.previewed().expected == ()
+    assert wires.far.preview_now().expected == ()
     wires.end(wires.came[-1], ok=False, refusal=Refusal.of(IllegalValue("a motion to nowhere")))
     assert isinstance(wires.ends[-1], Done)
     assert wires.ends[-1].id == id, "who has asked is told"
@@ -241,13 +241,13 @@ def test_what_is_not_heard_is_not_confirmed() -> None:
     wires.cut()
     heard = wires.far.heard_time
     wires.pass_by(5.0)
-    assert wires.far.heard_time == wires.far.previewed().unconfirmed == heard
+    assert wires.far.heard_time == wires.far.preview_now().unconfirmed == heard
     wires.now += COMMAND_TIMEOUT_S
     wires.far.look()
     assert wires.far.heard_time == heard, "also when nobody waits for it any more"
     assert wires.lines(heard + 1.0) == [f"unconfirmed from {heard:.3f} s on: the robot is not heard"]
     wires.connect(wires.clock())
-    assert wires.far.previewed().unconfirmed == inf
+    assert wires.far.preview_now().unconfirmed == inf
 
 
 def test_what_may_change_the_timeline() -> None:

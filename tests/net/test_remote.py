@@ -445,9 +445,9 @@ def test_who_looks_waits_for_no_other_thread(robot: vrs.Robot) -> None:
     held, going = robot.held, threading.Event()
     port_of(robot)._loop.soon(going.wait)
     try:
-        assert held.previewed().timeline is held.timeline
+        assert held.preview_now().timeline is held.timeline
     finally:
         going.set()
     robot.leave()
     with pytest.raises(RequestRefused, match="it was let go"):
-        held.previewed()
+        held.preview_now()

@@ -139,7 +139,7 @@ class Line:
         else:
             self.user.take(message, self._tell)
         actor = self.session.actor
-        while not isinstance(message, messages.Interrupt) and (actor.asked or actor.lets_time_pass):
+        while not isinstance(message, messages.Interrupt) and (actor.has_requests or actor.lets_time_pass):
             actor.step()
 
 

@@ -123,7 +123,7 @@ def test_a_program_on_the_screen_comes_back_as_its_lines_were_left(folder: Path)
     again = recovered(folder)
     assert [len(one.program.steps) for one in again.conversation.session.environment.programs.values()] == [2]
     at_once(draft.do(ReadDraft(draft.text)))
-    assert shell.conversation.unfinished == ""
+    assert shell.conversation.unfinished_text == ""
 
 
 def test_what_is_stored_needs_no_file(folder: Path) -> None:

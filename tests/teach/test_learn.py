@@ -123,7 +123,7 @@ def test_a_lesson_goes_on_where_it_was(seat: Seat, tmp_path: Path) -> None:
     assert LearnerRecord(kept).latest == folder
     desk = seat(at=1, progress=kept)
     assert desk.learner._look(lambda session: round(session.engine.now, 3)) == 0.666  # the model line was carried out
-    assert desk.notes.taken() == ()
+    assert desk.notes.take_all() == ()
     assert "Step 2 of 2" in desk.shown[-1]
 
 
@@ -138,11 +138,11 @@ def test_another_lesson_is_a_word_away(seat: Seat) -> None:
     desk = seat()
     assert "     1  Two steps                                 (you are here)\n     2  The next" in desk.type("LESSONS")
     assert "there is no lesson 7" in desk.type("LESSON 7")
-    assert (desk.learner.wanted, desk.notes.taken()) == (None, ())
+    assert (desk.learner.wanted, desk.notes.take_all()) == (None, ())
     desk.type("LESSON")
     assert desk.learner.wanted is not None
     assert desk.learner.wanted.name == "09_next"
-    assert isinstance(desk.notes.taken()[-1], Farewell)
+    assert isinstance(desk.notes.take_all()[-1], Farewell)
     desk.type("lesson two")
     assert desk.learner.wanted.name == "08_two"
 
@@ -185,7 +185,7 @@ def test_a_disk_that_cannot_be_written_is_told_and_the_lesson_goes_on(seat: Seat
     said = desk.type("DRIVE 1, 30")
     assert "Step 2 of 2" in said
     assert "not kept" not in said
-    assert desk.notes.taken() == ()
+    assert desk.notes.take_all() == ()
 
 
 class AttendedNotes(Notes):
@@ -202,7 +202,7 @@ def test_who_leaves_a_lesson_is_not_asked_what_to_store(tmp_path: Path) -> None:
         stack.callback(front_end.closing)
         front_end.take("n = 4")
         front_end.take("EXIT")
-        assert isinstance(notes.taken()[-1], Farewell)
+        assert isinstance(notes.take_all()[-1], Farewell)
 
 
 # --- a robot that is served -------------------------------------------------------------------------------------------

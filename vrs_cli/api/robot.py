@@ -332,7 +332,7 @@ class Robot:
         """Return what the robot will do with the commands that are still on the way to it. For a robot of this process
         there are none.
         """
-        return Preview.of(self._robot.previewed(), self._robot.arm, self.units)
+        return Preview.of(self._robot.preview_now(), self._robot.arm, self.units)
 
     def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
         """Return where the robot is `rate` times a second, from the first motion to the exact end of the last, or

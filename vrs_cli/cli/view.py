@@ -93,7 +93,7 @@ async def _watch(options: Namespace) -> None:
         mirror = await client.follow((options.window or WINDOW) if options.cell is None else inf)
 
         def lines(t: float) -> str:
-            return "\n".join(line for line in (news.line(), *client.far.previewed().lines(t)) if line)
+            return "\n".join(line for line in (news.line(), *client.far.preview_now().lines(t)) if line)
 
         world = client.far.world or _world(options, predicted.arm)
         await watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news), world)

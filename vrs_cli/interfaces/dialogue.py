@@ -161,7 +161,7 @@ class Notes:
         self._said: list[Reply] = []
         self._answer, self._line = answer, ""
 
-    def taken(self) -> tuple[Reply, ...]:
+    def take_all(self) -> tuple[Reply, ...]:
         """Return all replies since `begin`."""
         if self._line:
             self.type("", newline=True)
@@ -237,7 +237,7 @@ class Ticket(Generic[T]):
 
     # --- the user's side, in any thread ---
 
-    def heard(self) -> list[Reply | Question]:
+    def take_said(self) -> list[Reply | Question]:
         """Take what has been said and was not taken yet."""
         there: list[Reply | Question] = []
         with suppress(IndexError):  # nothing is left: another thread may take some, too

@@ -137,7 +137,7 @@ class Inspector:
                 environment.take(variables)
                 found += placed.translate(refused)
         programs = {program.key: placed for placed, program in programs_of(parts)}
-        for placed, inspected in self._analysed(environment, programs, beside):
+        for placed, inspected in self._analyse_programs(environment, programs, beside):
             found += placed.translate(inspected.analysis.diagnostics)
             found += placed.translate(inspected.of_running)
         found += self._out_of_reach(environment, tuple(programs_of(programs.values())), beside)
@@ -148,7 +148,7 @@ class Inspector:
 
     # --- analysis ---
 
-    def _analysed(
+    def _analyse_programs(
         self, environment: Environment, programs: Mapping[str, Placed], beside: Beside
     ) -> tuple[tuple[Placed, _Inspected], ...]:
         trees = {**beside.programs, **{program.key: program for _, program in programs_of(programs.values())}}
@@ -159,7 +159,7 @@ class Inspector:
             if one is None or one.basis != _basis(around, one.analysis):
                 analysis, of_running = analyze_among(around, trees[key]), tuple[Diagnostic, ...]()
                 if analysis.executable:
-                    of_running = (*_unexpected(analysis), *self._constants.findings(trees[key]))
+                    of_running = (*_warn_of_steps(analysis), *self._constants.findings(trees[key]))
                 one = _Inspected(_basis(around, analysis), analysis, of_running)
             self._inspected[placed.part] = one
         return tuple((placed, self._inspected[placed.part]) for placed in programs.values())
@@ -178,7 +178,7 @@ class Inspector:
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
             ways = (way for way in self._ways[placed.part] if way.key not in own)
-            found = (_unreached(way, environment, self._engine) for way in ways)
+            found = (_warn_of_reach(way, environment, self._engine) for way in ways)
             yield from placed.translate(one for one in found if one is not None)
 
 
@@ -218,13 +218,13 @@ def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tup
     """
     found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
     for one in programs:
-        found += _unexpected(one.analysis)
+        found += _warn_of_steps(one.analysis)
         found += constants.above_full_speed(one.program)
         found += _settings_of(one.program, idle)
     return drop_suppressed(programs[0].lines, in_order(found)) if found else ()
 
 
-def _unexpected(analysis: Analysis) -> Iterator[Diagnostic]:
+def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
     """Warn of steps that cannot be reached, and of a DELAY that could be taken for a pause of the program."""
     yield from unreachable(analysis.program, analysis.blocks, analysis.labels)
     yield from delays(analysis.program)
@@ -301,7 +301,7 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
     return None if place.name not in ("TRANS", "#PPOINT", "NULL") or missing or len(numbers) > JOINTS_HIGH else numbers
 
 
-def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
+def _place_of_numbers(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     """The place that numbers give; those that are left out are for the function to fill in."""
     numbers = (*(_numbers(place) or ()), *(None,) * JOINTS_HIGH)
     if place.name == "#PPOINT":
@@ -309,7 +309,7 @@ def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     return trans(*numbers[:6])
 
 
-def _unreached(way: _Way, environment: Environment, engine: Engine) -> Diagnostic | None:
+def _warn_of_reach(way: _Way, environment: Environment, engine: Engine) -> Diagnostic | None:
     target = way.target
     refusal = _refusal(target, way.distance, environment, engine)
     if refusal is None:
@@ -325,7 +325,7 @@ def _refusal(
     if isinstance(target, ast.Variable):
         place = _value(environment, target)
     else:
-        place = _given(target, engine.model.joint_count)
+        place = _place_of_numbers(target, engine.model.joint_count)
     try:
         if isinstance(place, Transform):
             pose = compose(place, translation(0.0, 0.0, -distance))

@@ -87,7 +87,7 @@ def recorded_program(
         chosen = [_as_written(arm, way[k]) for k in corners(arm, tool, way, finer)]
         last = attempt == ATTEMPTS - 1
         rounding = 0.0 if last else rounded
-        if last or _kept(arm, tool, way, chosen, rounding, tolerance):
+        if last or _follows_way(arm, tool, way, chosen, rounding, tolerance):
             break
         rounded, finer = FINER * rounded, finer.times(FINER)
     return "\n".join(_lines(arm, name, chosen, rounding)) + "\n"
@@ -157,7 +157,7 @@ def _lines(arm: RobotArm, name: str, joints: Sequence[Joints], rounding: float) 
     yield ".END"
 
 
-def _kept(
+def _follows_way(
     arm: RobotArm, T_flange_tool: Transform, way: Way, joints: Sequence[Joints], rounding: float, tolerance: Tolerance
 ) -> bool:
     """Carry out the program; whether it leads the tool along all of the way, and nowhere else."""
@@ -169,10 +169,10 @@ def _kept(
     done = way_of(engine.arm, engine.timeline, 0.0, engine.end, tolerance)
     tools = [compose(arm.forward(q), T_flange_tool) for q in done]
     seen = [compose(arm.forward(q), T_flange_tool) for q in way]
-    return all(_covered(some, others, tolerance) for some, others in ((tools, seen), (seen, tools)))
+    return all(_covers(some, others, tolerance) for some, others in ((tools, seen), (seen, tools)))
 
 
-def _covered(some: Sequence[Transform], others: Sequence[Transform], tolerance: Tolerance) -> bool:
+def _covers(some: Sequence[Transform], others: Sequence[Transform], tolerance: Tolerance) -> bool:
     """Return whether each of some poses is near the way through the others, which are in the same order."""
     near, weight = 0, (tolerance.away / tolerance.turned) ** 2
     for pose in some:

@@ -32,7 +32,7 @@ def check_beside(statement: Statement, *, elsewhere: bool) -> None:
     """Raises UsageError for a line that waits until the program has stopped, which runs elsewhere: on another branch
     than that of who says it.
     """
-    said, role = needed(statement)
+    said, role = need_of(statement)
     check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role, elsewhere=elsewhere)
 
 
@@ -49,7 +49,7 @@ def role_of(word: str) -> Role:
     return (COMMANDS.get(word) or INSTRUCTIONS[word]).role
 
 
-def needed(statement: Statement) -> tuple[str, Role]:
+def need_of(statement: Statement) -> tuple[str, Role]:
     """Return the name of a line in messages, and the role that it needs."""
     statement = _inner(statement)
     if isinstance(statement, Show):

@@ -274,19 +274,19 @@ class Pursuit:
         """Follow one more wish. `coming`: the present joints, and those that they come to if it is the last wish."""
         now, wish = coming[0], _possible(self.arm, T_base_flange)
         aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
-        there = self._reached(wish) if self._closed else self._found_again(aim)
+        there = self._joints_there(wish) if self._closed else self._found_again(aim)
         if there is not None and box.holds(there):
             self.goal, self.steady = there, True
             self.roundabout, self._elsewhere, self._stalled = False, None, 0
             late = [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)]
-            return self._slowed(aim, now, late) if max(late) > 1.0 else Shortfall()
+            return self._lagging(aim, now, late) if max(late) > 1.0 else Shortfall()
         nearest = aim.nearest(box.put(self.goal), *box)
         stalled = nearest.gain < STALL_GAIN
         self.roundabout = there is not None and (self.roundabout or stalled)
         self.goal, self.steady = nearest.joints, False
         if self.roundabout and there is not None:
             self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))  # over that axis too
-            return self._slowed(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
+            return self._lagging(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
         miss = aim.miss(self.goal)
         if miss.within(*MISS_TOLERANCE):
             self.steady = True
@@ -318,7 +318,7 @@ class Pursuit:
         """The configuration with the kept arm and elbow, and the present wrist."""
         return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
-    def _reached(self, wish: Transform) -> Joints | None:
+    def _joints_there(self, wish: Transform) -> Joints | None:
         """The joints of a pose in the present configuration; None where it is not in reach so."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
@@ -348,7 +348,7 @@ class Pursuit:
     # --- what holds it ---
 
     @staticmethod
-    def _slowed(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
+    def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
         """The shortfall for a wish in reach: the joint that lags most keeps the tool from it."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 

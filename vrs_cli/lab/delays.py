@@ -215,7 +215,7 @@ class DelayCourse:
         self._predict()
         robot = self.robot
         robot.clock.advance(robot.clock.reached)
-        issued = self._times.issued(t_iss, robot.now)
+        issued = self._times.issue_time(t_iss, robot.now)
         try:
             robot.begin(request, program=False, issued=issued)
         except TooLate:

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
-from vrs_cli.interfaces.conversation.complete import DefinedNames, Signature, blanked, signature, suggestions
+from vrs_cli.interfaces.conversation.complete import DefinedNames, Signature, blank_out, signature, suggestions
 from vrs_cli.interfaces.inspection import ALONE, Beside, Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
@@ -92,7 +92,7 @@ def _of_program(part: Part, program: Program) -> Iterator[Occurrence]:
 
 def _of_statement(part: Part, statement: ast.Statement) -> Iterator[Occurrence]:
     if isinstance(statement, ast.Goto | ast.IfGoto):
-        target = _GOTO_LABEL.search(blanked(part.lines[statement.span.line - 1]))
+        target = _GOTO_LABEL.search(blank_out(part.lines[statement.span.line - 1]))
         if target is not None:
             span = Span(statement.span.line, target.start(1) + 1, target.end(1) + 1)
             yield Occurrence(SymbolKind.LABEL, str(statement.label), span)
@@ -427,7 +427,7 @@ class Document:
             begun, note = before.strip().upper(), "a section of variables, up to .END"
             rows = ((PROGRAM, "a program, up to .END"), *((name, note) for name in SECTIONS))
             return [Suggestion(name, len(begun), note) for name, note in rows if name.startswith(begun)]
-        if _GOTO.search(blanked(before)):
+        if _GOTO.search(blank_out(before)):
             begun = before[len(before.rstrip("0123456789")) :]
             labelled = (step for step in program.steps if step.label is not None and str(step.label).startswith(begun))
             return [Suggestion(str(step.label), len(begun), _step_text(step)) for step in labelled]
@@ -528,7 +528,7 @@ class Document:
         """The word at or right before a place, outside texts and comments."""
         if not 1 <= line <= len(self.lines):
             return None
-        for found in _WORD.finditer(blanked(self.lines[line - 1])):
+        for found in _WORD.finditer(blank_out(self.lines[line - 1])):
             if found.start() < column <= found.end() + 1:
                 return found[0], Span(line, found.start() + 1, found.end() + 1)
         return None

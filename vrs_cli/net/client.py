@@ -31,7 +31,7 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatu
 
 from vrs_cli.errors import FileError, RequestRefused, UsageError, VrsError
 from vrs_cli.files.opening import reason
-from vrs_cli.interfaces.port.port import checked
+from vrs_cli.interfaces.port.port import check_end
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.mirror import WINDOW, Mirror
@@ -194,7 +194,7 @@ class Client:
                 end.set_result(message)
 
         self.begin(make, hear)
-        return checked(await end)
+        return check_end(await end)
 
     async def follow(self, window: float = WINDOW) -> Mirror:
         """Follow the timeline; return the mirror once it has the last `window` seconds, which it keeps (infinity: all

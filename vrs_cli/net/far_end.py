@@ -462,7 +462,7 @@ class FarEnd:
             return None
         return Expected(0, DRAGGING.text, oldest, max(oldest + self.round_trip / 2.0, heard), planned=False)
 
-    def previewed(self) -> Previewed:
+    def preview_now(self) -> Previewed:
         """Return what the robot will do, as it is known now. In any thread."""
         assert self.preview is not None, "there is a mirror"
         plan = self.preview.plan

@@ -92,7 +92,7 @@ class Room(ServedRobot):
         self._told_now = 0.0  # the clock that clients know last
         self.session.body.told.append(self._body_told)
         self.session.driver.lags, self.session.actor.spent = self._lags, self._charge
-        self._pulled = messages.Pulled(self.drag_control.pulled)
+        self._pulled = messages.Pulled(self.drag_control.drag_state)
         self._pulled_at = wall()
         self.session.actor.serve()
 
@@ -327,7 +327,7 @@ class Room(ServedRobot):
         if activity != self._activity:
             self._activity = activity
             self.broadcast.announce(activity)
-        pulled, told, wall = self.drag_control.pulled, self._pulled.state, self.wall()
+        pulled, told, wall = self.drag_control.drag_state, self._pulled.state, self.wall()
         same = pulled.by == told.by and pulled.held.holds == told.held.holds
         if pulled != told and (not same or wall - self._pulled_at > PULLED_PERIOD_S):
             self._pulled, self._pulled_at = messages.Pulled(pulled), wall
@@ -355,7 +355,7 @@ class Room(ServedRobot):
             self._driver_gone(gone)
         self._mind_idleness(now)
         session = self.session
-        if session.running and not session.driver.waited and (self._watch is None or self._watch.done()):
+        if session.running and not session.driver.awaited and (self._watch is None or self._watch.done()):
             self._watch = self._self.put(session.watch_over())  # so that a program whose user has gone continues
         self._withdraw_questions()
         self._measure(now)
@@ -405,7 +405,7 @@ class Room(ServedRobot):
             return
 
         def look(session: Session) -> None:
-            if session.driver.withdrawn:
+            if session.driver.has_withdrawn:
                 for question, ticket in asked:
                     ticket.throw(AskedInVain(), question.id)
 

@@ -24,7 +24,7 @@ from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession
-from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
+from vrs_cli.interfaces.rights import check_may, may_all, must_drive, need_of
 from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import ClockSeen, RobotBody
@@ -122,7 +122,7 @@ class ServedBody:
         if not changed and wall < self._told_at + STATUS_EVERY:
             return
         self._told_at = wall
-        status = messages.BodyStatus(body.seen, unknown)
+        status = messages.BodyStatus(body.view, unknown)
         if status != self._told:
             self._told = status
             self._broadcast.announce(status)
@@ -166,7 +166,7 @@ class Driving:
             if self.lease.drives(who):
                 self.lease = self.lease.beat(who, now)
                 return
-            if not self.lease.expired(now):
+            if not self.lease.is_free(now):
                 self.lease.check(who)
             if self._by_asking and not self.lease.holder:
                 return
@@ -187,7 +187,7 @@ class Driving:
         """Take the lease from a driver who was silent for too long; return the driver's name, or an empty one."""
         with self._lock:
             lease, now = self.lease, self._wall()
-            if not lease.holder or not lease.expired(now):
+            if not lease.holder or not lease.is_free(now):
                 return ""
             self._take(lease.leave(lease.holder, now))
             return lease.holder
@@ -300,7 +300,7 @@ class ServedRobot:
         return CourseThread(
             world,
             now=lambda: self._self.now,
-            works=lambda: session.actor.asked or (session.running and not session.engine.realtime),
+            works=lambda: session.actor.has_requests or (session.running and not session.engine.realtime),
             woken=lambda: self.put(self.broadcast.tell_course),
             failed=lambda error: self.put(lambda: self._tell(internal_error(error).text)),
         )
@@ -424,7 +424,7 @@ class ServedRobot:
             return False
         if isinstance(statement, Instruction) and (statement.word in FREEING or statement.word.startswith("DELETE")):
             return True
-        return not isinstance(statement, ProgramHeader | None) and may_all(*needed(statement))
+        return not isinstance(statement, ProgramHeader | None) and may_all(*need_of(statement))
 
     @property
     def works(self) -> bool:

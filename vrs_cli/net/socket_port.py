@@ -193,11 +193,11 @@ class SocketPort:
         assert self.far.mirror is not None, "the timeline is followed"
         return self.far.mirror
 
-    def previewed(self) -> Previewed:
+    def preview_now(self) -> Previewed:
         """Return what the robot will do, with the commands on their way. Raises RequestRefused if closed."""
         if self._loop.ends:
             raise RequestRefused(*CLOSED)
-        return self.far.previewed()  # in the caller's thread, as a window asks fifty times a second
+        return self.far.preview_now()  # in the caller's thread: a window asks fifty times a second
 
     def subscribe(self) -> Subscription[TimelineChange]:
         """Subscribe to the timeline and all its changes."""

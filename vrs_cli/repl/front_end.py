@@ -19,7 +19,7 @@ from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.interfaces.conversation.complete import Signature, signature
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Running, Terminal
-from vrs_cli.interfaces.port.port import FarHand, MakeRequest, Outlet, Port, answer_to, checked
+from vrs_cli.interfaces.port.port import FarHand, MakeRequest, Outlet, Port, answer_to, check_end
 from vrs_cli.repl.piped import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, Say, StopProgram
 from vrs_cli.values.diagnostics import Diagnostic
@@ -393,7 +393,7 @@ class DraftPage:
         """Store the program; what is said of it. Raises VrsError."""
         end = self._front_end.end_of(lambda id: At(id, KeepDraft(text)), COMING_BACK)
         if end is not None:
-            checked(end)
+            check_end(end)
         if not isinstance(end, Done) or not isinstance(end.found, Kept):
             raise RequestRefused("the robot does not answer", "store it again")
         self._front_end.after()

@@ -206,7 +206,7 @@ class Keeper:
 
     def keep(self) -> None:
         """After a line: write what is not stored, remove the file where all is."""
-        session, unfinished = self._conversation.session, self._conversation.unfinished
+        session, unfinished = self._conversation.session, self._conversation.unfinished_text
         if not (unfinished or session.unstored.programs() or session.unstored.items()):
             self.forget()
             return

@@ -130,10 +130,10 @@ def test_who_waits_for_an_answer_lets_others_go_first(actor: Actor) -> None:
     asking, other = actor.submit(sure()), actor.call(lambda: 7)
     stepped(actor)
     assert (asking.done(), other.result()) == (False, 7)
-    assert asking.heard() == [Confirmation("Sure (Y/N)?", id=1)]
+    assert asking.take_said() == [Confirmation("Sure (Y/N)?", id=1)]
     asking.answer(1, True)
     stepped(actor)
-    assert (asking.result(), asking.heard()) == (True, [Message("True")])
+    assert (asking.result(), asking.take_said()) == (True, [Message("True")])
     asking.answer(1, False)  # too late: nobody asks
     stepped(actor)
 
@@ -144,12 +144,12 @@ def test_a_late_answer_is_not_taken_for_that_to_another_question(actor: Actor) -
 
     asking = actor.submit(twice())
     stepped(actor)
-    (first,) = [said.id for said in asking.heard() if isinstance(said, Confirmation)]
+    (first,) = [said.id for said in asking.take_said() if isinstance(said, Confirmation)]
     asking.answer(first, True)
     asking.answer(first, True)
     asking.throw(KeyboardInterrupt(), first)
     stepped(actor)
-    (second,) = [said.id for said in asking.heard() if isinstance(said, Confirmation)]
+    (second,) = [said.id for said in asking.take_said() if isinstance(said, Confirmation)]
     assert (asking.done(), first != second) == (False, True)
     asking.answer(second, False)
     stepped(actor)
@@ -214,7 +214,7 @@ def test_lines_of_others_are_carried_out_while_a_program_runs(session: Session) 
     stepped(actor)
     assert stop.error(0.0) is None
     assert session.engine.now == session.engine.end
-    assert [str(reply) for reply in run.heard()][-1].count("(ABORTED)")
+    assert [str(reply) for reply in run.take_said()][-1].count("(ABORTED)")
     for refused in (where, motion):
         assert isinstance(refused.error(0.0), RequestRefused)
     again = actor.submit(session.answers("WHERE"))
@@ -248,7 +248,7 @@ def test_a_motion_while_a_program_runs_is_refused_and_a_look_is_not(session: Ses
     for _ in range(20):
         actor.step()
     assert isinstance(motion.error(0.0), UsageError)
-    assert len(where.heard()) == 1
+    assert len(where.take_said()) == 1
     run.withdraw()
     stepped(actor)
     assert session.engine.now <= session.engine.end
@@ -324,7 +324,7 @@ def test_a_robot_that_is_served_answers_every_thread(served: Session) -> None:
         tickets = [served.actor.submit(served.answers("DRIVE 1, 1")) for _ in range(5)]
         for ticket in tickets:
             ticket.result(PATIENCE)
-            found.append(len(ticket.heard()))
+            found.append(len(ticket.take_said()))
         served.actor.call(lambda: served.engine.timeline.version).result(PATIENCE)
 
     threads = [Thread(target=ask) for _ in range(4)]
@@ -445,7 +445,7 @@ def test_who_is_answered_knows_what_the_disk_has_not_kept(session: Session) -> N
     journal.broken = True
     ticket = session.actor.call(drive(session))
     stepped(session.actor)
-    assert ["not on the disk" in str(said) for said in ticket.heard()] == [True]
+    assert ["not on the disk" in str(said) for said in ticket.take_said()] == [True]
     assert ticket.done()
 
 

@@ -21,7 +21,7 @@ def done(session: Session, holder: Holder, line: str) -> list[str]:
     ticket = holder.ask(line)
     stepped(session.actor)
     assert ticket.error(0.0) is None
-    return [str(said) for said in ticket.heard()]
+    return [str(said) for said in ticket.take_said()]
 
 
 def test_an_editor_is_open_at_one_user_state(session: Session) -> None:
@@ -133,7 +133,7 @@ def test_what_a_program_asks_is_asked_of_who_drives_it(session: Session) -> None
     assert done(session, b, "DRIVE 1, 90, 10") == []
     ticket = a.ask("x = 2")
     stepped(session.actor)
-    heard = [said for said in ticket.heard() if isinstance(said, LineWanted)]
+    heard = [said for said in ticket.take_said() if isinstance(said, LineWanted)]
     assert [question.text for question in heard] == ["How many? "]
     ticket.answer(heard[0].id, "5")
     stepped(session.actor)
@@ -148,7 +148,7 @@ def test_whoever_comes_next_is_asked_where_the_driver_has_gone(session: Session)
     a.leave()
     ticket = b.ask("DRIVE 1, 90, 10")
     stepped(session.actor)
-    assert [said.text for said in ticket.heard() if isinstance(said, LineWanted)] == ["How many? "]
+    assert [said.text for said in ticket.take_said() if isinstance(said, LineWanted)] == ["How many? "]
 
 
 def refusal(session: Session, ticket: Ticket[None]) -> str:
@@ -211,7 +211,7 @@ def test_what_a_program_asks_is_asked_of_who_has_the_lease(session: Session) -> 
     session.lease = lease.give("ann", "bob", 1.0)[0]
     ticket = bob.ask("DRIVE 1, 90, 10")
     stepped(session.actor)
-    assert [said.text for said in ticket.heard() if isinstance(said, LineWanted)] == ["How many? "]
+    assert [said.text for said in ticket.take_said() if isinstance(said, LineWanted)] == ["How many? "]
 
 
 def test_an_observer_commands_no_motion(session: Session) -> None:
@@ -232,7 +232,7 @@ def test_who_looks_sees_his_own_branch_while_a_program_runs_on_another(session: 
     replies = b.submit(act_on(session, ListCommands()))
     while not (tickets[-1].done() and replies.done()):
         session.actor.step()
-    assert list(map(str, tickets[0].heard())) == where
+    assert list(map(str, tickets[0].take_said())) == where
     errors = [str(ticket.error(0.0)) for ticket in tickets]
     assert errors[2].endswith("DRIVE has to wait until the program stops (ABORT stops it)")
     assert errors[3].endswith("EXECUTE has to wait until the program on another branch stops (ABORT stops it)")

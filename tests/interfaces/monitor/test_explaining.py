@@ -17,7 +17,7 @@ from tests.examples import some
 from tests.interfaces.terminals import RecordingTerminal
 from tests.kinematics.test_steps import flange
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.rights import needed
+from vrs_cli.interfaces.rights import need_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import ProgramHeader
@@ -213,7 +213,7 @@ def test_who_looks_may_ask_and_beside_a_program_too() -> None:
     line = parse_prompt("EXPLAIN MOVE part")
     assert line is not None
     assert not isinstance(line, ProgramHeader)
-    assert needed(line) == ("EXPLAIN", Role.OBSERVER)
+    assert need_of(line) == ("EXPLAIN", Role.OBSERVER)
     wall = ManualWall()
     of = session(*PLACES, clock=wall.clock())
     of.load_text(".PROGRAM slow\nDRIVE 1, 30, 5\nBREAK\n.END\n")

@@ -31,8 +31,8 @@ def test_time_goes_by_at_its_rate(rate: float, wall: float, t: float) -> None:
 
 def test_it_stops_at_the_end() -> None:
     assert playing().at(1000.0) == 12.0
-    assert playing().ended(110.0)
-    assert not playing().ended(109.9)
+    assert playing().is_over(110.0)
+    assert not playing().is_over(109.9)
 
 
 def test_a_pause_holds_and_play_goes_on_from_there() -> None:
@@ -84,7 +84,7 @@ def test_a_loop_goes_on_from_the_start() -> None:
     assert looped.at(109.5) == 11.5
     assert looped.at(112.0) == 4.0
     assert looped.at(1012.0) == 4.0
-    assert not looped.ended(1e6)
+    assert not looped.is_over(1e6)
 
 
 def test_a_loop_that_is_left_ends_at_the_end() -> None:

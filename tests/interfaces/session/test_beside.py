@@ -118,10 +118,10 @@ def test_a_question_whose_program_is_stopped_needs_no_answer(session: Session, w
     session.perform("EXECUTE main")
     dialogue = session.driver.ask()
     assert next(dialogue) == LineWanted("How many? ")
-    assert not session.driver.withdrawn
+    assert not session.driver.has_withdrawn
     session.perform("ABORT")
     later(session, wall, 1.0)
-    assert session.driver.withdrawn
+    assert session.driver.has_withdrawn
     with pytest.raises(StopIteration):
         dialogue.send("5")
     assert not session.running

@@ -79,16 +79,16 @@ def test_one_wish_is_enough_to_get_there(served: Served) -> None:
         served.pass_time(0.25)
         served.pull(wish)
     assert distance(served.tool, wish) < 1e-6
-    assert served.drag_control.pulled == DragState("ann")
+    assert served.drag_control.drag_state == DragState("ann")
 
 
 def test_who_is_not_heard_of_lets_go_and_the_arm_comes_to_rest(served: Served) -> None:
     served.pull(moved(0.3, 0.3, 0.3))
     served.pass_time(SILENCE + 1.0)
     assert served.stands
-    assert served.drag_control.pulled == DragState(why="nothing was heard any more")
+    assert served.drag_control.drag_state == DragState(why="nothing was heard any more")
     served.pull(moved(0.1, 0.0, 0.0))  # it needs nothing to go on
-    assert served.drag_control.pulled.by == "ann"
+    assert served.drag_control.drag_state.by == "ann"
 
 
 def test_let_go_it_rests_soon(served: Served) -> None:
@@ -97,7 +97,7 @@ def test_let_go_it_rests_soon(served: Served) -> None:
         served.pass_time(0.02)
     assert not served.stands
     served.pull(None)
-    assert served.drag_control.pulled == DragState()
+    assert served.drag_control.drag_state == DragState()
     served.pass_time(0.4)
     assert served.stands
 
@@ -106,13 +106,13 @@ def test_it_tells_which_wish_it_goes_after_and_the_motion_is_as_old_as_the_first
     engine = served.session.engine
     begin = engine.clock.reached
     served.pull(moved(0.1, 0.0, 0.0), issued=begin - 0.25)
-    assert served.drag_control.pulled.issued == begin - 0.25
+    assert served.drag_control.drag_state.issued == begin - 0.25
     served.pull(moved(0.2, 0.0, 0.0), issued=begin - 0.2)
-    assert served.drag_control.pulled.issued == begin - 0.25, "until its next tick"
+    assert served.drag_control.drag_state.issued == begin - 0.25, "until its next tick"
     served.pass_time(0.1)
-    assert served.drag_control.pulled == DragState("ann", served.drag_control.pulled.held, issued=begin - 0.2)
+    assert served.drag_control.drag_state == DragState("ann", served.drag_control.drag_state.held, issued=begin - 0.2)
     served.pull(None, issued=begin - 0.1)
-    assert served.drag_control.pulled == DragState(issued=begin - 0.1)
+    assert served.drag_control.drag_state == DragState(issued=begin - 0.1)
     last = engine.book.records()[-1]
     assert last.issued == pytest.approx(begin - 0.25, abs=1e-6)
     assert last.executed == pytest.approx(begin, abs=1e-6)
@@ -122,25 +122,25 @@ def test_a_wish_that_is_refused_or_passed_over_is_told_too(served: Served) -> No
     served.session.lease = RobotLease("carl", 1e9)
     with pytest.raises(LeaseHeld):
         served.pull(TABLE, issued=1.5)
-    assert served.drag_control.pulled == DragState(issued=1.5)
+    assert served.drag_control.drag_state == DragState(issued=1.5)
     served.session.lease = None
     served.pull(TABLE, issued=1.6)
     served.do("ABORT")
     served.pass_time(0.1)
     served.pull(TABLE, issued=1.7)
-    assert served.drag_control.pulled.by == ""
-    assert served.drag_control.pulled.issued == 1.7
+    assert served.drag_control.drag_state.by == ""
+    assert served.drag_control.drag_state.issued == 1.7
 
 
 def test_what_holds_it_is_told(served: Served) -> None:
     for _ in range(30):
         served.pull(moved(0.0, 2.0, 0.0))
         served.pass_time(0.1)
-    assert Hold(Limit.REACH, which="far") in served.drag_control.pulled.held.holds
+    assert Hold(Limit.REACH, which="far") in served.drag_control.drag_state.held.holds
     for _ in range(30):
         served.pull(TABLE)
         served.pass_time(0.1)
-    assert served.drag_control.pulled == DragState("ann", Shortfall())
+    assert served.drag_control.drag_state == DragState("ann", Shortfall())
 
 
 @pytest.mark.parametrize("line", ["ABORT", "MOVE #PPOINT(0, -90, 90, 0, 0, 0)"])
@@ -150,14 +150,14 @@ def test_whatever_else_moves_or_stops_the_robot_breaks_it_off_until_it_is_taken_
     served.pull(TABLE)  # the arm stands
     served.do(line)
     served.pass_time(0.1)
-    assert "else" in served.drag_control.pulled.why
+    assert "else" in served.drag_control.drag_state.why
     version = served.session.engine.timeline.version
     served.pull(moved(0.1, 0.0, 0.0))
     served.pass_time(0.1)
     assert served.session.engine.timeline.version == version
     served.pull(None)
     served.pull(moved(0.1, 0.0, 0.0))
-    assert served.drag_control.pulled.by == "ann"
+    assert served.drag_control.drag_state.by == "ann"
 
 
 def test_only_who_drives_may(served: Served) -> None:
@@ -174,7 +174,7 @@ def test_who_drives_no_longer_lets_go_at_once(served: Served) -> None:
     served.session.lease = RobotLease("carl", 1e9)
     with pytest.raises(LeaseHeld):
         served.pull(moved(0.3, 0.0, 0.3))
-    assert "carl drives" in served.drag_control.pulled.why
+    assert "carl drives" in served.drag_control.drag_state.why
     served.pass_time(0.3)
     assert served.stands
 
@@ -215,7 +215,7 @@ def test_over_a_line_of_uneven_delay_it_goes_on_without_a_stop(served: Served) -
     for t, came in delayed(8.0):
         served.pass_time(max(begin + came - served.wall.seconds, 0.0))
         served.pull(hand(t))
-        assert served.drag_control.pulled.by == "ann"
+        assert served.drag_control.drag_state.by == "ann"
         since = served.wall.seconds - begin
         if since > 1.0:
             assert not served.stands
@@ -228,7 +228,7 @@ def test_a_wish_beyond_all_numbers_is_refused(served: Served) -> None:
     served.pull(TABLE)
     with pytest.raises(IllegalValue):
         served.pull(at_position(TABLE, 1e160, 1e160, 0.0))
-    assert served.drag_control.pulled.by == "ann"
+    assert served.drag_control.drag_state.by == "ann"
 
 
 def test_a_tool_that_cannot_be_moved_is_held_by_nobody(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -240,5 +240,5 @@ def test_a_tool_that_cannot_be_moved_is_held_by_nobody(served: Served, monkeypat
     monkeypatch.setattr(Dragging, "to", fail)
     with pytest.raises(OverflowError):
         served.pass_time(0.1)
-    assert served.drag_control.pulled.by == ""
-    assert "internal error" in served.drag_control.pulled.why
+    assert served.drag_control.drag_state.by == ""
+    assert "internal error" in served.drag_control.drag_state.why

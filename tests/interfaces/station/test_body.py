@@ -83,16 +83,16 @@ def test_reports_are_counted_as_what_becomes_of_them(bench: Bench) -> None:
     bench.now = 10.0
     bench.report(7.0, 7.1, 7.2, first=0)
     bench.report(7.5, 7.6, first=5)
-    assert bench.body.seen is not None
-    assert bench.body.seen.counts == ReportCounts(5, lost=2)
+    assert bench.body.view is not None
+    assert bench.body.view.counts == ReportCounts(5, lost=2)
     bench.report(7.3, 7.4, first=3)
-    assert bench.body.seen.counts == ReportCounts(7, lost=0, reordered=2)
+    assert bench.body.view.counts == ReportCounts(7, lost=0, reordered=2)
     bench.report(7.5, 7.6, 7.7, first=5)
-    assert bench.body.seen.counts == ReportCounts(10, lost=0, reordered=2, duplicate=2)
+    assert bench.body.view.counts == ReportCounts(10, lost=0, reordered=2, duplicate=2)
     bench.report(7.7, first=8)
-    assert bench.body.seen.counts == ReportCounts(11, lost=0, reordered=2, duplicate=3)
+    assert bench.body.view.counts == ReportCounts(11, lost=0, reordered=2, duplicate=3)
     bench.report(3.0, first=9)
-    assert bench.body.seen.counts == ReportCounts(12, lost=0, late=1, reordered=2, duplicate=3)
+    assert bench.body.view.counts == ReportCounts(12, lost=0, late=1, reordered=2, duplicate=3)
     assert [one.t for one in bench.body.record.view] == [7.0, 7.1, 7.2, 7.3, 7.4, 7.5, 7.6, 7.7]
 
 
@@ -127,8 +127,8 @@ def test_what_is_no_report_is_refused_and_changes_nothing(bench: Bench, report: 
     with pytest.raises(IllegalValue, match=told):
         bench.body.take([Report(4999.0, (0.0, 0.0)), report], 0, "arm")
     assert (len(bench.body.record), bench.heard) == (0, [])
-    assert bench.body.seen is not None
-    assert bench.body.seen.counts == ReportCounts()
+    assert bench.body.view is not None
+    assert bench.body.view.counts == ReportCounts()
     assert bench.body.embody("arm") == 0
 
 
@@ -151,16 +151,16 @@ def test_an_order_and_an_alarm_are_told(bench: Bench) -> None:
     alarm = DivergenceAlarm(3.0, 1, 0.1, 0.02, DivergenceCause.BLOCKED, "joint 1 is blocked", 2.5)
     bench.body.tell(alarm)
     assert bench.told[1:] == [BodyChange("arm", "arm", BodyMode.HOLDS, 3.0), alarm]
-    assert bench.body.seen is not None
-    assert (bench.body.seen.order, bench.body.seen.mode) == (BodyMode.HOLDS, BodyMode.FOLLOWS)
+    assert bench.body.view is not None
+    assert (bench.body.view.order, bench.body.view.mode) == (BodyMode.HOLDS, BodyMode.FOLLOWS)
 
 
 def test_the_rate_is_that_of_arrivals(bench: Bench) -> None:
     for number in range(300):
         bench.now = bench.wall = number * 0.02
         bench.report(bench.now)
-    assert bench.body.seen is not None
-    assert bench.body.seen.rate == pytest.approx(50.0, rel=0.02)
+    assert bench.body.view is not None
+    assert bench.body.view.rate == pytest.approx(50.0, rel=0.02)
 
 
 def test_all_errors_are_ours(bench: Bench) -> None:
@@ -198,7 +198,7 @@ class GuardedRobot:
         for _ in range(count):
             self._t += STEP
             self.body.take([Report(self._t, self.joints(off), mode=mode)], name=self.body.name)
-        while self.session.actor.asked:
+        while self.session.actor.has_requests:
             self.session.actor.step()
 
     def alarms(self) -> list[DivergenceAlarm]:

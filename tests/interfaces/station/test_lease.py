@@ -32,8 +32,8 @@ def test_it_is_taken_after_its_time_and_the_former_holder_is_told() -> None:
 
 
 def test_a_heartbeat_keeps_it() -> None:
-    assert not ANN.beat("ann", 9.0).expired(19.0)
-    assert ANN.beat("ann", 9.0).expired(19.001)
+    assert not ANN.beat("ann", 9.0).is_free(19.0)
+    assert ANN.beat("ann", 9.0).is_free(19.001)
 
 
 def test_who_is_late_keeps_it_until_another_comes() -> None:
@@ -90,6 +90,6 @@ def test_laws(acts: list[tuple[str, str, float]]) -> None:
         assert len(set(lease.asking)) == len(lease.asking)
         assert lease.until >= before.until or lease.holder != before.holder
         if lease.holder != before.holder:
-            assert before.expired(now) or (act, who) == ("leave", before.holder)
+            assert before.is_free(now) or (act, who) == ("leave", before.holder)
             assert (Granted(lease.holder) in told) == bool(lease.holder)
             assert (Lost(before.holder, lease.holder) in told) == bool(before.holder and act != "leave")

@@ -52,7 +52,7 @@ def test_nothing_before_arrival_changes_whatever_is_claimed(
         engine.clock.advance(engine.clock.reached)
         arrival, count = engine.now, len(engine.book.deltas)
         past = [arrival - TICK, *(arrival * k / 7 for k in range(7))]
-        before, issued = seen(engine, past), times.issued(claim, arrival)
+        before, issued = seen(engine, past), times.issue_time(claim, arrival)
         with suppress(VrsError):
             engine.begin(Move(target, False, stamp=Stamp(t + lead)), program=False, issued=issued)
         assert seen(engine, past) == before
@@ -67,7 +67,7 @@ def test_nothing_before_arrival_changes_whatever_is_claimed(
     [(None, 10.0), (9.8, 9.8), (11.0, 10.0), (3.0, 9.5), (inf, 10.0), (-inf, 9.5), (nan, 10.0), (10.0, 10.0)],
 )
 def test_a_claim_is_kept_as_far_as_it_can_be_true(claim: float | None, issued: float) -> None:
-    assert HolderTimes(allowed=ALLOWED).issued(claim, 10.0) == issued
+    assert HolderTimes(allowed=ALLOWED).issue_time(claim, 10.0) == issued
 
 
 def test_who_commands_with_the_delay_as_offset_is_never_late() -> None:
@@ -79,7 +79,7 @@ def test_who_commands_with_the_delay_as_offset_is_never_late() -> None:
     engine.clock.advance(engine.clock.reached)
     with pytest.raises(TooLate):
         engine.begin(Move(JointTarget(ready), False, stamp=Stamp(t_iss)), program=False)
-    engine.begin(Move(JointTarget(ready), False, stamp=Stamp(times.executed(t_iss))), program=False)
+    engine.begin(Move(JointTarget(ready), False, stamp=Stamp(times.robot_time(t_iss))), program=False)
     assert engine.book.deltas[0].executed == engine.now
 
 

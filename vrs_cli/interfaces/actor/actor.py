@@ -155,7 +155,7 @@ class Actor:
     # --- driving ---
 
     @property
-    def asked(self) -> bool:
+    def has_requests(self) -> bool:
         """Return whether somebody asks for something that is not done, and does not wait for a program or an answer."""
         return bool(len(self._inbox) or self._present or self._ready)
 
@@ -220,7 +220,7 @@ class Actor:
                 self.step()
                 if time_goes_on:
                     self.put(Running(self._driver.engine.now), ticket, terminal)
-                for said in ticket.heard():
+                for said in ticket.take_said():
                     self.put(said, ticket, terminal)
         except BaseException:
             self._withdraw(ticket)
@@ -290,7 +290,7 @@ class Actor:
         """Let time go on to what is due next, and the requests that have waited for it."""
         error: BaseException | None = None
         try:
-            if self._driver.held:
+            if self._driver.waits_for_users:
                 self._inbox.wait(LAG)
             else:
                 self._driver.step()
@@ -328,7 +328,7 @@ class Actor:
         except BaseException as error:  # it is raised again where the user waits for the result
             self._answers.append((ticket, partial(ticket.end, None, error)))
         else:
-            self._said(ticket, said)
+            self._take_said(ticket, said)
         finally:
             self._at_work = None
 
@@ -350,7 +350,7 @@ class Actor:
             return None
         return next((ticket for ticket in self._running if ticket.by is line.driven_by), None)
 
-    def _said(self, ticket: Ticket[Any], said: Said) -> None:
+    def _take_said(self, ticket: Ticket[Any], said: Said) -> None:
         """Put a request where it waits after what it said, and give that to its user."""
         if isinstance(said, Work):
             self._work_beside(ticket, said)
@@ -385,7 +385,7 @@ class Actor:
         begun = time.thread_time()
         it.run()
         self.spent(ticket.by, ticket, time.thread_time() - begun)
-        self._inbox.put(partial(self._worked, ticket))
+        self._inbox.put(partial(self._end_work, ticket))
 
     def _give_answers(self) -> None:
         """Put the changes that were made on the disk, then answer the users who commanded them, then tell all others.
@@ -438,7 +438,7 @@ class Actor:
         if asks:
             self._move(self._present, ticket)
 
-    def _worked(self, ticket: Ticket[Any]) -> None:
+    def _end_work(self, ticket: Ticket[Any]) -> None:
         if ticket.place is self._beside:
             self._move(self._present, ticket)
 

@@ -69,7 +69,7 @@ def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (),
     written = (name if _NAME.fullmatch(name) else f'"{name}"' for name in parts)
 
     def variables(kind: Kind) -> dict[str, str]:
-        return {name: _noted(value, memory.units) for name, value in memory.first_variables(kind, MOST, begun)}
+        return {name: _note(value, memory.units) for name, value in memory.first_variables(kind, MOST, begun)}
 
     return DefinedNames(
         programs={programs[key].name: count(len(programs[key].program.steps), "step") for key in first},
@@ -81,7 +81,7 @@ def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (),
     )
 
 
-def _noted(value: Value, units: JointUnits) -> str:
+def _note(value: Value, units: JointUnits) -> str:
     if isinstance(value, float | int):
         return plain(value)
     if isinstance(value, str):
@@ -228,7 +228,7 @@ def suggestions(
     blanked = _QUOTED.sub(lambda quoted: '"' * len(quoted.group()), line)
     if ";" in blanked or blanked.count('"') % 2 or _NUMBER_TYPED.search(blanked):
         return []
-    prefix = begun(line)
+    prefix = typed_name(line)
     lower = prefix.lstrip("#$.").islower()  # keywords are in lower case then, too
     found: dict[str, Suggestion] = {}
     for word, note in _candidates(blanked, prefix, names, in_program):
@@ -241,7 +241,7 @@ def suggestions(
     return list(found.values()) or _files(line, folder)
 
 
-def begun(text: str) -> str:
+def typed_name(text: str) -> str:
     """The part of a name that stands at the end of a line."""
     found = _PREFIX.search(text) if len(text) <= LONGEST else None
     return found.group() if found else ""
@@ -260,14 +260,14 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
     if word is None:
         return ()
     if word.name == "EXPLAIN":
-        return _explained(rest.lstrip(), prefix, names)
+        return _explain_candidates(rest.lstrip(), prefix, names)
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
     group = _GROUP.match(rest) if word.group_size else None  # the closed parenthesis of READ and its like
     return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.group_size if group else 0)
 
 
-def _explained(text: str, prefix: str, names: DefinedNames) -> Candidates:
+def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidates:
     """The words that may stand behind EXPLAIN: topics, motions, locations."""
     first = _FIRST.match(text)
     if first is None or first.end() == len(text):
@@ -416,11 +416,11 @@ Programs = Callable[[str], Program | None]  # by key
 def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:
     """The signature of the innermost function or program call that is open at the end of the text, else of the text's
     first word."""
-    text = blanked(before)
+    text = blank_out(before)
     at = open_bracket(text, "(")
     if at is not None:
         found = _BEFORE_PARENTHESIS.search(text[:at])
-        return _called(found[1], text[at + 1 :], programs) if found else None
+        return _call_signature(found[1], text[at + 1 :], programs) if found else None
     found = _FIRST_WORD.match(text)
     row = _row_of(found[1], not at_prompt) if found else None
     if found is None or row is None or not row.arguments or not (found[2] or row.name == found[1].upper()):
@@ -428,12 +428,12 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
     return _signature(row.form, row.summary, (argument.name for argument in row.arguments), text[found.end() :])
 
 
-def blanked(line: str) -> str:
+def blank_out(line: str) -> str:
     """The line with blanks for texts and comments, every column where it was."""
     return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
 
 
-def _called(name: str, rest: str, programs: Programs) -> Signature | None:
+def _call_signature(name: str, rest: str, programs: Programs) -> Signature | None:
     if (row := FUNCTIONS.get(name.upper())) is not None:
         return _signature(row.form, row.summary, (argument.name for argument in row.arguments), rest)
     program = programs(key_of(name))

@@ -8,7 +8,7 @@ from typing import Any
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, RequestRefused, VrsError
-from vrs_cli.interfaces.conversation.complete import begun, names_of, suggestions
+from vrs_cli.interfaces.conversation.complete import names_of, suggestions, typed_name
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if
 from vrs_cli.interfaces.editor.buffer import ProgramBuffer, closes_entry, opens_entry
@@ -64,7 +64,7 @@ class Conversation:
         except BrokenPipeError:
             raise  # the reader of our output has gone
         except (Exception, KeyboardInterrupt) as error:
-            self.session.terminal.show(self.told(error, ""))
+            self.session.terminal.show(self.error_reply(error, ""))
 
     def lines(self, text: str, more: bool = False) -> Dialogue[None]:
         """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it. `more` of them
@@ -77,16 +77,16 @@ class Conversation:
                 self.user_state.typed.append(line.rstrip())
             goes_on = closes_entry(line) and opens_entry(next(filter(str.strip, islice(lines, number, None)), ""))
             alone = len(lines) == 1 and not more
-            yield from self._guarded(self._line(line, goes_on=goes_on, alone=alone), line)
+            yield from self._guard(self._line(line, goes_on=goes_on, alone=alone), line)
             if self.user_state.interrupted:
                 break
             if not number % PASTED_TOGETHER:
                 yield from beside(lambda: None)  # where many are served, others have their turn
         if self._pasted:
-            yield from self._guarded(self._store(), "")
+            yield from self._guard(self._store(), "")
         if refused and self._dropped and not self.user_state.attended:  # a person has read that the heading was refused
             what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
-            yield self.told(RequestRefused(what, ".END ends it"), "")
+            yield self.error_reply(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
             self.entry, self._refused = None, ""  # the user knows that it was refused
 
@@ -95,16 +95,16 @@ class Conversation:
         yield from self.session.driver.ask()
         self.session.settle()
 
-    def _guarded(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
+    def _guard(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
         """Tell errors as replies, so that the next line may come."""
         try:
             yield from dialogue
         except BrokenPipeError:
             raise
         except (Exception, KeyboardInterrupt) as error:
-            yield self.told(error, line)
+            yield self.error_reply(error, line)
 
-    def told(self, error: BaseException, line: str) -> Reply:
+    def error_reply(self, error: BaseException, line: str) -> Reply:
         """The reply for an error in a line."""
         if isinstance(error, VrsError):
             return refusal(error, line)
@@ -114,7 +114,7 @@ class Conversation:
         return internal_error(error, afar=self.session.folder.closed and not self.session.folder.disclosed)
 
     def _line(self, line: str, *, goes_on: bool, alone: bool) -> Dialogue[None]:
-        asked = self._asked(line)
+        asked = self._topic_of(line)
         if asked is not None:
             yield from help_on(asked)
         elif self.entry is not None:
@@ -132,7 +132,7 @@ class Conversation:
     def mistake(self, text: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
         session, entry = self.session, self.entry
-        if not text.strip() or "\n" in text or self._asked(text) is not None:
+        if not text.strip() or "\n" in text or self._topic_of(text) is not None:
             return None
         if self.user_state.editor is not None:
             return self.user_state.editor.mistake(text)
@@ -140,7 +140,7 @@ class Conversation:
             return entry.mistake(text, session.environment.kinds)
         return None if opens_entry(text) and not ProgramBuffer(text).is_program else session.mistake(text)
 
-    def _asked(self, line: str) -> str | None:
+    def _topic_of(self, line: str) -> str | None:
         """Return the topic that `?`, `word?` or `?word` asks about: "" for all there is; None for another line."""
         found = _ASKED.fullmatch(line)
         if found is None:
@@ -211,7 +211,7 @@ class Conversation:
             name, how = self.entry.name or "the program", ".END would have ended it"
         else:
             return
-        loses = self._typed and self.user_state.attended
+        loses = self._has_text and self.user_state.attended
         if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
             return
         self.entry = self.user_state.editor = None
@@ -219,7 +219,7 @@ class Conversation:
         yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
 
     @property
-    def _typed(self) -> bool:
+    def _has_text(self) -> bool:
         """Return whether anything of it was typed."""
         editor = self.user_state.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
@@ -230,9 +230,9 @@ class Conversation:
         """Do what a user asks for without a line. Raises VrsError."""
         match act:
             case Attend():
-                yield from self._guarded(self._answer(), "")
+                yield from self._guard(self._answer(), "")
             case LeaveEntry():
-                yield from self._guarded(self.leave_entry(act.why), "")
+                yield from self._guard(self.leave_entry(act.why), "")
             case StopProgram():
                 # its end is told when the arm stands
                 track = self.session.tasks.get(ROBOT_PROGRAM)
@@ -270,11 +270,11 @@ class Conversation:
         many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
         among = memory.copy() if many else memory
 
-        def found() -> list[Suggestion]:
-            names = names_of(among, branches, parts, begun(text))
+        def find() -> list[Suggestion]:
+            names = names_of(among, branches, parts, typed_name(text))
             return suggestions(text, names, session.folder, in_program=steps, everything=everything)
 
-        return (yield from beside_if(many, found))
+        return (yield from beside_if(many, find))
 
     def status(self) -> PromptStatus:
         """Return the state that the prompt and the toolbar show. Where other users have the robot too, ask
@@ -284,15 +284,15 @@ class Conversation:
         clock, now = engine.clock, engine.clock.reached
         position = engine.position(now)
         T, speed = position.T_world_tool, engine.settings.speed.always
-        waiting = session.driver.unasked()
+        waiting = session.driver.open_questions()
         return PromptStatus(
             prompt=self.prompt or (RUNNING if session.running else session.prompt),
             indent=self.entry.indent if self.entry is not None else "",
             in_program=self.in_program,
-            typed=self._typed,
+            typed=self._has_text,
             running=session.running,
             asked=f"{waiting[0][0].task.program} asks: {waiting[0][1].question.text}" if waiting else "",
-            hidden=self._hidden(),
+            hidden=self._hidden_constants(),
             clock=now,
             end=engine.end,
             pace=Pace(clock.rate, clock.paused) if isinstance(clock, WallClock) else None,
@@ -304,7 +304,7 @@ class Conversation:
             branch=session.branches.present,
         )
 
-    def _hidden(self) -> tuple[str, ...]:
+    def _hidden_constants(self) -> tuple[str, ...]:
         """The constants whose names variables bear: of the program that is typed, or of all that have a value. Where
         nobody looks at colours, they are not looked for: a line of a long program is parsed for that.
         """
@@ -320,7 +320,7 @@ class Conversation:
         return self.entry is not None or self.user_state.editor is not None
 
     @property
-    def unfinished(self) -> str:
+    def unfinished_text(self) -> str:
         """The program that is being typed or edited, as a file would hold it."""
         editor, entry = self.user_state.editor, self.entry
         if editor is not None:

@@ -66,7 +66,7 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
     """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
     station.tasks.check_robot_free()
     if it.arguments:
-        axis, amount = _asked(station, it)
+        axis, amount = _read_operands(station, it)
         said = Jogger(station).step(axis, amount)
         if said:
             yield Message(said, Tone.WARNING)
@@ -77,7 +77,7 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
         raise UsageError("JOG alone needs a terminal with keys", "JOG axis, amount" if user_state.attended else FORM)
 
 
-def _asked(station: Station, it: Instruction) -> tuple[Axis, float]:
+def _read_operands(station: Station, it: Instruction) -> tuple[Axis, float]:
     if len(it.arguments) != 2 or None in it.arguments:
         raise UsageError("JOG takes an axis and an amount, or nothing", FORM)
     named, by = it.arguments
@@ -200,7 +200,7 @@ class Jogger:
             if by * way <= 0.0:
                 return
             try:
-                self._go(moved(pose, axis, by), axis, by)
+                self._go(step_pose(pose, axis, by), axis, by)
                 return
             except (StraightLineSingular, JointOutOfRange, LocationOutOfRange) as error:
                 if not why or left_out == LEFT_OUT[-1]:
@@ -225,11 +225,11 @@ class Jogger:
     def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
         """Return where a step ends, which part of the whole step that is, and why it is not all of it."""
         if axis.frame is Frame.JOINT:
-            return self._turned(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
+            return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
         for k in range(count):
             try:
-                near = self._reached(moved(pose, axis, amount * (k + 1) / count), near)
+                near = self._joints_near(step_pose(pose, axis, amount * (k + 1) / count), near)
             except TooNear as error:
                 if not k:
                     raise
@@ -248,12 +248,12 @@ class Jogger:
         for _ in range(HALVINGS):
             part = 0.5 * (reached + short)
             try:
-                near, reached = self._reached(moved(pose, axis, increment * part), near), part
+                near, reached = self._joints_near(step_pose(pose, axis, increment * part), near), part
             except MotionError:
                 short = part
         return near, reached
 
-    def _turned(self, begin: Joints, index: int, change: float) -> tuple[Joints, float, str]:
+    def _turn_joint(self, begin: Joints, index: int, change: float) -> tuple[Joints, float, str]:
         model = self.engine.model
         wanted = begin[index] + change
         value = min(max(wanted, model.lower[index]), model.upper[index])
@@ -263,7 +263,7 @@ class Jogger:
         part = (value - begin[index]) / change
         return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
 
-    def _reached(self, pose: Transform, begin: Joints) -> Joints:
+    def _joints_near(self, pose: Transform, begin: Joints) -> Joints:
         """Raises MotionError for a pose that is out of reach, TooNear a singularity where a joint would jump."""
         goal = self.engine.joints_for(pose, begin)
         change = largest_change(begin, goal)
@@ -308,7 +308,7 @@ class HeldDown:
         return seen
 
 
-def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
+def step_pose(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
     """A pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in place."""
     unit = UNITS[axis.index % 3]
     x, y, z = (1e-3 * amount * u for u in unit)

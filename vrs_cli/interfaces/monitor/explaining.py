@@ -1,7 +1,7 @@
-"""EXPLAIN: motions before they are done, locations, and the last change of the timeline. It changes nothing.
+"""EXPLAIN motions before they are done, locations, and the last change of the timeline. It changes nothing.
 
-A motion is planned by an engine that stands aside (`Engine.aside`): the same request goes through the same code, and
-only its book keeps what comes of it.
+An engine that stands aside (`Engine.aside`) plans the motion: the same request goes through the same code, and only the
+book of that engine keeps the result.
 """
 
 from __future__ import annotations
@@ -70,14 +70,14 @@ def _motion(station: Station, statement: Statement) -> Dialogue[MotionReport | M
     notes = list[str]()
     aside.postponed.append(lambda one: notes.append(one.sentence))
 
-    def planned() -> MotionPlan | None:
+    def plan_motion() -> MotionPlan | None:
         for request in requests:
             aside.begin(by_robot_clock(request, station.user_state.times), program=False)
         deltas = aside.book.deltas
         return motion_plan(engine.arm, before, deltas[-1]) if len(deltas) else None
 
     try:
-        plan = yield from beside(planned)
+        plan = yield from beside(plan_motion)
         if plan is None:
             return Message(f"{text} moves nothing")
         delta = aside.book.deltas[-1]
@@ -141,9 +141,9 @@ def _chain(station: Station, expression: Expression) -> ChainReport:
         check_joint_count(engine.model, found)
         return ChainReport(text, _links(engine, found), (), found, station.units)
     named = ((expression_text(part), cast(Transform, evaluator(station, part)())) for part in _factors(expression))
-    factors = _multiplied("world", [(name, name, T) for name, T in named])
+    factors = _multiply("world", [(name, name, T) for name, T in named])
     goal = ("BASE", "world", frames.base), (text, "tool", found), ("TOOL^-1", "flange", inverse(frames.tool))
-    return ChainReport(text, factors, _multiplied("robot", goal), units=station.units)
+    return ChainReport(text, factors, _multiply("robot", goal), units=station.units)
 
 
 def _factors(expression: Expression) -> Iterator[Expression]:
@@ -155,7 +155,7 @@ def _factors(expression: Expression) -> Iterator[Expression]:
         yield expression
 
 
-def _multiplied(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[Factor, ...]:
+def _multiply(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[Factor, ...]:
     """Return factors with their products, each from the frame before it: name, inner frame, and transformation."""
     product, found = IDENTITY, list[Factor]()
     for name, inner, T in parts:
@@ -170,6 +170,6 @@ def _links(engine: Engine, q: Joints) -> tuple[Factor, ...]:
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
     base = [("base of the arm", "frame 0", model.base)] if model.base != IDENTITY else []
-    return _multiplied(
+    return _multiply(
         "world", [("BASE^-1", "robot", inverse(frames.base)), *base, *links, ("TOOL", "tool", frames.tool)]
     )

@@ -77,7 +77,7 @@ def _topics() -> Mapping[str, HelpTopic]:
     letters = tuple((row.form, row.summary) for row in SUBCOMMANDS.values())
     leaving = tuple((letter, summary) for letter, summary in LEAVING.items())
     empty = (("an empty line", "go to the next step; end inserting"), ("an instruction", "takes the place of the step"))
-    groups = {title.upper(): HelpTopic(title, tuple(map(_said, rows))) for title, rows in _groups().items()}
+    groups = {title.upper(): HelpTopic(title, tuple(map(_row_text, rows))) for title, rows in _groups().items()}
     return {
         **{_SHORT.get(title, title): topic for title, topic in groups.items()},
         "TUTORIAL": HelpTopic("First lines to type", TUTORIAL),
@@ -98,7 +98,7 @@ _SHORT = {  # one word for each group
 }
 
 
-def _said(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
+def _row_text(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
     return (row.form if isinstance(row, WordRow) else row.name), row.summary
 
 

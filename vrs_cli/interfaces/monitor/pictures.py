@@ -106,7 +106,7 @@ def skeleton(arm: RobotArm, q: Joints, frames: Frames) -> tuple[tuple[Vector, ..
         corners += [position(T), _foot(T, position(after))]
     corners += [position(T_robot[-1]), moved_point(T_robot[-1], position(frames.tool))]
     T_world_robot = inverse(frames.base)
-    return tuple(_seen(T_world_robot, corners)), tuple(_seen(T_world_robot, joints))
+    return tuple(_distinct_points(T_world_robot, corners)), tuple(_distinct_points(T_world_robot, joints))
 
 
 def _foot(T: Transform, p: Vector) -> Vector:
@@ -115,7 +115,7 @@ def _foot(T: Transform, p: Vector) -> Vector:
     return along(origin, z, dot(vector_difference(p, origin), z))
 
 
-def _seen(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:
+def _distinct_points(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:
     """Points in another frame; of consecutive points at one place only the first."""
     before: Vector | None = None
     for p in points:
@@ -203,7 +203,7 @@ def _sketch_of_reach(report: ReachReport) -> Sketch:
         if contact is not None:
             balls.append(SketchBall(f"{word}_contact", contact.place, "bad"))
     refused = ((stop, reach.end),) if stop != reach.end else ()
-    return Sketch(said(report), stop, ((reach.begin, stop),), refused, tuple(balls))
+    return Sketch(reach_text(report), stop, ((reach.begin, stop),), refused, tuple(balls))
 
 
 def stopping_place(reach: Reach) -> Vector:
@@ -215,7 +215,7 @@ def stopping_place(reach: Reach) -> Vector:
     return along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
 
 
-def said(report: ReachReport) -> str:
+def reach_text(report: ReachReport) -> str:
     """The name of the place, and what there is to say of the line to it."""
     line = report.reach.line
     if line.duration is None:

@@ -224,7 +224,7 @@ def _body(station: Station, it: Instruction) -> Dialogue[None]:
     """
     body, divergence = station.body, station.divergence
     if operand(it, 0) is None:
-        yield replies.BodyReport(body.seen, body.unknown_since, divergence.on_alarm, divergence.alarm)
+        yield replies.BodyReport(body.view, body.unknown_since, divergence.on_alarm, divergence.alarm)
         return
     action = word(it.arguments[0]).upper()
     if action not in BODY_WORDS:

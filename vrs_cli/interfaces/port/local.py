@@ -139,13 +139,13 @@ class LocalPort:
         return inbox.take(0.0)
 
     def _do_what_is_due(self) -> None:
-        while self._actor.asked:
+        while self._actor.has_requests:
             self.step()
         self.session.settle()
-        if self.session.driver.withdrawn:
+        if self.session.driver.has_withdrawn:
             for question, ticket in self.user.asked_by_programs:
                 ticket.throw(AskedInVain(), question.id)
-        while self._actor.asked:
+        while self._actor.has_requests:
             self.step()
 
     def step(self) -> None:
@@ -189,7 +189,7 @@ class LocalPort:
             text = alarm_text(news) if isinstance(news, DivergenceAlarm) else news.text
             self.console.show(Message(text, Tone.WARNING))
 
-    def previewed(self) -> Previewed:
+    def preview_now(self) -> Previewed:
         return Previewed.of(self.user.timeline, self.user.now)
 
     def status(self) -> PromptStatus:

@@ -156,7 +156,7 @@ class Port(Protocol):
     def subscribe(self) -> Subscription[TimelineChange]:
         """The timeline, which is followed, and every change of it from now on."""
 
-    def previewed(self) -> Previewed:
+    def preview_now(self) -> Previewed:
         """Return what the robot will do, with the requests that are on their way to it. The timeline is followed."""
 
     def status(self) -> PromptStatus:
@@ -182,7 +182,7 @@ def ends(message: ServerMessage, id: int) -> bool:
     return isinstance(message, Done | Refused | Result) and message.id == id
 
 
-def checked(end: ServerMessage) -> ServerMessage:
+def check_end(end: ServerMessage) -> ServerMessage:
     """Return the end of a request. Raises what the robot refused."""
     if isinstance(end, Done | Refused) and end.refusal is not None:
         raise end.refusal.error()
@@ -244,7 +244,7 @@ class Previewed(Struct, frozen=True):
         return cls(timeline, now, now, now, now)
 
     @property
-    def reported(self) -> float:
+    def reported_time(self) -> float:
         """The time at which the robot stands in the picture [s]: as it is heard where it is predicted too."""
         return self.heard if self.predicts else self.now
 

@@ -125,12 +125,12 @@ class UserSession:
         conversation = self.conversation
         match message:
             case Line():
-                dialogue = self._given(message.issued, conversation.lines(message.text, message.more))
+                dialogue = self._with_issue_time(message.issued, conversation.lines(message.text, message.more))
                 self.ask(message, dialogue, outlet, urgent=self.stops(message.text))
             case At(act=UserAct() as act):
                 self.ask(message, conversation.act(act), outlet)
             case At(act=act):
-                doing = self._given(message.issued, act_on(self.session, act))
+                doing = self._with_issue_time(message.issued, act_on(self.session, act))
                 self.ask(message, doing, outlet, urgent=isinstance(act, Say) and self.stops(act.line))
             case Abort():
                 self.session.check_may_stop(self.user_state)
@@ -209,11 +209,11 @@ class UserSession:
             return False
         return True
 
-    def _given(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
+    def _with_issue_time(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
         """A dialogue about what was given when its sender says, as far as that can be true of what arrives now."""
         if issued is None:
             return dialogue
-        return self.user_state.given(self.user_state.times.issued(issued, self.now), dialogue)
+        return self.user_state.with_issue_time(self.user_state.times.issue_time(issued, self.now), dialogue)
 
     def _interrupt(self) -> None:
         """Ctrl-C answers the open questions; without one it stops the requests that have not ended."""
@@ -294,7 +294,7 @@ class UserSession:
         for ticket, pending in tuple(self.pending.items()):
             ticket.withdraw()
             outlet, pending.outlet = pending.outlet, lambda _message: None
-            outlet(Told(self.conversation.told(error, ""), pending.id))
+            outlet(Told(self.conversation.error_reply(error, ""), pending.id))
             outlet(Done(pending.id, ok=False))
 
     def refusal(self, error: BaseException) -> Refusal:

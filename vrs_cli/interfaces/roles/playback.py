@@ -59,7 +59,7 @@ class Playback(Struct, frozen=True):
             return self.start + (self.shown - self.start + passed) % (self.end - self.start)
         return self._within(self.shown + passed)
 
-    def ended(self, wall: float) -> bool:
+    def is_over(self, wall: float) -> bool:
         """Return whether there is nothing left to play."""
         return not self.loops and self.at(wall) >= self._last
 
@@ -68,7 +68,7 @@ class Playback(Struct, frozen=True):
         if self.follows and self.playing:
             behind = self.behind(wall)
             return "live" if behind < LIVE else f"{behind:.1f} s behind"
-        return "ended" if self.ended(wall) else "playing" if self.playing else "paused"
+        return "ended" if self.is_over(wall) else "playing" if self.playing else "paused"
 
     def behind(self, wall: float) -> float:
         """Return how far what is shown lies behind where the robot is [s]."""
@@ -86,24 +86,24 @@ class Playback(Struct, frozen=True):
     def look(self, wall: float, start: float, end: float, now: float) -> Playback:
         """The trajectory goes from `start` to `end` now, and the robot is at `now` [s]."""
         grown = replace(self, start=start, end=max(end, now), now=now)
-        return grown._anchored(grown.at(wall), wall)
+        return grown._anchor(grown.at(wall), wall)
 
     def play(self, wall: float) -> Playback:
-        return replace(self._anchored(self.at(wall), wall), playing=True)
+        return replace(self._anchor(self.at(wall), wall), playing=True)
 
     def pause(self, wall: float) -> Playback:
-        return replace(self._anchored(self.at(wall), wall), playing=False)
+        return replace(self._anchor(self.at(wall), wall), playing=False)
 
     def toggle(self, wall: float) -> Playback:
         """Play or pause; at the end of what goes no further, play again from the start."""
-        if self.ended(wall) and not self.follows:
+        if self.is_over(wall) and not self.follows:
             return self.rewind(wall).play(wall)
         return self.pause(wall) if self.playing else self.play(wall)
 
     def seek(self, t: float, wall: float) -> Playback:
         """Go to t, as far as there is a trajectory; what is played from there no longer follows the robot."""
         free = replace(self, follows=False)
-        return free._anchored(free._within(t), wall)
+        return free._anchor(free._within(t), wall)
 
     def rewind(self, wall: float) -> Playback:
         """Go to the start."""
@@ -119,7 +119,7 @@ class Playback(Struct, frozen=True):
 
     def loop(self, wall: float) -> Playback:
         """Go on from the start at the end, over and over; or no longer."""
-        return replace(self._anchored(self.at(wall), wall), loops=not self.loops, follows=False)
+        return replace(self._anchor(self.at(wall), wall), loops=not self.loops, follows=False)
 
     def faster(self, wall: float) -> Playback:
         """The next higher of RATES."""
@@ -131,9 +131,9 @@ class Playback(Struct, frozen=True):
 
     def at_rate(self, rate: float, wall: float) -> Playback:
         """Show so many seconds of the trajectory in one second, from here on."""
-        return replace(self._anchored(self.at(wall), wall), rate=rate)
+        return replace(self._anchor(self.at(wall), wall), rate=rate)
 
-    def _anchored(self, t: float, wall: float) -> Playback:
+    def _anchor(self, t: float, wall: float) -> Playback:
         return replace(self, shown=t, since=max(wall, self.since))
 
 

@@ -175,7 +175,7 @@ class Supervisor(Observer):
         """
         with self._conversing(answer) as notes:
             self._converse(lambda id: At(id, Say(line)))
-            return notes.taken()
+            return notes.take_all()
 
     def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
         """Give lines as they are typed at a prompt, programs among them; mistakes are among the replies."""
@@ -183,7 +183,7 @@ class Supervisor(Observer):
             done = self._converse(lambda id: Line(id, text))
             if done.status is None or done.status.in_program:
                 self._converse(lambda id: At(id, LeaveEntry("the text ends; ")))
-            return notes.taken()
+            return notes.take_all()
 
     def abort(self) -> None:
         """Stop the program and the motion now, before all other requests."""
@@ -335,9 +335,9 @@ class Supervisor(Observer):
             time.sleep(min(left / rate, SLICE_S))
         self.act(Rest())
 
-    def previewed(self) -> Previewed:
+    def preview_now(self) -> Previewed:
         """Return what the robot will do, with the commands that are on their way to it."""
-        return self.port.previewed()
+        return self.port.preview_now()
 
     # --- programs and variables ---
 

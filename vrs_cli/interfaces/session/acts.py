@@ -128,7 +128,7 @@ def _go(session: Session, act: Go) -> None:
 
 def _follow(session: Session, act: FollowChunk) -> Dialogue[FollowReport]:
     speed = _fraction(act.speed)
-    times = [session.user_state.times.executed(t) for t in act.times]
+    times = [session.user_state.times.robot_time(t) for t in act.times]
     chunk = Chunk(session.engine.model, times, act.joints)
     work = session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
     return in_parts(work)

@@ -40,7 +40,7 @@ class DragControl(NamedTuple):
         return self.session.stream
 
     @property
-    def pulled(self) -> DragState:
+    def drag_state(self) -> DragState:
         """Return who drags the tool, and how it follows."""
         return self.session.stream.pulled
 
@@ -92,12 +92,12 @@ class DragControl(NamedTuple):
         """
         stream = self.stream
         try:
-            yield from self._taken(wish, issued)
+            yield from self._take_wish(wish, issued)
         finally:
             if stream.user_state is not self.session.user_state:
                 stream.pulled = structs.replace(stream.pulled, issued=issued)
 
-    def _taken(self, wish: Transform | None, issued: float | None) -> Dialogue[None]:
+    def _take_wish(self, wish: Transform | None, issued: float | None) -> Dialogue[None]:
         session, stream = self.session, self.stream
         if wish is None:
             stream.spent = None if stream.spent is session.user_state else stream.spent
@@ -162,7 +162,7 @@ class DragControl(NamedTuple):
         if (engine.timeline.version, session.stops) != (stream.version, stream.stops) or session.running:
             self._break_off(STOPPED)
             return
-        issued = None if stream.issued is None else stream.user_state.times.issued(stream.issued, engine.now)
+        issued = None if stream.issued is None else stream.user_state.times.issue_time(stream.issued, engine.now)
         held = stream.dragging.to(stream.wish, issued)
         stream.version = engine.timeline.version
         stream.pulled = DragState(stream.user_state.name, held, issued=stream.issued)

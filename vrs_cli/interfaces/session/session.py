@@ -25,7 +25,7 @@ from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.monitor import files, locations, running, state, timeline  # noqa: F401 - they have handlers
 from vrs_cli.interfaces.monitor.explaining import explain
 from vrs_cli.interfaces.monitor.programs import show_value
-from vrs_cli.interfaces.rights import check_beside, needed
+from vrs_cli.interfaces.rights import check_beside, need_of
 from vrs_cli.interfaces.station.operands import HANDLERS, handles, own_variables, path_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
@@ -103,16 +103,16 @@ class Session(Station):
             self.user_state.editor = None if editor.done else editor
             yield from replies
         else:
-            yield from self._answered(line)
+            yield from self._carry_out_line(line)
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
         """Ask the questions of tasks, which go on then. A user who types while programs run is asked elsewhere."""
-        while not self.user_state.lives and self.driver.unasked():
+        while not self.user_state.lives and self.driver.open_questions():
             yield from self.driver.ask()
             self.settle()
 
-    def _answered(self, line: str) -> Dialogue[None]:
+    def _carry_out_line(self, line: str) -> Dialogue[None]:
         read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
         statement = read.statement
         if statement is None:
@@ -121,7 +121,7 @@ class Session(Station):
             raise UsageError(
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
-        said, role = needed(statement)
+        said, role = need_of(statement)
         self.check_may(said, role)
         vplus = self.engine.settings.switch("VPLUS")
         found = (*read.findings, *line_beyond(statement, self.dialect, vplus=vplus))
@@ -134,7 +134,7 @@ class Session(Station):
             check_beside(statement, elsewhere=self.elsewhere)
         self._scheduled = self._schedules()
         yield from self.on_branch(role, self.carry_out(statement))
-        yield from self._displaced()
+        yield from self._tell_displaced()
 
     def _schedules(self) -> dict[str, tuple[Book, Timeline]]:
         """The books and timelines of main and of the present branch."""
@@ -143,7 +143,7 @@ class Session(Station):
             books[MAIN] = self.branches.book(MAIN)
         return {name: (book, book.timeline) for name, book in books.items()}
 
-    def _displaced(self) -> Iterator[Reply]:
+    def _tell_displaced(self) -> Iterator[Reply]:
         """Tell which motions have moved since the line began, or since a line of a command file told it."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
@@ -262,7 +262,7 @@ def _carry_out_lines(session: Session, path: Path, lines: tuple[CommandLine, ...
             while said is not None:
                 failed = failed or (isinstance(said, Reply) and is_error(said))
                 leaving = leaving or isinstance(said, Farewell)
-                said = yield from _passed_on(for_line, said)
+                said = yield from _pass_on(for_line, said)
         except VrsError as error:
             failed = True
             yield refusal(error, line.text)
@@ -273,7 +273,7 @@ def _carry_out_lines(session: Session, path: Path, lines: tuple[CommandLine, ...
             return
 
 
-def _passed_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
+def _pass_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
     """Yield what a dialogue said, and return what it says next; None at its end."""
     try:
         try:

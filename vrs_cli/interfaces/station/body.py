@@ -266,7 +266,7 @@ class RobotBody:
     # --- what is known of it ---
 
     @property
-    def seen(self) -> BodySeen | None:
+    def view(self) -> BodySeen | None:
         """What is known of the body; None if there is none, and nothing was reported."""
         with self._lock:
             if not self.name and self._last is None:

@@ -64,27 +64,31 @@ class RobotLease(Struct, frozen=True):
     def drives(self, who: str) -> bool:
         return bool(who) and who == self.holder
 
-    def expired(self, now: float) -> bool:
+    def is_free(self, now: float) -> bool:
         """Return whether another user may take it."""
         return not self.holder or now > self.until
 
     def check(self, who: str) -> None:
         """Raises LeaseHeld for a user who does not drive."""
         if not self.drives(who):
-            raise LeaseHeld(self._held(), "ask for the lease; in the shell: /ask", in_python='lease("ask") asks for it')
+            raise LeaseHeld(
+                self._holder_text(), "ask for the lease; in the shell: /ask", in_python='lease("ask") asks for it'
+            )
 
     def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Take the lease where nobody drives, or the time of its holder has passed. Raises LeaseHeld."""
         if self.drives(who):
             return self.beat(who, now), ()
-        if not self.expired(now):
-            raise LeaseHeld(self._held(), f"ask for the lease; it ends in {self.until - now:.1f} s without a heartbeat")
+        if not self.is_free(now):
+            raise LeaseHeld(
+                self._holder_text(), f"ask for the lease; it ends in {self.until - now:.1f} s without a heartbeat"
+            )
         lost = (Lost(self.holder, who),) if self.holder else ()
-        return self._given(who, now), (*lost, Granted(who))
+        return self._give(who, now), (*lost, Granted(who))
 
     def ask(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Ask for the lease: take it at once, where that is possible, otherwise the holder is told once."""
-        if self.expired(now) or self.drives(who):
+        if self.is_free(now) or self.drives(who):
             return self.acquire(who, now)
         if who in self.asking:
             return self, ()
@@ -95,7 +99,7 @@ class RobotLease(Struct, frozen=True):
         self.check(who)
         if not to:
             return replace(self, holder="", until=now), ()
-        return self._given(to, now), (Granted(to),)
+        return self._give(to, now), (Granted(to),)
 
     def beat(self, who: str, now: float) -> RobotLease:
         """Prolong the lease: its holder is still there. Raises LeaseHeld where `who` does not drive, or has lost it."""
@@ -108,8 +112,8 @@ class RobotLease(Struct, frozen=True):
         left = replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())
 
-    def _given(self, to: str, now: float) -> RobotLease:
+    def _give(self, to: str, now: float) -> RobotLease:
         return replace(self, holder=to, until=now + self.length, asking=tuple(one for one in self.asking if one != to))
 
-    def _held(self) -> str:
+    def _holder_text(self) -> str:
         return f"{self.holder} drives" if self.holder else "nobody drives"

@@ -97,7 +97,7 @@ State = tuple[int, Mapping[str, Program]]
 MAX_COMPARED_STEPS = 1000  # two versions of a longer program are not compared: the old one is not kept for that
 
 
-def _kept(program: Program) -> Callable[[], Program | None]:
+def _keep_reference(program: Program) -> Callable[[], Program | None]:
     """Return a function that returns a program as a file has it; None for a long one that has been replaced."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
@@ -176,7 +176,7 @@ class Unstored:
         if of_file is not now and (of_file is None or print_program(of_file) != print_program(now)):
             self._different.add(stored)
             return True
-        self._programs[key] = _kept(now)
+        self._programs[key] = _keep_reference(now)
         return False
 
     # --- what is noted ---
@@ -185,7 +185,7 @@ class Unstored:
         """Note that a file has these programs."""
         there = self._environment.programs
         for program in programs:
-            self._programs[program.key] = _kept(program)
+            self._programs[program.key] = _keep_reference(program)
             if program.key in there:
                 self._different.discard(there[program.key])
 

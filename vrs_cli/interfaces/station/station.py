@@ -133,8 +133,8 @@ class Station:
         self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.told = self._tell
         self.close = finalize(self, self.driver.devices.close_all)  # called by itself when the process ends
-        self.engine.postponed.append(self._postponed)
-        self.engine.turned.append(self._turned)
+        self.engine.postponed.append(self._warn_postponed)
+        self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
         self.last_program: str | None = None
@@ -433,12 +433,12 @@ class Station:
         scene = self.driver.cell.scene
         return scene, None if scene.empty else self.driver.world
 
-    def _postponed(self, it: Postponement) -> None:
+    def _warn_postponed(self, it: Postponement) -> None:
         self._warn(it.sentence)
 
-    def _turned(self, it: ToolTurning) -> None:
+    def _warn_turned(self, it: ToolTurning) -> None:
         """Say it once: all motions to locations that were not taught do it."""
-        self.engine.turned.remove(self._turned)
+        self.engine.turned.remove(self._warn_turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
         self._warn(what)
@@ -454,7 +454,7 @@ class Station:
         False where there is none, or it waits for a line: whoever reads that line has to be stopped. Safe in a signal
         handler.
         """
-        waited = self.driver.waited
+        waited = self.driver.awaited
         if waited is None or (user_state is not None and waited.driven_by is not user_state):
             return False
         (user_state or self.user_state).interrupted = True
@@ -555,13 +555,13 @@ class Station:
         self._user_states.add(user_state)
         user_state.interrupted = False
         try:
-            return (yield from within(lambda: self._served(user_state), dialogue))
+            return (yield from within(lambda: self._serving(user_state), dialogue))
         except LineStopped:
             raise RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A dialogue under its own conditions, which hold for the programs that begin in it too."""
-        with self.driver.surrounded(conditions.cell, conditions.inputs):
+        with self.driver.surrounding(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 
     @contextmanager
@@ -576,7 +576,7 @@ class Station:
             self.limits, self.folder, self.home, self._given = before
 
     @contextmanager
-    def _served(self, user_state: UserState) -> Iterator[None]:
+    def _serving(self, user_state: UserState) -> Iterator[None]:
         own = self.user_state
         self._present(user_state)
         try:

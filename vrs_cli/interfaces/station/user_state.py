@@ -89,7 +89,7 @@ class UserState:
         finally:
             self.on_screen, self.drafted = None, ""
 
-    def given(self, issued: float | None, dialogue: Dialogue[R]) -> Dialogue[R]:
+    def with_issue_time(self, issued: float | None, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A dialogue for a line that was given at that time, by the robot's clock [s]."""
         self.issued = issued
         try:

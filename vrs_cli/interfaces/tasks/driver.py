@@ -157,7 +157,7 @@ class Driver:
         environment.system = self.tasks
 
     @property
-    def waited(self) -> Track | None:
+    def awaited(self) -> Track | None:
         """The task for whose end a request lets time go on. Any thread may ask."""
         last = self._runs[-1:]
         return last[0].track if last and last[0].then is None else None
@@ -178,7 +178,7 @@ class Driver:
         return self._interrupted or self._ended_by is not None
 
     @property
-    def held(self) -> bool:
+    def waits_for_users(self) -> bool:
         """Whether programs wait until users have received what they TYPE. Programs that are to end do not wait."""
         return (
             self.lags() and not self._ends and not any(isinstance(one.pending, Aborted) for one in self.tasks.running)
@@ -188,7 +188,7 @@ class Driver:
     def stands(self) -> bool:
         """Whether a program without a waiting user stands until the clock goes on."""
         clock = self.engine.clock
-        return clock.paused and not self._ends and self.waited is None and self.peek() > clock.reached
+        return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached
 
     # --- a user waits ---
 
@@ -255,7 +255,7 @@ class Driver:
                 self.abort(ended.number)
         if self._ended_by is not None:
             error, self._ended_by = self._ended_by, None
-            self._exhausted(run, error.detail, error.hint)
+            self._end_at_limit(run, error.detail, error.hint)
         track, coming = self._foreground(run), self.peek()
         if track is None:
             pass
@@ -263,7 +263,7 @@ class Driver:
             self._end_vain_wait(run, track)
         elif coming > run.last and not isinstance(track.pending, Failed | Aborted):
             self._exceed_time(run)
-        elif self._waited(track, coming):
+        elif self._let_time_pass(track, coming):
             most = run.limits.max_steps
             # of the steps that may be done one more begins, and is not done
             self._happen(BUDGET if most is None else most - (self.tasks.steps_done - run.before) + 1)
@@ -309,7 +309,7 @@ class Driver:
         )
 
     @property
-    def typed(self) -> tuple[TypedLine, ...]:
+    def typed_lines(self) -> tuple[TypedLine, ...]:
         """Return the lines that programs have typed since the last run began."""
         return tuple(self._transcript.lines)
 
@@ -331,13 +331,13 @@ class Driver:
         try:
             self._performer.answer(*found, answer)
         except VrsError as error:
-            self._do(found[0], self._thrown(found[0], error))
+            self._do(found[0], self._throw(found[0], error))
         self.tasks.current = PROMPT_LINE
 
     def ask(self) -> Dialogue[None]:
         """Ask users the questions of the tasks that they drive; Ctrl-C stops the task that asks."""
         self._performer.asked = False
-        while waiting := self.unasked():
+        while waiting := self.open_questions():
             track, asked = waiting[0]
             self.asking.add(asked.number)
             try:
@@ -352,12 +352,12 @@ class Driver:
             finally:
                 self.asking.discard(asked.number)
 
-    def unasked(self) -> list[tuple[Track, PendingInput]]:
+    def open_questions(self) -> list[tuple[Track, PendingInput]]:
         """The questions for the user who is served now that no user has before them."""
         return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
     @property
-    def withdrawn(self) -> bool:
+    def has_withdrawn(self) -> bool:
         """Whether a user has a question before them whose task no longer waits for the answer."""
         return not self.asking <= {asked.number for _, asked in self.questions()}
 
@@ -381,7 +381,7 @@ class Driver:
         late = (one.text for one in self.engine.book.records() if one.asked is not None and one.asked > run.last)
         if text := next(late, None):  # the first motion that was asked for a later time is to blame
             what += f", and {text} was asked for later than that"
-        self._exhausted(run, what, self._advice("max_time"))
+        self._end_at_limit(run, what, self._advice("max_time"))
 
     def _in_vain(self) -> bool:
         """Whether time could go on for ever, and nothing would happen."""
@@ -399,7 +399,7 @@ class Driver:
             limits, done = run.limits, self.tasks.steps_done - run.before
             if limits.max_steps is not None and done > limits.max_steps:
                 what = f"the program was still running after {limits.max_steps} steps"
-                self._exhausted(run, what, self._advice("max_steps"))
+                self._end_at_limit(run, what, self._advice("max_steps"))
             elif limits.max_elements is not None and done >= run.look:
                 events = AN_EVENT * self.engine.timeline.event_count
                 held = self.environment.size_of_all() + sum(track.task.own_size() for track in self.tasks) + events
@@ -407,9 +407,9 @@ class Driver:
                 if held > limits.max_elements:
                     and_events = ", with signals that were set," if events else ""
                     what = f"arrays and strings{and_events} hold {held} elements, {limits.max_elements} at most"
-                    self._exhausted(run, what, self._advice("max_elements"))
+                    self._end_at_limit(run, what, self._advice("max_elements"))
 
-    def _waited(self, foreground: Track, coming: float) -> bool:
+    def _let_time_pass(self, foreground: Track, coming: float) -> bool:
         """Let time go on; whether it has come so far. On a paused clock the foreground task fails."""
         try:
             self.engine.clock.wait(coming)
@@ -424,7 +424,7 @@ class Driver:
             what = f"the files that are read hold {characters} characters, {most} at most"
             raise LimitReached(what, self._advice("max_elements"))
 
-    def _exhausted(self, run: _Run, what: str, hint: str) -> None:
+    def _end_at_limit(self, run: _Run, what: str, hint: str) -> None:
         """End the task that is waited for at a limit, and all others that are waited for with it."""
         foreground = self._foreground(run)
         if foreground is None:
@@ -439,7 +439,7 @@ class Driver:
     def _fail(self, track: Track, error: VrsError) -> None:
         """Raise an error in a task, in place of what it waits for."""
         track.pending = None
-        self._do(track, self._thrown(track, error))
+        self._do(track, self._throw(track, error))
 
     def _whereabouts(self, foreground: Track) -> Iterator[str]:
         """Where each task waits or is busy, the task that was waited for first."""
@@ -457,7 +457,7 @@ class Driver:
         """Let the tasks do all that is due until an instant, which is the present one unless told otherwise."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
-        while (coming := min(self.peek(), self._next_signal())) <= until and not self.held:
+        while (coming := min(self.peek(), self._next_signal())) <= until and not self.waits_for_users:
             clock.advance(coming)
             self._happen(BUDGET)
             self._look()
@@ -515,7 +515,7 @@ class Driver:
                 ACTS.get(type(event), Performer.request)(self._performer, track, event)
                 return
             except VrsError as error:
-                event = self._thrown(track, error)
+                event = self._throw(track, error)
 
     def _change_inputs(self) -> None:
         """Change the inputs that change now; the cell's rules apply to each change."""
@@ -548,7 +548,7 @@ class Driver:
             self.inputs = self.inputs.with_more(one for one in left if one.signal or one.values)
 
     @contextmanager
-    def surrounded(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
+    def surrounding(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
         """Put the robot in another cell meanwhile (None: the same one), and let inputs change at times [s] from now.
         The changes that are not due by the end are dropped.
         """
@@ -588,7 +588,7 @@ class Driver:
             return self._asked_again(track, self._step_by_step(track, answer))
         return self._asked_again(track, track.task.resume(answer, budget))
 
-    def _thrown(self, track: Track, error: VrsError) -> Pending:
+    def _throw(self, track: Track, error: VrsError) -> Pending:
         """What a task asks for after an error in what it asked for before."""
         track.asked = self.engine.now
         return self._asked_again(track, track.task.throw(error))

@@ -26,13 +26,13 @@ class HolderTimes(Struct, frozen=True):
     offset: float = 0.0
     allowed: float = USUAL_ALLOWED
 
-    def issued(self, claim: float | None, arrival: float) -> float:
+    def issue_time(self, claim: float | None, arrival: float) -> float:
         """Return when a command was issued, by the robot's clock: as claimed, within [arrival - allowed, arrival]."""
         if claim is None or claim != claim:
             return arrival
         return min(max(claim, arrival - self.allowed), arrival)
 
-    def executed(self, t: float) -> float:
+    def robot_time(self, t: float) -> float:
         """The robot's time of a time in a command: MOVE ... AT t."""
         return t - self.offset
 
@@ -42,5 +42,5 @@ THE_ROBOTS = HolderTimes()
 
 def move_of(act: Go, times: HolderTimes) -> Move:
     """Return the motion of an act, with its times by the robot's clock."""
-    stamp = None if act.executed is None else Stamp(times.executed(act.executed))
+    stamp = None if act.executed is None else Stamp(times.robot_time(act.executed))
     return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)

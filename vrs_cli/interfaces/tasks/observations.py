@@ -35,7 +35,7 @@ class Observations:
         self._engine, self._tasks, self._signals = engine, tasks, signals
         self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}  # program, operation, signal
         self._numbers = 0  # of motions and events, those that observations took
-        signals.observer, tasks.observed = self._read, self._reacted
+        signals.observer, tasks.observed = self._read, self._record_reaction
 
     def _read(self, signal: int, on: bool) -> None:
         """A step of the present task has read a signal."""
@@ -43,7 +43,7 @@ class Observations:
         if track is not None and track.in_program:
             self._record(track, self._signals.place, signal, on)
 
-    def _reacted(self, track: Track, signal: int, on: bool) -> None:
+    def _record_reaction(self, track: Track, signal: int, on: bool) -> None:
         """A reaction of a task is due."""
         if track.in_program:
             self._record(track, None, signal, on)
@@ -102,7 +102,7 @@ def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue
             wrong.append(event)
     if not wrong:
         return
-    texts, following = _said(book)
+    texts, following = _place_texts(book)
     for event in wrong:
         place, command = texts.get(event.number, ""), following.get(event.number, "")
         name = signals.names.get(event.channel, "")
@@ -124,7 +124,7 @@ def _holds(signals: Signals, event: Event, given: float | None) -> bool:
     return not changed or signals.on_at(event.channel, t - SAME_INSTANT) is not on
 
 
-def _said(book: Book) -> tuple[dict[int, str], dict[int, str]]:
+def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
     """The place at which each observation was made, and the motion that was commanded next, by its number."""
     places, commands, waiting = dict[int, str](), dict[int, str](), list[int]()
     for delta in book.deltas:

@@ -294,7 +294,7 @@ def by_robot_clock(request: Request, times: HolderTimes) -> Request:
     """Return a request of a line of the prompt with its time, given by the user's clock, by the robot's clock."""
     if not (isinstance(request, STAMPED) and request.stamp is not None and not request.stamp.relative):
         return request
-    return structs.replace(request, stamp=Stamp(times.executed(request.stamp.seconds)))
+    return structs.replace(request, stamp=Stamp(times.robot_time(request.stamp.seconds)))
 
 
 def _line(answer: str | VrsError | None) -> str | None:

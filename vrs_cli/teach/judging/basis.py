@@ -89,7 +89,7 @@ def evidence_of(
         arm=engine.arm,
         timeline=engine.timeline,
         commands=engine.book.records(),
-        typed=driver.typed if typed is None else typed,
+        typed=driver.typed_lines if typed is None else typed,
         cell=driver.cell,
         course=driver.course,
         contacts=tuple(station.contacts.contacts),
