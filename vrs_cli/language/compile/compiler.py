@@ -1,11 +1,15 @@
 """Compile a checked program to a Python generator function, built as a tree of Python's own `ast`.
 
 The operations of `lowering` become basic blocks; the blocks are dispatched by a binary tree of `if pc < k` inside
-`while True`, so GOTO in and out of blocks is a number. Each counted operation yields its number before it is done, each
-request or effect is yielded as it is; Python suspends the program there, at no other cost.
+`while True`, so GOTO in and out of blocks is a number. Each request or effect is yielded; Python suspends the program
+there. Each counted operation takes 1 from `n`, the steps that are left of the turn; at 0 it yields its number before it
+is done. While the program is suspended the context's `turn` holds n and the present operation. The lines of an
+operation's code have its number, so that an error tells where it occurred.
 
     def program(X, R, L, S, P, F, pc, ...):      context; cells of reals, locations, strings, precision points;
         l0, s0 = F                               frame: limits of FOR and subjects of CASE; ... arrays and arguments
+        B = X.turn
+        n = B[0]
         try:
             while True:
                 if pc < 4:
@@ -47,6 +51,7 @@ from vrs_cli.values.numbers import LIMIT
 
 Steps = Generator[Any, str | None, int | None]
 
+FIRST_LINE = 2  # of operation 0; leaves that trees share have line 1
 OPS_A_FUNCTION = 512  # operations in one function: Python compiles it at once, in which no other thread has a turn
 
 
@@ -57,7 +62,8 @@ class _ProgramCompiler(ExpressionCompiler):
     """Makes the body of a program's Python function from the program's operations.
 
     `_numbers`: the number of each block, by the operation that begins it; `_here`: the blocks of the present function;
-    `_inner`: the present block, if it is a `while True` of its own.
+    `_inner`: the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted
+    operation; `_counted`: the last counted operation of the present block, if there is one.
     """
 
     def __init__(self, library: Library, analysis: Analysis, lowered: lowering.Lowered) -> None:
@@ -68,6 +74,8 @@ class _ProgramCompiler(ExpressionCompiler):
         self._numbers: Mapping[int, int] = {}
         self._here = range(0)
         self._inner: int | None = None
+        self._silent_blocks: frozenset[int] = frozenset()
+        self._counted: int | None = None
 
     def variant(self, everywhere: bool) -> Variant:
         ops = self._lowered.ops
@@ -75,6 +83,8 @@ class _ProgramCompiler(ExpressionCompiler):
         leaders = sorted({0, *targets, *range(0, len(ops), OPS_A_FUNCTION)})
         self._numbers = numbers = {op: number for number, op in enumerate(leaders)}
         cuts = [numbers[op] for op in range(0, len(ops), OPS_A_FUNCTION)]
+        ends = zip(leaders, [*leaders[1:], len(ops)], strict=True)
+        self._silent_blocks = frozenset(k for k, cut in enumerate(ends) if all(map(_silent, ops[slice(*cut)])))
         parts = [self._function(range(*cut), leaders) for cut in pairwise([*cuts, len(leaders)])]
         return Variant(parts[0] if len(parts) == 1 else _join(parts, cuts), tuple(self.arrays), numbers)
 
@@ -83,7 +93,8 @@ class _ProgramCompiler(ExpressionCompiler):
         self._here = here
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
-        body = self._with_frame(loop) if self._lowered.slots else loop
+        body = [tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load())), _load_left()]
+        body += self._with_frame(loop) if self._lowered.slots else loop
         names = ["X", *CELLS.values(), "F", "pc", *self.parameter_fields(), *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never reached: makes every function a generator
         rest = py.arg("_rest")  # the arrays of later parts
@@ -113,7 +124,7 @@ class _ProgramCompiler(ExpressionCompiler):
         end = leaders[number + 1] if number + 1 < len(leaders) else len(self._lowered.ops)
         ops = self._lowered.ops[first:end]
         inner = any(isinstance(op, lowering.Jumping) and op.target == first for op in ops)
-        self._inner = number if inner else None
+        self._inner, self._counted = number if inner else None, None
         statements: list[py.stmt] = []
         for place, op in enumerate(ops, first):
             statements += self._operation(place, op)
@@ -127,21 +138,30 @@ class _ProgramCompiler(ExpressionCompiler):
     def _to(self, op: int) -> list[py.stmt]:
         """Go to the block that begins with an operation. If it is in another function, return its number."""
         target = self._numbers[op]
+        told = [] if target not in self._silent_blocks or self._counted is None else [_store(1, self._counted)]
         if target not in self._here:
-            return [py.Return(tree.constant(target))]
+            return [*told, _store(0), py.Return(tree.constant(target))]
         if target == self._inner:
             return [py.Continue()]
         away = py.Continue() if self._inner is None else py.Break()
-        return [tree.assign("pc", tree.constant(target)), away]
+        return [*told, tree.assign("pc", tree.constant(target)), away]
 
     def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
         self.reads = self.observes = False
+        if not _silent(op):
+            self._counted = place
         statements = _OPERATIONS[type(op)](self, op)
         if self.observes:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "observes_at", tree.constant(place))))
         if self.reads:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "reading_begins")))
-        return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
+        if not _silent(op):
+            suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _load_left()], [])
+            count = tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1)))
+            statements = [count, suspended, *statements]
+        for statement in statements:
+            tree.place(statement, place + FIRST_LINE)
+        return statements
 
     def _jump_if(self, op: lowering.JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
@@ -202,7 +222,8 @@ class _ProgramCompiler(ExpressionCompiler):
         statements = special(self, statement) if special else self._instruction(statement)
         if INSTRUCTIONS[statement.word].breaks and not statement.modifiers.has_time:
             statements.insert(0, tree.yield_(tree.name("BREAK")))
-        return statements
+        assert self._counted is not None
+        return [_store(0), _store(1, self._counted), *statements, _load_left()]
 
     def _assignment(self, statement: ast.Assignment) -> list[py.stmt]:
         target, value = statement.target, statement.value
@@ -298,6 +319,17 @@ class _ProgramCompiler(ExpressionCompiler):
         return tree.call("CallProgram", tree.constant(name), tree.tuple_of(map(self.given_to_call, given)))
 
 
+def _store(place: int, op: int | None = None) -> py.stmt:
+    """Store n (place 0) or the number of an operation (place 1) in the context's `turn`."""
+    target = py.Subscript(tree.name("B"), tree.constant(place), py.Store())
+    return py.Assign([target], tree.name("n") if op is None else tree.constant(op))
+
+
+def _load_left() -> py.stmt:
+    """Load n from the context's `turn`."""
+    return tree.assign("n", tree.item("B", tree.constant(0)))
+
+
 def _constant_step(statement: ast.For) -> float | None:
     """Return the STEP of a FOR if it is a known number other than 0; 1 if there is none."""
     return 1.0 if statement.step is None else ast.plain_number(statement.step) or None
@@ -315,7 +347,12 @@ _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
     ],
     lowering.CaseTest: _ProgramCompiler._case_test,
     lowering.Mark: lambda _compiler, _op: [py.Pass()],
-    lowering.Finish: lambda _compiler, _op: [tree.yield_(tree.name("RETURN")), py.Return(None)],
+    lowering.Finish: lambda compiler, _op: [
+        _store(0),
+        *([] if compiler._counted is None else [_store(1, compiler._counted)]),
+        tree.yield_(tree.name("RETURN")),
+        py.Return(None),
+    ],
 }
 
 _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]] = {

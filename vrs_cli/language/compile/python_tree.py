@@ -10,6 +10,7 @@ from typing import Any, TypeVar, cast
 _Leaf = TypeVar("_Leaf", py.Name, py.Constant)
 
 
+FILE = "<program>"  # the file that Python names for compiled programs
 _LINE, _COLUMN = 1, 0  # Python's compiler wants a place, though there is no source
 _LOAD = py.Load()
 _BRANCHES = (py.expr, py.stmt, py.arguments, py.arg, py.excepthandler)
@@ -74,14 +75,14 @@ def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Cal
     """Compile a syntax tree to a Python function. The function keeps its namespace, but not the reverse: a server never
     frees old cycles.
     """
-    _place(function)
+    place(function)
     module = py.Module([function], [])
-    exec(compile(module, "<program>", "exec"), namespace)
+    exec(compile(module, FILE, "exec"), namespace)
     return cast("Callable[..., Any]", namespace.pop(function.name))
 
 
-def _place(root: py.AST) -> None:
-    """Give every node a line and column; leaves have them already."""
+def place(root: py.AST, line: int = _LINE) -> None:
+    """Give every node a line and column, unless it has them; leaves have them from the beginning."""
     waiting: list[Any] = [root]
     while waiting:
         node = waiting.pop()
@@ -93,7 +94,7 @@ def _place(root: py.AST) -> None:
                 waiting += value
             elif isinstance(value, _BRANCHES):
                 waiting.append(value)
-        node.lineno, node.col_offset = _LINE, _COLUMN
+        node.lineno, node.col_offset = line, _COLUMN
 
 
 def yield_(value: py.expr) -> py.Expr:

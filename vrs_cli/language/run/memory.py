@@ -312,11 +312,14 @@ class Memory(Variables):
 
 
 class Context(Struct, frozen=True):
-    """The context of functions and instructions. `reactions`: of the task."""
+    """The context of functions and instructions. `reactions`: of the task. `turn`: the steps left of the task's
+    turn, and the present operation, while its programs are suspended.
+    """
 
     environment: Memory
     engine: Engine
     reactions: Reactions = field(default_factory=Reactions)
+    turn: list[int] = field(default_factory=lambda: [0, 0])
 
     def reading_begins(self) -> None:
         """Note that a step with GETC begins: if it has to wait, it is repeated and reads the same characters."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from inspect import GEN_CLOSED, getgeneratorstate
-from itertools import islice, repeat
+from itertools import repeat
 from operator import methodcaller
 from typing import TYPE_CHECKING, cast
 
@@ -34,6 +34,9 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.analysis.analyzer import analyze
+from vrs_cli.language.compile.compiler import FIRST_LINE
+from vrs_cli.language.compile.lowering import Perform
+from vrs_cli.language.compile.python_tree import FILE
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     OF_ERRORS,
@@ -389,30 +392,41 @@ class Task:
             return Brake() if due.immediate else _LOOK_AROUND
         self._held = None
         budget = self._budget if due is None else min(self._budget, 1)
-        op, left = activation.op, budget
+        left, turn = budget, self._context.turn
+        turn[0], turn[1] = max(budget, 1), activation.op
+        answer, self._answer = self._answer, None
         try:
-            if self._answer is not None:
-                answer, self._answer = self._answer, None
-                answered = activation.steps.send(answer)
-                if not isinstance(answered, int):
-                    activation.between = activation.reached = False
-                    return answered
-                op, left = answered, left - 1
-            for event in islice(activation.steps, left if left > 0 else 0):
+            if budget > 0 or answer is not None:
+                event = activation.steps.send(answer)
                 if event.__class__ is not int:
+                    left, activation.op = turn
                     activation.between = activation.reached = False
                     return cast(Event, event)
-                op = event
-                left -= 1
-            activation.reached = activation.reached or budget > 0
-            activation.between = activation.between or budget > 0
+                activation.op, left = event, 0
+                activation.between = activation.reached = True
             return _BUDGET if self._budget == budget else _LOOK_AROUND
-        except ArithmeticError as error:
-            raise overflow(error) from None
+        except BaseException as error:
+            left = self._locate(error)
+            if isinstance(error, ArithmeticError):
+                raise overflow(error) from None
+            raise
         finally:
-            activation.op = op
             self.steps_done += budget - left
             self._budget -= budget - left
+
+    def _locate(self, error: BaseException) -> int:
+        """Set the operation in which an error occurred. Return the steps that were left of the turn."""
+        activation, (left, _) = self._activations[-1], self._context.turn
+        trace = error.__traceback__
+        while trace is not None:
+            if trace.tb_frame.f_code.co_filename == FILE and trace.tb_lineno >= FIRST_LINE:
+                activation.op = trace.tb_lineno - FIRST_LINE
+                op = activation.program.compilation.lowered.ops[activation.op]
+                if not (isinstance(op, Perform) and isinstance(op.statement, ast.Instruction)):  # they store it
+                    left = trace.tb_frame.f_locals.get("n", left)
+                break
+            trace = trace.tb_next
+        return left
 
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > MAX_CALL_DEPTH:
