@@ -40,7 +40,7 @@ from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.analysis.structure import waits_for_signals
 from vrs_cli.language.compile import lowering
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library
+from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, constant_index, reads
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.collector import free_in_parts, pause_collector
 from vrs_cli.language.text.printer import statement_text
@@ -231,19 +231,23 @@ class _ProgramCompiler(ExpressionCompiler):
             return self._store(target, tree.call("storable", self.value(value, Kind.STRING)))
         if not self.may_overflow(value):
             return self._store(target, self.value(value))
+        is_real = reads(value, target)
         inside = py.Compare(tree.constant(-LIMIT), [py.LtE(), py.LtE()], [tree.name("v"), tree.constant(LIMIT)])
         check = py.If(tree.not_(inside), [py.Expr(tree.call("within_range", tree.name("v")))], [])
-        return [tree.assign("v", self.value(value)), check, *self._store(target, tree.name("v"))]
+        return [tree.assign("v", self.value(value)), check, *self._store(target, tree.name("v"), is_real=is_real)]
 
-    def _store(self, variable: ast.Variable, value: py.expr) -> list[py.stmt]:
-        """Assign a value, unless the bare name exists as a location."""
+    def _store(self, variable: ast.Variable, value: py.expr, *, is_real: bool = False) -> list[py.stmt]:
+        """Assign a value, unless the bare name exists as a location. `is_real`: it has just been read as a real."""
         (cells, other, key), first = self.place(variable, Kind.REAL), list[py.stmt]()
-        if variable.indexes:
+        constants = [*map(constant_index, variable.indexes or ())]
+        if constants and all(constants):
+            key = tree.tuple_of([one for one in constants if one]) if len(constants) > 1 else constants[0]
+        elif variable.indexes:
             method = "index" if len(variable.indexes) == 1 else "indexes"
             first.append(tree.assign("i", tree.method(tree.name(cells), method, *map(self.value, variable.indexes))))
             key = tree.name("i")
         assert key is not None
-        if other is not None:
+        if other is not None and not is_real:
             denied = py.Expr(tree.method(tree.name(cells), "deny", key))
             first.append(py.If(tree.compare(key, py.In(), tree.name(other)), [denied], []))
         return [*first, py.Assign([py.Subscript(tree.name(cells), key, py.Store())], value)]

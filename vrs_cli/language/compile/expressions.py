@@ -136,7 +136,7 @@ class ExpressionCompiler:
         if kind is not None or self.kind_of(variable) is not None:
             cells, _, key = self.place(variable, kind)
             if variable.indexes and not variable.many:  # not rounded: 3.0 is the key 3, and the cells round the others
-                indexes = [*map(self.value, variable.indexes)]
+                indexes = [constant_index(index) or self.value(index) for index in variable.indexes]
                 key = indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
             if key is not None:
                 return tree.item(cells, key)
@@ -321,6 +321,28 @@ _WANTED = {
     Shape.LOCATION: Kind.LOCATION,
     Shape.PLACE: Kind.LOCATION,
 }
+
+
+def constant_index(index: ast.Expression | None) -> py.Constant | None:
+    """Make a constant of an index that is a number from 0 on, rounded; None for any other."""
+    number = whole(index.value) if isinstance(index, ast.Number) else -1
+    return py.Constant(number) if number >= 0 else None
+
+
+def reads(expression: ast.Expression, variable: ast.Variable) -> bool:
+    """Return whether the value of an expression always reads a variable, or the element with its constant index."""
+    match expression:
+        case ast.Variable():
+            if expression.key != variable.key or expression.many or variable.many:
+                return False
+            ours, theirs = ([*map(constant_index, one.indexes or ())] for one in (variable, expression))
+            same = [one.value for one in ours if one] == [one.value for one in theirs if one]
+            return same and all([*ours, *theirs]) and (variable.indexes is None) is (expression.indexes is None)
+        case ast.Unary():
+            return reads(expression.operand, variable)
+        case ast.Binary():
+            return reads(expression.left, variable) or reads(expression.right, variable)
+    return False
 
 
 def word_of(expression: ast.Expression) -> str:
