@@ -21,7 +21,7 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, unchanging
-from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, solve, steps_of
+from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, over_arrays, solve, steps_of
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     NONE,
@@ -507,6 +507,11 @@ class RobotArm:
         """How far from each singularity, 0 to 1."""
         return Singularity(1.0, 1.0, 1.0)
 
+    @property
+    def array_formula(self) -> Callable[..., Any] | None:
+        """Return `branch_joints` of a closed form for arrays, on any turns."""
+        return over_arrays(self.branch_joints) if self.step_names else None
+
     # --- arrays ------------------------------------------------------------------------------------------
 
     @cached_property
@@ -515,7 +520,7 @@ class RobotArm:
         # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
         from vrs_cli.kinematics.serial_batch import SerialBatch
 
-        return SerialBatch(self.model, self.ways, self.unchanging)
+        return SerialBatch(self.model, self.ways, self.unchanging, self.array_formula)
 
 
 def _within(x: float, low: float, high: float) -> float | None:

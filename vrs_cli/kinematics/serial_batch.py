@@ -49,8 +49,15 @@ def _solve(J: Floats, wanted: Floats) -> Floats:
 class SerialBatch:
     """`arm.RobotArm` over arrays, for an arm whose class gives `inverse_branch`."""
 
-    def __init__(self, model: RobotModel, ways: tuple[Configuration, ...], unchanging: Unchanging) -> None:
+    def __init__(
+        self,
+        model: RobotModel,
+        ways: tuple[Configuration, ...],
+        unchanging: Unchanging,
+        formula: Callable[..., Floats] | None = None,
+    ) -> None:
         self.model, self.ways, self.unchanging, self.joints = model, ways, unchanging, model.joint_count
+        self.formula = formula
         self.lower, self.upper = np.array(model.lower), np.array(model.upper)
         self.turning = np.array([link.kind is JointKind.REVOLUTE for link in model.links])
         self.formulas = formulas(model.links, model.base, model.flange, arrays=True)
@@ -110,7 +117,14 @@ class SerialBatch:
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         """(N, 3, 4), near (N, n) or (n,) -> (N, n) on the turns nearest to `near`, NaN where out of reach."""
-        raise NotImplementedError
+        assert self.formula is not None  # a search has its own class
+        near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
+        with np.errstate(invalid="ignore", divide="ignore"):  # in rows whose other choice is taken
+            for part in chunks(len(T)):
+                q[part] = self.formula(columns(T[part]), configuration, columns(near[part])).T
+        if self.unchanging != Unchanging():
+            q[~self.in_task(T)] = np.nan
+        return self.turned_near(q, near)
 
     def turned_near(self, q: Floats, near: Floats) -> Floats:
         """(N, n): joints that turn on the turn nearest to `near`."""
@@ -128,29 +142,11 @@ class SerialBatch:
         return within
 
 
-class FormulaBatch(SerialBatch):
-    """An arm whose inverse of one branch is a formula for arrays: `formula(T, configuration, near)`, by columns."""
-
-    def __init__(
-        self, model: RobotModel, ways: tuple[Configuration, ...], unchanging: Unchanging, formula: Callable[..., Floats]
-    ) -> None:
-        super().__init__(model, ways, unchanging)
-        self.formula = formula
-
-    def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
-        near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
-        with np.errstate(invalid="ignore", divide="ignore"):  # where a choice is not taken
-            for part in chunks(len(T)):
-                q[part] = self.formula(columns(T[part]), configuration, columns(near[part])).T
-        if self.unchanging != Unchanging():
-            q[~self.in_task(T)] = np.nan
-        return self.turned_near(q, near)
-
-
-class WristBatch(FormulaBatch):
+class WristBatch(SerialBatch):
     """An arm with a spherical wrist: FLIP follows from NOFLIP."""
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
+        assert self.formula is not None
         q, inside = np.empty((len(T), len(self.ways), 6)), np.empty((len(T), len(self.ways)), dtype=np.bool_)
         rest = np.where(np.arange(6) == 3, np.clip(0.0, self.lower, self.upper), 0.0)  # joint 4 of a singular wrist
         middle, half = 0.5 * (self.upper + self.lower)[:, None], 0.5 * (self.upper - self.lower)[:, None]

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cached_property
-from math import cos, sin, sqrt
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from math import acos, atan2, copysign, cos, dist, pi, sin, sqrt
+from typing import NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics import clearance as bounds
-from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.compiled import over_arrays
-from vrs_cli.kinematics.joints import ALL, WRIST_SINGULAR, Configuration, Demands, Joints, Singularity, Twist
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import IDENTITY, Transform, cross, length
-
-if TYPE_CHECKING:
-    from vrs_cli.kinematics.serial_batch import SerialBatch
-from collections.abc import Callable
-from math import acos, atan2, copysign, dist, pi
-from typing import NamedTuple
-
-from vrs_cli.kinematics.arm import Branch
+from vrs_cli.kinematics.arm import Branch, RobotArm
 from vrs_cli.kinematics.clearance import ON_BOUNDARY
-from vrs_cli.kinematics.joints import TURN, six_turned_near
-from vrs_cli.kinematics.model import EXACT
+from vrs_cli.kinematics.joints import (
+    ALL,
+    TURN,
+    WRIST_SINGULAR,
+    Configuration,
+    Demands,
+    Joints,
+    Singularity,
+    Twist,
+    six_turned_near,
+)
+from vrs_cli.kinematics.model import EXACT, RobotModel
+from vrs_cli.kinematics.transform import IDENTITY, Transform, cross, length
 
 ALPHAS = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2)
 
@@ -320,12 +318,6 @@ class OffsetWristArm(RobotArm):
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         return self.reach.refusal(self.clearance(T, configuration), "joint 4", hint)
-
-    @cached_property
-    def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.serial_batch import FormulaBatch  # here: it brings numpy
-
-        return FormulaBatch(self.model, ALL, bounds.Unchanging(), over_arrays(self.branch_joints))
 
     def singularity(self, q: Joints) -> Singularity:
         g = self.offsets

@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+from cmath import phase
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from math import acos, atan2, copysign, cos, sin
 from operator import itemgetter
-from typing import TYPE_CHECKING
+from typing import Any
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import Branch, RobotArm
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
 from vrs_cli.kinematics.compiled import over_arrays, steps_of
-from vrs_cli.kinematics.joints import SIDES, Configuration, Demands, Joints, Singularity, Steps, Twist, nearest_turn
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, rotate
-
-if TYPE_CHECKING:
-    from vrs_cli.kinematics.serial_batch import SerialBatch
-from cmath import phase
-from dataclasses import dataclass
-
-from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import EXACT, ArmTask, axes_parallel, frame, joint_axes, link_frames
-from vrs_cli.kinematics.transform import any_normal, dot
+from vrs_cli.kinematics.joints import (
+    SIDES,
+    Configuration,
+    Demands,
+    JointKind,
+    Joints,
+    Singularity,
+    Steps,
+    Twist,
+    nearest_turn,
+)
+from vrs_cli.kinematics.model import EXACT, ArmTask, RobotModel, axes_parallel, frame, joint_axes, link_frames
+from vrs_cli.kinematics.transform import IDENTITY, Transform, any_normal, at_position, compose, dot, inverse, rotate
 
 TASKS = {
     (2, 0): ArmTask.POINT,
@@ -176,12 +179,9 @@ class ParallelAxesArm(RobotArm):
     def singularity(self, q: Joints) -> Singularity:
         return Singularity(1.0, abs(sin(self.elbow(q))), 1.0)
 
-    @cached_property
-    def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.serial_batch import FormulaBatch  # here: it brings numpy
-
-        formula = over_arrays(self._branch, wrist=over_arrays(self.wrist))
-        return FormulaBatch(self.model, SIDES, self.unchanging, formula)
+    @property
+    def array_formula(self) -> Callable[..., Any]:
+        return over_arrays(self._branch, wrist=over_arrays(self.wrist))
 
 
 def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, float]]:

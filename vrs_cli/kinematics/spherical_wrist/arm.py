@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import LocationOutOfRange, StraightLineSingular
 from vrs_cli.kinematics import clearance as bounds
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.compiled import over_arrays
 from vrs_cli.kinematics.joints import ALL, AT_REST, WRIST_SINGULAR, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.spherical_wrist import inverse
@@ -39,8 +38,9 @@ class SphericalWristArm(RobotArm):
         self.forward = make_forward(geometry)
         self.branches = inverse.make_branches(geometry, model)  # type: ignore[method-assign, assignment] # written out, for speed
         self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
-        self._outside = inverse.make_outside(model)  # type: ignore[method-assign, assignment]
-        self._within = inverse.make_within(model)
+        self._within = inverse.make_within(model.lower, model.upper)
+        lower, upper = zip(*self._nearly_limits, strict=True)
+        self._nearly_within = inverse.make_within(lower, upper)
         self.reach = bounds.TwoBars(geometry.a2, geometry.forearm, abs(geometry.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, geometry.beta
@@ -55,6 +55,9 @@ class SphericalWristArm(RobotArm):
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
         return () if abs(q[4]) >= WRIST_SINGULAR else (self.configuration(q).other_wrist,)
+
+    def _outside(self, q: Joints) -> tuple[int, ...]:
+        return () if self._nearly_within(q) else super()._outside(q)
 
     def _inside(self, q: Joints, near: Joints) -> Joints | None:
         return q if self._within(q) else super()._inside(q, near)
@@ -210,7 +213,7 @@ class SphericalWristArm(RobotArm):
     def batch(self) -> SerialBatch:
         from vrs_cli.kinematics.serial_batch import WristBatch  # here: it brings numpy
 
-        return WristBatch(self.model, ALL, bounds.Unchanging(), over_arrays(self.branch_joints))
+        return WristBatch(self.model, ALL, self.unchanging, self.array_formula)
 
 
 def make_forward(geometry: inverse.Geometry) -> Callable[[Joints], Transform]:

@@ -40,7 +40,6 @@ from vrs_cli.kinematics.joints import (
     ALL,
     ARM,
     ELBOW,
-    LIMIT_TOLERANCE,
     TURN,
     WRIST,
     Configuration,
@@ -328,10 +327,10 @@ def singular_wrist(
     return q4, atan2(c4 * X + s4 * Y, Z), atan2(c4 * nY - s4 * nX, c4 * sY - s4 * sX)
 
 
-def make_within(model: RobotModel) -> Callable[[Joints], bool]:
-    """Whether all six joints are inside their limits, to the bit."""
-    low1, low2, low3, low4, low5, low6 = model.lower
-    high1, high2, high3, high4, high5, high6 = model.upper
+def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:
+    """Return a function that tells whether six joints are all between two ends, to the bit."""
+    low1, low2, low3, low4, low5, low6 = lower
+    high1, high2, high3, high4, high5, high6 = upper
 
     def within(q: Joints) -> bool:
         q1, q2, q3, q4, q5, q6 = q
@@ -345,31 +344,6 @@ def make_within(model: RobotModel) -> Callable[[Joints], bool]:
         )
 
     return within
-
-
-def make_outside(model: RobotModel) -> Callable[[Joints], tuple[int, ...]]:
-    """`joints_outside` for six joints, written out: eight branches ask it for every location."""
-    low1, low2, low3, low4, low5, low6 = (low - LIMIT_TOLERANCE for low in model.lower)
-    high1, high2, high3, high4, high5, high6 = (high + LIMIT_TOLERANCE for high in model.upper)
-
-    def outside(q: Joints) -> tuple[int, ...]:
-        q1, q2, q3, q4, q5, q6 = q
-        joints: tuple[int, ...] = ()
-        if not low1 <= q1 <= high1:
-            joints += (1,)
-        if not low2 <= q2 <= high2:
-            joints += (2,)
-        if not low3 <= q3 <= high3:
-            joints += (3,)
-        if not low4 <= q4 <= high4:
-            joints += (4,)
-        if not low5 <= q5 <= high5:
-            joints += (5,)
-        if not low6 <= q6 <= high6:
-            joints += (6,)
-        return joints
-
-    return outside
 
 
 CIRCLE_ALPHAS = (-pi / 2, 0.0, pi / 2, None, None)

@@ -108,13 +108,9 @@ def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
     for one in known:
         x, y, z = transform.vector_difference(one.centre, centre)
         moved = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
-        total = _sum(total, one.inertia, [one.mass * part for part in moved])
+        xx, yy, zz, xy, xz, yz = (a + b + one.mass * c for a, b, c in zip(total, one.inertia, moved, strict=True))
+        total = xx, yy, zz, xy, xz, yz
     return link_data.LinkMasses(mass=mass, centre=centre, inertia=total if any(total) else None)
-
-
-def _sum(*rows: Sequence[float]) -> link_data.Inertia:
-    xx, yy, zz, xy, xz, yz = map(sum, zip(*rows, strict=True))
-    return xx, yy, zz, xy, xz, yz
 
 
 def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
