@@ -1,8 +1,9 @@
-"""The arm: the one object that planner and observer ask about geometry. `forms.arm_for` makes that of a robot.
+"""Answer the planner's and the observer's questions about the geometry of one arm. `forms.arm_for` makes the arm of a
+robot.
 
-Everything here works on plain floats; `batch` takes arrays and imports numpy when first asked for. A class
-adds `branch_joints`, the inverse of one branch, and says which branches there are. The rest is here: choosing a branch
-for a motion, the limits, what a refusal says, the velocities.
+All methods work on plain floats; `batch` does the same on arrays and imports numpy when it is first used. A subclass
+adds `branch_joints`, the inverse of one branch, and names its branches. This module selects a branch for a motion,
+checks limits, words refusals and computes velocities.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 
 
 class Solution(NamedTuple):
-    """One branch of the inverse: joints [rad, m] (None: out of reach) and those of them that are out of limits."""
+    """One branch of the inverse: its joints [rad, m], or None out of reach, and the joints outside their limits."""
 
     configuration: Configuration
     joints: Joints | None
@@ -65,19 +66,21 @@ Branch = Callable[[Transform, Configuration, Joints], Joints | None]  # the inve
 
 
 class Steady(Protocol):
-    """The functions of an arm whose flange is turned as nearly to a pose as it can: its rates need that pose too."""
+    """Methods of an arm that turns its tool as nearly as it can. Its joint rates depend on the desired pose as well."""
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        """The joints with the least turn missing that are found downhill from joints near, inside the limits."""
+        """Return the joints with the least missing turn, searched downhill from `near` inside the limits."""
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
-        """By how much the tool is turned away from a pose that is asked for [rad]."""
+        """Return the angle between the tool's turn and the desired turn [rad]."""
 
     def rates_on(
         self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform, order: int
     ) -> tuple[Joints, ...]:
-        """The first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] along a path; `poses`: T_base_flange that
-        is asked for, by the time from now [s]; `twist`: of the tool, as the poses have it. Raises StraightLineSingular.
+        """Return the first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] along a path.
+
+        `poses`: the desired T_base_flange by the time from now [s]. `twist`: of the tool on this path. Raises
+        StraightLineSingular.
         """
 
 
@@ -100,14 +103,15 @@ _new = tuple.__new__
 
 
 class RobotArm:
-    """What a robot's geometry offers. n joints; joints are tuples of n [rad, m]; poses are T_base_flange.
+    """Geometry of a robot with n joints: joints are tuples of n [rad, m], poses are T_base_flange.
 
-    Of an arm that cannot do all six freedoms `model.task` says which part of a pose counts; the rest of a pose is what
-    the arm makes of it. Where a pose asks for what no joint changes, it is out of reach. An arm is one object: what is
-    found for it may be remembered by it. `ways`: the configurations that there are, one without words where there is
-    nothing to choose. `lines_keep_words`: what divides the ways is singular, so that a line stays in one, and so does a
-    MOVE as far as it may. `seed_step`: how far [rad, m] joints may be from `near` for `branch_joints` to find the same
-    branch. `method`: how the inverse is found, in a few words for the user.
+    `model.task` says which part of a pose counts for an arm with fewer than six freedoms. A pose that needs what no
+    joint changes is out of reach. There is one object for each arm, so it may remember results.
+
+    `ways`: the configurations; one without words if there is no choice. `lines_keep_words`: the borders between
+    configurations are singular, so a straight line stays in one, and a MOVE too if it can. `seed_step`: `branch_joints`
+    finds the same branch from joints this near [rad, m]. `method`: how the inverse is found, in a few words for the
+    user.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)
@@ -123,12 +127,12 @@ class RobotArm:
 
     @cached_property
     def forward(self) -> Callable[[Joints], Transform]:  # a function by itself: read once, called often
-        """T_base_flange."""
+        """Return T_base_flange of joints."""
         return cast(Callable[[Joints], Transform], self._formulas.forward)
 
     @cached_property
     def forward_and_jacobian(self) -> Callable[[Joints], tuple[Transform, Jacobian]]:
-        """T_base_flange, and the Jacobian of the flange."""
+        """Return T_base_flange and the Jacobian of the flange."""
         return cast(Callable[[Joints], tuple[Transform, Jacobian]], self._formulas.both)
 
     @cached_property
@@ -140,28 +144,28 @@ class RobotArm:
         return biases(self.model.links, self.model.base, self.model.flange)
 
     def frames(self, q: Joints) -> tuple[Transform, ...]:
-        """T_base_0, T_base_1 ... T_base_flange: n + 1 frames, to draw the links."""
+        """Return T_base_0, T_base_1 ... T_base_flange: n + 1 frames, for drawing the links."""
         return link_frames(self.model, q)
 
     def configuration(self, q: Joints) -> Configuration:  # noqa: ARG002 (others look at q)
-        """Which of the ways the joints are; on a border the first word of the pair."""
+        """Return the configuration of joints; on a border, the one with the first word of the pair."""
         return self.ways[0]
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (others look at q)
-        """The other configurations that the joints are in as well, on a border."""
+        """Return the other configurations of joints that are on a border."""
         return ()
 
     def line_ways(self, q: Joints) -> tuple[Configuration, ...]:
-        """The configurations, one or two, in which a straight line may go on from these joints."""
+        """Return the one or two configurations in which a straight line may continue from these joints."""
         return (self.configuration(q), *self.twins(q)) if self.lines_keep_words else (NONE,)
 
     @property
     def all_line_ways(self) -> tuple[Configuration, ...]:
-        """All configurations in which a straight line may be."""
+        """Return all configurations in which a straight line may be."""
         return self.ways if self.lines_keep_words else (NONE,)
 
     def limits_ok(self, q: Joints) -> bool:
-        """Every joint inside its limits."""
+        """Return whether every joint is inside its limits."""
         for x, (low, high) in zip(q, self._nearly_limits, strict=True):  # noqa: SIM110 (`all` takes twice as long)
             if not low <= x <= high:
                 return False
@@ -172,7 +176,7 @@ class RobotArm:
 
     @cached_property
     def words(self) -> tuple[Flag, ...]:
-        """The configuration words that mean something to this arm."""
+        """Return the configuration words that this arm distinguishes."""
         parts = zip(*(way.flags for way in self.ways), strict=True)
         return tuple(dict.fromkeys(flag for part in parts for flag in part if flag is not None))
 
@@ -180,7 +184,7 @@ class RobotArm:
 
     @property
     def constants(self) -> Mapping[str, float]:
-        """The lengths [m] and angles [rad] of a closed form, by their symbols; none where the joints are searched."""
+        """Return the lengths [m] and angles [rad] of a closed form by their symbols; none for a search."""
         return {}
 
     # how joints of a closed form become those of the robot, joint = sign (theta - offset [rad]); empty: they are them
@@ -203,7 +207,7 @@ class RobotArm:
     still_joints: tuple[int, ...] = ()  # such joints, by index, that stand still where nothing guides them
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
-        """Of an arm with redundancy: the joints next to `near` that meet demands too, whatever their limits."""
+        """Return the joints near `near` that reach T and meet the demands, whatever the limits (redundant arms)."""
         raise NotImplementedError
 
     guesses = False  # joints are found by `guided_state` if they are near: it is worth guessing where they will be
@@ -216,34 +220,36 @@ class RobotArm:
         twist: Twist,  # noqa: ARG002
         rates: Sequence[float],  # noqa: ARG002
     ) -> tuple[Joints, Joints] | None:
-        """`guided_joints` and their rates at once, for a twist of the flange and rates of what is demanded, where that
-        is one system of equations and next to `near`; None where it is not.
+        """Return `guided_joints` and their rates by one system of equations, or None if it does not converge near
+        `near`.
+
+        `twist`: of the flange. `rates`: of the demanded sums.
         """
         return None
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
-        """Of an arm with redundancy: ways of the joints inside their ranges, from `begin` through poses of the flange,
-        theirs first; the way to try first first.
+        """Yield walks of a redundant arm from `begin` through poses of the flange, inside the joint ranges, the best
+        first.
         """
         raise NotImplementedError
 
     def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
-        """The shortest of these ways, whatever the ranges."""
+        """Return the walk with the shortest joint motion, whatever the ranges."""
         raise NotImplementedError
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        """The joints of `inverse_all`, and nothing else: the fast form."""
+        """Return the joints of each solution of `inverse_all`, without checking limits."""
         middle = self.middle
         found = (self.branch_joints(T, way, middle) for way in self.ways)
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
     def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (others look at T)
-        """Whether all links in one line are too short for T_base_flange, if that is told at once."""
+        """Return whether T_base_flange is farther than all links in one line, if that is quick to tell."""
         return False
 
     @cached_property
     def length(self) -> float:
-        """Of all links in one line, from the axis of joint 1 [m]."""
+        """Return the length of all links in one line, from the axis of joint 1 [m]."""
         return levers(self.model)[1][0]
 
     @cached_property
@@ -251,7 +257,7 @@ class RobotArm:
         return tuple((low + high) / 2 for low, high in self._limits)
 
     def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
-        """All branches, in the order of `ways`, each joint on the turn that suits its limits."""
+        """Return all solutions in the order of `ways`, each joint on the turn that suits its limits."""
         outside = self._outside
         return tuple(
             [  # a list first: a generator costs a fifth more
@@ -261,12 +267,12 @@ class RobotArm:
         )
 
     def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        """One branch, every joint on the turn nearest to `near` inside its limits; None if there is none."""
+        """Return one branch, every joint on the turn nearest to `near` inside its limits; None if there is none."""
         q = self.branch_joints(T, configuration, near)
         return None if q is None else self._inside(q, near)
 
     def _inside(self, q: Joints, near: Joints) -> Joints | None:
-        """The turns of q inside the limits, each the nearest to `near`."""
+        """Return q with each joint on the turn inside its limits that is nearest to `near`; None if there is none."""
         turned: list[float] = []
         for x, reference, (low, high), turns in zip(q, near, self._limits, self.turning, strict=True):
             turn = turn_within(x, reference, low, high) if turns else _within(x, low, high)
@@ -276,12 +282,11 @@ class RobotArm:
         return tuple(turned)
 
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
-        """The joints that a MOVE from `near` goes to.
+        """Return the joints that a MOVE from `near` goes to.
 
-        What is asked for is kept strictly. What is not: arm and elbow stay as `near` has them, and of the two
-        wrists the one that is reached sooner (the slowest joint at its full velocity decides) is taken, of
-        those inside the limits. Raises LocationTooFar, LocationTooClose or JointOutOfRange, with the
-        configuration that would do, if one would.
+        Words in `asked` are kept strictly. Without them arm and elbow stay as in `near`, and of the two wrists inside
+        the limits the one that is reached sooner is taken (the slowest joint at its full velocity decides). Raises
+        LocationTooFar, LocationTooClose or JointOutOfRange, with the configuration that would do, if one would.
         """
         self.check_task(T)
         have = self.configuration(near)
@@ -294,7 +299,7 @@ class RobotArm:
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def shortest_time(self, a: Joints, b: Joints) -> float:
-        """The time that the slowest joint needs at its full velocity [s]."""
+        """Return the time that the slowest joint needs at its full velocity [s]."""
         return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
 
     # --- refusals ----------------------------------------------------------------------------------------
@@ -302,7 +307,7 @@ class RobotArm:
     def _refusal(
         self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]
     ) -> LocationOutOfRange | JointOutOfRange:
-        """Why none of the wanted configurations reaches T, and which other one would."""
+        """Return why none of the wanted configurations reaches T, and which other one would."""
         q = self.branch_joints(T, wanted[0], near)
         hint = self._other_way(T, near, wanted)
         if q is None:
@@ -317,12 +322,15 @@ class RobotArm:
         return self.model.refuse_joint(joint, q[joint - 1], hint or no_other)
 
     def _best_turns(self, q: Joints) -> Joints:
-        """Each joint on the turn nearest to the middle of its range: outside only if every turn is."""
+        """Return each joint on the turn nearest to the middle of its range: outside only if every turn is."""
         rows = zip(q, self.middle, self.turning, strict=True)
         return tuple(nearest_turn(x, middle) if turns else x for x, middle, turns in rows)
 
     def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
-        """The words that bring T in reach: the fewest that do, then those of the shortest way; empty if none do."""
+        """Return a hint with the words that bring T in reach; empty if none do.
+
+        The fewest words win, then those of the shortest motion.
+        """
         ways = [
             (len(words), self.shortest_time(near, q), words)
             for configuration, q, outside in self.inverse_all(T)
@@ -334,7 +342,7 @@ class RobotArm:
         return f"in reach {said}; say {said} first"
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
-        """Too far, in millimetres, or out of reach in a way that has no name."""
+        """Return the refusal of a pose that is too far, in millimetres, or out of reach for no simple reason."""
         start, (most, *_) = levers(self.model)
         far = dist(position(T), start)
         if far > most:
@@ -356,9 +364,9 @@ class RobotArm:
     def check_task(
         self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
     ) -> None:
-        """Raises LocationOutOfRange for a pose that asks for what no joint changes, as a tilt of a SCARA's tool.
+        """Raise LocationOutOfRange for a pose that needs what no joint changes, such as a tilt of a SCARA's tool.
 
-        The refusal says what would be right of the location that was given, T_world_tool = T_robot_world^-1 T
+        The refusal names the nearest right values of the user's location, T_world_tool = T_robot_world^-1 T
         T_flange_tool.
         """
         if (forbidden := self.unchanging.forbids(T)) is not None:
@@ -367,7 +375,7 @@ class RobotArm:
             raise LocationOutOfRange(f"this robot {what}", f"give {difference(asked, instead)} instead")
 
     def check_tool(self, T_flange_tool: Transform) -> None:
-        """Raises IllegalValue for a tool whose tip a turn would move that does not count."""
+        """Raise IllegalValue for a tool whose tip would be moved by a turn that does not count."""
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
         levers = ((y, z), (z, x), (x, y))  # of a turn about X, Y, Z
@@ -385,7 +393,7 @@ class RobotArm:
     boundary = Clearance()  # within which a pose is on the boundary of the reach, or its wrist straight
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms know)
-        """How far a pose is from where the closed form of one branch ends, or is singular."""
+        """Return how far a pose is from where the closed form of one branch ends or is singular."""
         return Clearance()
 
     def least_clearance(
@@ -397,8 +405,9 @@ class RobotArm:
         *,
         beside_axis: bool = False,  # noqa: ARG002
     ) -> Clearance:
-        """A lower bound of the clearances between two poses that are h apart, on a way of that pace; `beside_axis`: on
-        one that is on the boundary of the shoulder all along.
+        """Return a lower bound of the clearances on a path of length h between two poses, at most as fast as `pace`.
+
+        `beside_axis`: the whole path is on the shoulder's boundary.
         """
         return Clearance()
 
@@ -406,8 +415,9 @@ class RobotArm:
     fold: tuple[int, float] | None = None
 
     def outward(self, q: Joints) -> float:  # noqa: ARG002 (others look at q)
-        """How far out of the axis of joint 1 the arm's plane has its end [m], less than 0 for RIGHTY; infinite where
-        that says nothing about the configuration.
+        """Return the distance of the arm's end from axis 1 in the arm's plane [m], negative for RIGHTY.
+
+        Infinite where it does not tell configurations apart.
         """
         return inf
 
@@ -418,17 +428,17 @@ class RobotArm:
     steady: Steady | None = None
 
     def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (another place of the tip, for some)
-        """The arm that brings the tip of a tool to the place of a pose; most bring the flange there with all of it."""
+        """Return the arm that brings the tip of a tool to a position; most arms bring the flange to a whole pose."""
         return self
 
     # --- velocities --------------------------------------------------------------------------------------
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
-        """6 rows (vx, vy, vz, wx, wy, wz) of n, base frame [m/rad, 1]: twist of the tool = J qd."""
+        """Return 6 rows (vx, vy, vz, wx, wy, wz) of n in the base frame [m/rad, 1]: twist of the tool = J qd."""
         return cast(Jacobian, self._formulas.jacobian(q, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]))
 
     def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        """(vx, vy, vz, wx, wy, wz) of the tool [m/s, rad/s] in the base frame."""
+        """Return the twist (vx, vy, vz, wx, wy, wz) of the tool in the base frame [m/s, rad/s]."""
         rows = self.jacobian(q, T_flange_tool)
         vx, vy, vz, wx, wy, wz = [sum(map(mul, row, qd)) for row in rows]
         return vx, vy, vz, wx, wy, wz
@@ -436,14 +446,14 @@ class RobotArm:
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """Joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular, which names the place.
+        """Return joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular with the place.
 
-        `demands`: of the rates of an arm with redundancy.
+        `demands`: rates of sums of the joints of a redundant arm.
         """
         return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (see numeric)
-        """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
+        """Return the joint rates for a twist of the tool, or for what `beyond` leaves of its derivatives."""
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 
     def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:
@@ -459,7 +469,7 @@ class RobotArm:
         )
 
     def rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
-        """The rows of J and of the twist that count; turns are those about the axes of the flange."""
+        """Return the rows of J and of the twist that count; turns are about the axes of the flange."""
         counts = self.model.counts
         if all(counts):
             return list(J), list(twist)
@@ -474,13 +484,13 @@ class RobotArm:
         return rows, wanted
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        """J' qd [m/s2, rad/s2]: the acceleration of the tool while the joint rates stay the same."""
+        """Return J' qd [m/s2, rad/s2]: the acceleration of the tool at constant joint rates."""
         return self._biases.acceleration(q, qd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
 
     def joint_acceleration(
         self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """Joint accelerations [rad/s2] at joint rates qd, for the acceleration of a tool [m/s2, rad/s2].
+        """Return joint accelerations [rad/s2] at joint rates qd for an acceleration of the tool [m/s2, rad/s2].
 
         Raises StraightLineSingular.
         """
@@ -496,7 +506,7 @@ class RobotArm:
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),
     ) -> Joints:
-        """Joint jerks [rad/s3] at joint rates qd and accelerations qdd, for the jerk of a tool [m/s3, rad/s3].
+        """Return joint jerks [rad/s3] at joint rates qd and accelerations qdd for a jerk of the tool [m/s3, rad/s3].
 
         Raises StraightLineSingular.
         """
@@ -504,7 +514,7 @@ class RobotArm:
         return self.joint_velocity(q, beyond(rate, bias), T_flange_tool, demands)
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
-        """How far from each singularity, 0 to 1."""
+        """Return how far joints are from each singularity, 0 to 1."""
         return Singularity(1.0, 1.0, 1.0)
 
     @property
@@ -516,7 +526,7 @@ class RobotArm:
 
     @cached_property
     def batch(self) -> SerialBatch:
-        """The same over arrays: whole timelines at once."""
+        """Return the same functions over arrays, for whole timelines at once."""
         # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
         from vrs_cli.kinematics.serial_batch import SerialBatch
 
@@ -524,5 +534,5 @@ class RobotArm:
 
 
 def _within(x: float, low: float, high: float) -> float | None:
-    """A joint that slides has no other turn; rounding beyond a limit is forgiven."""
+    """Return a sliding joint inside its limits, or None. Rounding beyond a limit is forgiven."""
     return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None

@@ -1,4 +1,8 @@
-"""Kinds of numpy arrays, for annotations."""
+"""Name kinds of numpy arrays, and transform many poses at once (one at a time: `transform`).
+
+A pose is the upper three rows, shape (..., 3, 4); `Transform` is the same twelve numbers, row by row. Leading shapes
+broadcast. Metres and radians.
+"""
 
 from collections.abc import Iterable
 from math import pi
@@ -15,19 +19,19 @@ Singles = NDArray[np.float32]
 
 
 def stack(transforms: Iterable[Transform]) -> Floats:
-    """N transforms -> (N, 3, 4)."""
+    """Return N transforms as an array (N, 3, 4)."""
     return np.array(list(transforms), dtype=np.float64).reshape(-1, 3, 4)
 
 
 def compose_batch(a: Floats, b: Floats) -> Floats:
-    """(..., 3, 4) and (..., 3, 4) -> (..., 3, 4): T_x_z = T_x_y @ T_y_z."""
+    """Return T_x_z = T_x_y @ T_y_z of poses (..., 3, 4)."""
     product: Floats = a[..., :3] @ b
     product[..., 3] += a[..., 3]
     return product
 
 
 def rotation_about_batch(axis: Floats, angle: Floats) -> Floats:
-    """Unit axes (..., 3) and angles (...) [rad] -> rotations (..., 3, 3) (Rodrigues)."""
+    """Return rotations (..., 3, 3) about unit axes (..., 3) by angles (...) [rad] (Rodrigues)."""
     x, y, z = axis[..., 0], axis[..., 1], axis[..., 2]
     s = np.sin(angle)
     half = np.sin(0.5 * angle)
@@ -42,7 +46,7 @@ def rotation_about_batch(axis: Floats, angle: Floats) -> Floats:
 
 
 def to_oat_batch(T: Floats) -> Floats:
-    """(..., 3, 4) -> O, A, T (..., 3) [rad]; ranges and poles as `transform.to_oat`."""
+    """Return O, A, T (..., 3) [rad] of poses (..., 3, 4); ranges and poles as in `transform.to_oat`."""
     ax, ay, az = T[..., 0, 2], T[..., 1, 2], T[..., 2, 2]
     h = np.hypot(ax, ay)
     pole = h < POLE

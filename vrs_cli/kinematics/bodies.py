@@ -1,4 +1,4 @@
-"""The shapes of a robot: its own, or capsules along its links."""
+"""Give a robot its shapes (its own, or capsules along its links), and find how far its tool tip reaches."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SHORT = 1e-6  # [m] no distance to draw
 
 
 def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
-    """The look of a robot: as its file says, as a built-in robot with the same links, or as capsules."""
+    """Return the shapes from the robot's file, of a built-in robot with the same links, or capsules."""
     if model.shapes:
         return model.shapes
     path = file_of_built_in(model, SHAPES)
@@ -53,7 +53,7 @@ def _shapes_in(path: Path, joint_count: int) -> tuple[LinkShape, ...]:
 
 
 def size_of(model: RobotModel) -> float:
-    """How far an arm reaches, for the size of what is drawn [m]."""
+    """Return the reach of an arm, for the scale of a drawing [m]."""
     _, (reach, *_) = levers(model)
     return max(reach, MIN_REACH_M)
 
@@ -62,7 +62,7 @@ def size_of(model: RobotModel) -> float:
 
 
 def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
-    """A body for each link out of link data alone: along the joint's axis, then across to the next one."""
+    """Return a body for each link from link data alone: along the joint's axis, then across to the next one."""
     reach, n = size_of(model), model.joint_count
     radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
     first, r = radii[0], radii[n]
@@ -88,7 +88,7 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
 
 
 def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkShape]:
-    """Of joint i, counted from 1: its hub, and the way to the next joint, or to the flange behind the last one."""
+    """Return the hub of joint i, counted from 1, and the bar to the next joint or to the flange."""
     link = model.links[i - 1]
     slides = link.kind is JointKind.PRISMATIC
     upper = model.upper[i - 1]
@@ -126,8 +126,9 @@ Far = Callable[[Joints], float]  # how far joints bring the tip in one direction
 
 @lru_cache(maxsize=8)
 def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
-    """Points of the reach of a tool tip, p_robot [m], that lie farthest out as seen from above and from the side (along
-    Z and along Y): their convex outlines are those of the reach.
+    """Return the points of a tool tip's reach, p_robot [m], that are farthest out along Z and along Y.
+
+    Their convex outlines, seen from above and from the side, are those of the reach.
     """
     arm = arm_for(model)
     found = {moved_point(arm.forward(q), p_flange_tip): q for q in _spread_poses(model)}  # joints by their tip
@@ -150,8 +151,10 @@ def _directions() -> Iterator[Vector]:
 
 
 def _spread_poses(model: RobotModel) -> Iterator[Joints]:
-    """Poses all over the ranges of the joints: multiples of the roots of x^(n+1) = x + 1 fill a cube of n dimensions
-    evenly (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    """Yield joints that fill their ranges evenly.
+
+    Multiples of the roots of x^(n+1) = x + 1 fill a cube of n dimensions evenly (Roberts, The unreasonable
+    effectiveness of quasirandom sequences, 2018).
     """
     n = model.joint_count
     root = 1.5
@@ -167,7 +170,7 @@ def _far(arm: RobotArm, p_flange_tip: Vector, direction: Vector) -> Far:
 
 
 def _farthest(arm: RobotArm, far: Far, q: Joints) -> Joints:
-    """Joints that bring the tip far that way: one joint after the other turned or slid to its best."""
+    """Return joints that bring the tip farthest: turn or slide one joint after the other to its best."""
     for _ in range(SWEEPS):
         before = far(q)
         for i in range(arm.model.joint_count):
@@ -182,7 +185,7 @@ def _with(q: Joints, i: int, x: float) -> Joints:
 
 
 def _candidates(arm: RobotArm, far: Far, q: Joints, i: int) -> Iterator[float]:
-    """Where a joint brings the tip farthest: an end of its range or, where it turns, the crest of a cosine."""
+    """Yield where a joint brings the tip farthest: the ends of its range and, if it turns, the crest of a cosine."""
     low, high = arm.model.lower[i], arm.model.upper[i]
     yield from (low, high)
     if arm.turning[i]:

@@ -1,15 +1,15 @@
-"""How far a pose is from the edges of what a closed form solves, and how near to them a way between two poses can come.
+"""Bound how near a path comes to the edges of what an arm or its closed form can do.
 
-A closed form takes a square root of what is 0 where the arm is stretched, folded, or as near to the axis of joint 1 as
-it comes, and less beyond the reach; and it takes the angle of a vector that is 0 where two axes of the wrist fall
-together. Along a way of the hand these are smooth functions, as long as the ones before them are not 0, and bounds of
-their derivatives follow from bounds of the hand's. With |f''| <= m on a stretch of length h between a and b
+A closed form takes a square root that is 0 where the arm is stretched, folded, or as near to axis 1 as it can be, and
+negative beyond the reach. It also takes the angle of a vector that is 0 where two axes of the wrist coincide. Along a
+path of the hand these are smooth functions, and bounds of their derivatives follow from bounds of the hand's. With
+|f''| <= m on a stretch of length h between a and b
 
     f >= min(f(a), f(b)) - m h2 / 8,
 
-and likewise for the length of a vector, which is at least that of the chord less as much. A stretch where one of these
-is above 0 is clear, for certain, and not for all that was looked at. Source: Moore, Kearfott and Cloud, "Introduction
-to Interval Analysis" (2009), chapter 6, and the error of linear interpolation in any book of numerical analysis.
+and the length of a vector is at least that of the chord less the same term. If a function stays above 0 by this bound,
+the stretch is clear for certain, not only at samples. Source: Moore, Kearfott and Cloud, "Introduction to Interval
+Analysis" (2009), chapter 6; the error of linear interpolation is in any book of numerical analysis.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not
 
 
 class Forbidden(NamedTuple):
-    """The part of a pose of the flange that an arm cannot do, in words, and the nearest pose that it can."""
+    """The part of a pose that an arm cannot do, in words, and the nearest pose that it can."""
 
     what: str
     right: Transform
 
 
 class Unchanging(NamedTuple):
-    """Positions of the flange along some directions [m], and the direction in which it points."""
+    """What no joint changes: positions of the flange along some directions [m], and where the flange points."""
 
     places: tuple[tuple[Vector, float], ...] = ()
     approach: Vector | None = None
@@ -79,7 +79,7 @@ class Unchanging(NamedTuple):
 
 
 def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
-    """The parts of a pose that no joint changes, seen on a few poses; none for an arm that has all six freedoms."""
+    """Return the parts of a pose that no joint changes, found on sample poses; none for an arm with six freedoms."""
     if model.joint_count >= ALL_PARTS and all(model.counts):
         return Unchanging()
     limits = list(zip(model.lower, model.upper, strict=True))
@@ -93,7 +93,7 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
 
 
 def difference(asked: Transform, instead: Transform) -> str:
-    """The angles or coordinates to give in place of those of a location, as the user writes them."""
+    """Return the angles or coordinates to give instead of those of a location, as the user writes them."""
     rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
     if transform.angle_between(asked, instead) <= STRAIGHT:
         places = zip("XYZ", transform.position(asked), transform.position(instead), strict=True)
@@ -108,7 +108,7 @@ def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
 
 
 def _angle(a: Vector, b: Vector) -> float:
-    """Between two directions [rad]."""
+    """Return the angle between two directions [rad]."""
     sine = dist(transform.cross(a, b), STILL)
     return sine if transform.dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(transform.dot(a, b), -1.0), 1.0))
 
@@ -120,7 +120,7 @@ UNKNOWN = -inf  # the least clearance where a clearance that it depends on may b
 
 
 class Hand(NamedTuple):
-    """What a closed form follows: a point and a direction of the flange, seen from a frame with z along axis 1."""
+    """The point and the direction of the flange that a closed form follows, seen from a frame with z along axis 1."""
 
     T_axis_base: Transform
     centre: Vector  # of the wrist, in the flange's frame [m]
@@ -128,9 +128,9 @@ class Hand(NamedTuple):
 
 
 class HandPace(NamedTuple):
-    """The greatest first and second derivatives on a way of the hand, by whatever it is measured in.
+    """The greatest first and second derivatives of the hand on a path, by the path's parameter.
 
-    `across` is that part of the speed of the wrist's centre that is square to axis 1, `tilt` the rate of the last axis.
+    `across`: of the wrist centre's speed, the part perpendicular to axis 1. `tilt`: the rate of the last axis.
     """
 
     across: float
@@ -142,11 +142,11 @@ class HandPace(NamedTuple):
 
 
 class Clearance(NamedTuple):
-    """Of a pose, or the least on a way; infinite what an arm does not have.
+    """The clearances of a pose, or the least on a path; infinite for edges that an arm does not have.
 
-    `shoulder` [m2]: the square of the wrist's distance from axis 1, less that of the arm's plane. `outer` and `inner`
-    [m2]: how much the square of the distance from the shoulder is below and above the ends of the reach. `wrist`: the
-    sine between its axes, as long as which `across` is, their cross product.
+    `shoulder` [m2]: the squared distance of the wrist from axis 1 less that of the arm's plane. `outer`, `inner` [m2]:
+    how far the squared distance from the shoulder is below and above the ends of the reach. `wrist`: the sine of the
+    angle between two wrist axes; `across` is their cross product.
     """
 
     shoulder: float = inf
@@ -157,7 +157,7 @@ class Clearance(NamedTuple):
 
     @property
     def sizes(self) -> tuple[float, float, float, float]:
-        """Without `across`."""
+        """Return all clearances without `across`."""
         return self.shoulder, self.outer, self.inner, self.wrist
 
 
@@ -165,7 +165,7 @@ SHOULDER, WRIST = 0, 3  # among the sizes
 
 
 class TwoBars(NamedTuple):
-    """The lengths that bound a reach: two bars that fold, `side` of their plane from axis 1 [m]."""
+    """Two bars that fold and bound a reach, in a plane at the distance `side` from axis 1 [m]."""
 
     upper: float
     fore: float
@@ -180,17 +180,17 @@ class TwoBars(NamedTuple):
         return (self.upper - self.fore) ** 2
 
     def boundary(self) -> Clearance:
-        """The clearances at `ON_BOUNDARY` from each boundary."""
+        """Return the clearances at `ON_BOUNDARY` from each boundary."""
         ends = self.side, self.upper + self.fore, self.upper - self.fore
         shoulder, outer, inner = (ON_BOUNDARY * (2.0 * abs(r) + ON_BOUNDARY) for r in ends)
         return Clearance(shoulder, outer, inner, ON_BOUNDARY)
 
     def fold(self, outer: float, inner: float) -> float:
-        """The sine of the angle between the bars."""
+        """Return the sine of the angle between the bars."""
         return sqrt(outer * inner) / (2.0 * self.upper * self.fore)
 
     def refusal(self, clearance: Clearance, end: str, hint: str) -> LocationOutOfRange:
-        """Why a pose of that clearance is out of reach; `end`: what is at the end of the bars."""
+        """Return why a pose with this clearance is out of reach. `end`: the part at the end of the bars."""
         across = sqrt(max(clearance.shoulder + self.side * self.side, 0.0))
         if across < self.side:
             return LocationTooClose(
@@ -212,10 +212,10 @@ class TwoBars(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """Bounds of joint 1 and of the wrist's centre in the arm's plane, from the distance u of that from axis 1.
+    """Bounds of the motion of joint 1 and of the wrist centre in the arm's plane, at least u from axis 1.
 
-    With the unit vectors r outward and t across, c the wrist's centre seen from above, w = side and u = r . c:
-    u q1' = t . c';  u' = r . c' + q1' w;  the second derivatives are those of these equations.
+    With unit vectors r outward and t across, the wrist centre c seen from above, w = side and u = r . c: u q1' = t . c'
+    and u' = r . c' + q1' w; the second derivatives follow from these equations.
     """
 
     rate: float  # of joint 1
@@ -225,7 +225,7 @@ class Turning(NamedTuple):
 
 
 def turning(u: float, far: float, side: float, pace: HandPace) -> Turning:
-    """Where u is at least so much, and the wrist's centre at most `far` from axis 1."""
+    """Return the bounds where u is at least `u` and the wrist centre at most `far` from axis 1."""
     rate = pace.across / u
     outward = pace.across + rate * side
     bend = (pace.across_bend + rate * (pace.across + outward)) / u
@@ -233,16 +233,14 @@ def turning(u: float, far: float, side: float, pace: HandPace) -> Turning:
 
 
 def turning_beside_axis(side: float, pace: HandPace) -> Turning:
-    """Where u is 0 all along, the wrist's centre `side` from axis 1: joint 1 turns with it, and stands still where it
-    is on the axis.
-    """
+    """Return the bounds where u is 0 on the whole path: joint 1 follows the wrist centre, or stands if that is on it."""
     if side <= ON_BOUNDARY:
         return Turning(0.0, 0.0, 0.0, 0.0)
     return Turning(pace.across / side, pace.across_bend / side, 0.0, 0.0)
 
 
 def from_axis(bars: TwoBars, a: float, b: float, pace: HandPace, h: float) -> tuple[float, float]:
-    """The least `shoulder` between two, and how far the wrist's centre is from axis 1 at most [m]."""
+    """Return the least `shoulder` between two values, and the greatest distance of the wrist centre from axis 1 [m]."""
     far = sqrt(max(a, b, 0.0) + bars.side * bars.side) + 0.5 * pace.across * h
     return min(a, b) - 0.25 * h * h * (pace.across * pace.across + far * pace.across_bend), far
 
@@ -250,8 +248,9 @@ def from_axis(bars: TwoBars, a: float, b: float, pace: HandPace, h: float) -> tu
 def from_shoulder(
     bars: TwoBars, a: Clearance, b: Clearance, speed: float, bend: float, h: float, beside: float = 0.0
 ) -> tuple[float, float]:
-    """The least `outer` and `inner` between two, for a point of that speed and bend; `beside`: what the square of its
-    distance from the shoulder has more than what is compared with the reach [m2].
+    """Return the least `outer` and `inner` between two clearances, for a point of this speed and bend.
+
+    `beside`: the part of the point's squared distance from the shoulder that does not count for the reach [m2].
     """
     far = sqrt(max(bars.outer - min(a.outer, b.outer) + beside, 0.0)) + 0.5 * speed * h
     quarter = 0.25 * h * h
@@ -260,7 +259,7 @@ def from_shoulder(
 
 
 def shortest(a: Vector, b: Vector, rate: float, bend: float, h: float) -> float:
-    """The least length of a vector between two values, from its greatest first and second derivative."""
+    """Return the least length of a vector between two values, from bounds of its first and second derivative."""
     ax, ay, az = a
     dx, dy, dz = b[0] - ax, b[1] - ay, b[2] - az
     square = dx * dx + dy * dy + dz * dz

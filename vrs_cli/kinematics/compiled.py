@@ -1,7 +1,8 @@
-"""Forward kinematics, Jacobian and its derivatives of any serial arm, written out as Python for that arm alone.
+"""Write functions for one arm as Python code: kinematics, linear equations, and variants of formulas.
 
-A chain of matrices is mostly zeros and ones. Multiplied out once, symbolically, a few dozen products are left:
-functions which work on floats and, with the sine and cosine of numpy, on arrays as they are.
+The matrices of a chain are mostly zeros and ones. Multiplied symbolically once, they leave a few dozen products. The
+functions take floats or, with the sine and cosine of numpy, arrays. Small systems of equations are written out too: six
+unknowns take less time than a call of numpy.
 """
 
 from __future__ import annotations
@@ -28,9 +29,10 @@ NOTHING = 1e-15  # an entry so small is the rounding of a right angle
 
 
 class Formulas(NamedTuple):
-    """`forward(q)`: the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)`: its six rows of n, for
-    the point of a tool at (tx, ty, tz) of the flange. `both(q)`: the two, for the flange itself. Entries that do not
-    depend on q are plain numbers.
+    """Functions of one arm; entries that do not depend on q are plain numbers.
+
+    `forward(q)`: the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)`: six rows of n, for the
+    point (tx, ty, tz) of the flange. `both(q)`: the two, for the flange itself.
     """
 
     forward: Callable[..., tuple[Any, ...]]
@@ -40,7 +42,7 @@ class Formulas(NamedTuple):
 
 @cache
 def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Formulas:
-    """The functions of an arm, for floats or for arrays (one for each joint)."""
+    """Return the functions of an arm, for floats or for arrays (one for each joint)."""
     names: dict[str, Any] = {**_angles(arrays), "T": Transform, "new": tuple.__new__}
     if arrays:
         names["new"] = lambda _, entries: entries
@@ -49,7 +51,7 @@ def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arr
 
 
 def _angles(arrays: bool) -> dict[str, Any]:
-    """The sine and cosine of floats or of arrays."""
+    """Return the sine and cosine of floats or of arrays."""
     if not arrays:
         return {"cos": cos, "sin": sin}
     import numpy as np
@@ -58,8 +60,9 @@ def _angles(arrays: bool) -> dict[str, Any]:
 
 
 class Biases(NamedTuple):
-    """`acceleration(q, qd, tx, ty, tz)`: J' qd, what the joint rates alone make of the acceleration of that point.
-    `jerk(q, qd, qdd, tx, ty, tz)`: J'' qd + 2 J' qdd, the same of its jerk. Six entries as of a twist.
+    """Parts of a tool's acceleration and jerk that the lower derivatives of the joints make: six entries like a twist.
+
+    `acceleration(q, qd, tx, ty, tz)`: J' qd. `jerk(q, qd, qdd, tx, ty, tz)`: J'' qd + 2 J' qdd.
     """
 
     acceleration: Callable[..., Twist]
@@ -68,7 +71,7 @@ class Biases(NamedTuple):
 
 @cache
 def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Biases:
-    """The functions of an arm, for floats or for arrays (one for each joint)."""
+    """Return the biases of an arm, for floats or for arrays (one for each joint)."""
     names = _angles(arrays)
     for jerk in (False, True):
         exec(compile(Writer(links, base, flange).bias_text(jerk=jerk), "<kinematics>", "exec"), names)
@@ -76,7 +79,7 @@ def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, array
 
 
 class Writer:
-    """Writes the functions of an arm, or of its links from the `first` on; `lines` are the assignments so far."""
+    """Writes the functions of an arm, or of its links from `first` on. `lines`: the assignments so far."""
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform, first: int = 0) -> None:
         self.links, self.lines, self.count = links, list[str](), 0
@@ -104,7 +107,7 @@ class Writer:
         )
 
     def _jacobian_lines(self, tool: Column) -> list[str]:
-        """The assignments for the Jacobian of a point of the flange, and the rows."""
+        """Return the assignments for the Jacobian of a point of the flange, and last its rows."""
         self.lines = []
         n, s, a, p = self.columns
         tx, ty, tz = tool
@@ -120,8 +123,11 @@ class Writer:
         return [*self.lines, f"({', '.join(f'({row})' for row in rows)})"]
 
     def bias_text(self, *, jerk: bool) -> str:
-        """By the outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), one derivative more for
-        the jerk: the angular velocity w of each frame, its derivatives, and those of the steps that turn with it.
+        """Return the code of `acceleration` or `jerk`.
+
+        The outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), with one derivative more for
+        the jerk: the angular velocity w of each frame, its derivatives, and those of the steps that turn with the
+        frame.
         """
         w = w1 = w2 = moved = STILL
         n, s, a, _ = self.columns
@@ -177,7 +183,7 @@ class Writer:
         self.columns = n, s, a, p
 
     def joint_entries(self, i: int, link: Link) -> tuple[Entry, Entry, Entry]:
-        """The cosine and the sine of the angle at a joint, and how far it slides."""
+        """Return the cosine and sine of a joint's angle, and its offset along the axis."""
         if link.kind is JointKind.PRISMATIC:
             return cos(link.theta), sin(link.theta), self.sum(((1.0, f"q{i}"), (link.d, 1.0)))
         angle = f"q{i} + {link.theta!r}" if link.theta else f"q{i}"
@@ -192,7 +198,7 @@ class Writer:
     # --- entries ---
 
     def mix(self, *terms: tuple[Entry, Column]) -> Column:
-        """A sum of columns, each times a factor."""
+        """Return a sum of columns, each times a factor."""
         x, y, z = (self.sum((factor, column[i]) for factor, column in terms) for i in range(3))
         return x, y, z
 
@@ -200,7 +206,7 @@ class Writer:
         return self.add_crosses(STILL, (a, b))
 
     def add_crosses(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
-        """A column and cross products."""
+        """Return a column plus cross products."""
         x, y, z = (
             self.sum([(1.0, start[i]), *(term for a, b in pairs for term in ((a[j], b[k]), (minus(a[k]), b[j])))])
             for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
@@ -208,7 +214,7 @@ class Writer:
         return x, y, z
 
     def sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
-        """A sum of products: a number, a name that is there, or a new one."""
+        """Return a sum of products: a number, an existing name, or the name of a new variable."""
         known, rest = 0.0, list[str]()
         for a, b in terms:
             if isinstance(a, str) and isinstance(b, str):
@@ -244,12 +250,12 @@ def minus(entry: Entry) -> Entry:
 
 
 def twist_entries(link: Link) -> tuple[float, float]:
-    """The cosine and the sine of the twist of a link."""
+    """Return the cosine and the sine of a link's twist."""
     return without_rounding(cos(link.alpha)), without_rounding(sin(link.alpha))
 
 
 def without_rounding(x: float) -> float:
-    """The rounding of a right angle taken away."""
+    """Return 0, 1 or -1 for a number that differs from it by rounding alone."""
     for exact in (0.0, 1.0, -1.0):
         if abs(x - exact) < NOTHING:
             return exact
@@ -271,9 +277,9 @@ DEMAND = 1e-9  # what an equation without unknowns left may ask for, in its own 
 
 
 def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
-    """x with rows @ x = wanted; unknowns that nothing decides are 0.
+    """Return x with rows @ x = wanted; unknowns that no equation determines are 0.
 
-    None where an equation asks for what no unknown can give.
+    None if an equation asks for what no unknown can give.
     """
     if len(rows) == len(rows[0]):
         found = squares(rows, wanted)
@@ -308,16 +314,16 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
 
 
 def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[tuple[float, ...], ...] | None:
-    """`solve` for as many equations as unknowns, for each that is wanted, by one elimination with partial pivoting.
+    """Solve as many equations as unknowns, for each right side, by one elimination with partial pivoting.
 
-    None near a singular matrix. Of several that are wanted a pivot is taken as it comes if it is `LARGE`.
+    None near a singular matrix. With several right sides a pivot is taken without a search if it is `LARGE`.
     """
     return _elimination(len(rows), len(wanted))(rows, *wanted)
 
 
 @cache
 def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
-    """The elimination of n equations, written out: without tables it takes a third of the time."""
+    """Return the elimination of n equations written out, which takes a third of the time of loops over tables."""
     rows = ", ".join(f"({comma_list(f'a{r}_{c}' for c in range(n))})" for r in range(n))
     lines = [f"{rows}, = rows"]
     lines += [f"{comma_list(f'a{r}_{n + side}' for r in range(n))} = wanted{side}" for side in range(sides)]
@@ -330,8 +336,10 @@ def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], .
 
 
 def elimination_lines(n: int, sides: int) -> list[str]:
-    """From `a1_2`, the entry of row 1 and column 2, to `x2_0`, the unknown of column 2: the columns from n on have what
-    is wanted, side by side. Returns None near a singular matrix, and asks for `SMALL` and `LARGE`.
+    """Return code that solves the equations in the variables `a1_2` (row 1, column 2) for `x2_0` (unknown 2, side 0).
+
+    The columns from n on are the right sides. The code returns None near a singular matrix; it needs `SMALL` and
+    `LARGE`.
     """
     rows = [[f"a{r}_{c}" for c in range(n + sides)] for r in range(n)]
     lines = list[str]()
@@ -358,12 +366,12 @@ def comma_list(names: Iterable[str]) -> str:
 
 
 def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
-    """rows @ rows^T."""
+    """Return rows @ rows^T."""
     return cast(list[list[float]], _written_of_gram("gram", len(rows), len(rows[0]))(rows))
 
 
 def solve_damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> tuple[float, ...]:
-    """rows^T (rows rows^T + damping)^-1 wanted: no larger than the equations, however many unknowns there are."""
+    """Return rows^T (rows rows^T + damping)^-1 wanted, by a system as large as the number of equations."""
     table = gram(rows)
     for k, row in enumerate(table):
         row[k] += damping
@@ -372,13 +380,13 @@ def solve_damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], dampi
 
 
 def volume(rows: Sequence[Sequence[float]]) -> float:
-    """Of what rows span: the root of the determinant of rows @ rows^T. 0 of rows that depend on each other."""
+    """Return the volume that rows span, sqrt(det(rows @ rows^T)); 0 if they depend on each other."""
     return cast(float, _written_of_gram("volume", len(rows), len(rows[0]))(rows))
 
 
 @cache
 def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[float]]], Any]:
-    """`gram` or `volume` of m rows of n, written out; entry `g2_1` is of rows @ rows^T."""
+    """Return `gram` or `volume` of m rows of n, written out; the variable `g2_1` is an entry of rows @ rows^T."""
     rows = [[f"a{r}_{c}" for c in range(n)] for r in range(m)]
     lines = [f"{comma_list(f'({comma_list(row)})' for row in rows)} = rows"]
     for r, row in enumerate(rows):

@@ -1,4 +1,4 @@
-"""Plain data, checked: tables, words, numbers with their units, each refusal with its place and what would be right."""
+"""Check plain data: tables, words and numbers with units. Each refusal names the place and what would be right."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TINY = 1e-9  # of what is above zero: slower is no motion
 
 
 class Quantity(NamedTuple):
-    """A kind of number: its unit in a TOML file ("" where it has none), and whether it must be above zero."""
+    """A kind of number: its unit in a TOML file ("" without one), and whether it must be above zero."""
 
     unit: str
     positive: bool = False
@@ -26,7 +26,7 @@ class Quantity(NamedTuple):
         return radians(value) if self.unit.startswith("deg") else float(value)
 
     def sliding(self) -> Quantity:
-        """The same of a joint that slides."""
+        """Return the same quantity for a joint that slides."""
         return Quantity(self.unit.replace("deg", "mm"), self.positive)
 
 
@@ -41,7 +41,7 @@ class DataReader(NamedTuple):
     human: bool
 
     def table(self, data: object, key: str, keys: Iterable[str], options: Iterable[str] = ()) -> Mapping[str, object]:
-        """A table with all of these keys and some of the options."""
+        """Check that data is a table with all of these keys and perhaps some options, and return it."""
         needed, known = tuple(keys), (*keys, *options)
         if not isinstance(data, Mapping):
             raise self.wrong(key, "is not a table", f"give {', '.join(known)}")
@@ -87,7 +87,7 @@ class DataReader(NamedTuple):
         return FileDamaged(f"{self.file}: {key}: {what}", right)
 
     def number_list(self, data: object, key: str, quantities: Sequence[Quantity], right: str) -> tuple[float, ...]:
-        """A list of as many numbers."""
+        """Check a list of numbers, one for each quantity, and return them in SI units."""
         if not isinstance(data, list | tuple) or len(data) != len(quantities):
             raise self.wrong(key, f"is not a list of {len(quantities)} numbers", right)
         return tuple([self.number(x, key, quantity) for x, quantity in zip(data, quantities, strict=True)])

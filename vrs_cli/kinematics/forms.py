@@ -1,6 +1,6 @@
-"""`arm_for(model)`: the arm of a robot, of the class that fits its axes.
+"""Choose the class of arm that fits a robot's axes (`arm_for`), and map robots to the links of a closed form.
 
-A closed form where there is one, else a search that finds all solutions, else the numerical one, which knows all axes.
+A closed form is preferred, then a search that finds all solutions, then the numerical search, which takes any axes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @lru_cache
 def arm_for(model: RobotModel) -> RobotArm:
-    """The arm of a model: of the first form that knows its axes; the numerical one knows all."""
+    """Return the arm of a model: of the first form that fits its axes, else a numerical one."""
     closed = _spherical_wrist(model) or _offset_wrist(model) or _wrist_circle(model) or _parallel_axes(model)
     if closed is not None:
         return closed
@@ -92,9 +92,9 @@ TOOLS = 4  # whose place behind the inner arm is remembered
 
 
 class Canonical(NamedTuple):
-    """A robot's chain with the links of a closed form, and the model that it solves, limits included.
+    """A robot's chain with the links of a closed form, and the model with these links, limits included.
 
-    All of a pose counts for it, whatever counts for the robot.
+    The whole pose counts for this model, whatever counts for the robot.
     """
 
     chain: Chain
@@ -102,20 +102,21 @@ class Canonical(NamedTuple):
 
     @property
     def down(self) -> bool:
-        """Whether the axis of joint 1 points down: what is above for the closed form is below for the robot."""
+        """Return whether the axis of joint 1 points down: then above and below are swapped."""
         return self.chain.base.az < -EXACT
 
     @property
     def hand(self) -> float:
-        """1.0 where the flange lies on axis 6 as the axis points, from the wrist, or points so; else -1.0."""
+        """Return 1.0 if the flange is in the direction of axis 6 from the wrist, or points so; else -1.0."""
         flange = self.chain.flange
         way = self.chain.links[-1].d + flange.pz
         return -1.0 if way < -EXACT or (abs(way) <= EXACT and flange.az < 0.0) else 1.0
 
 
 def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool = True) -> Canonical | None:
-    """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so. `bare`:
-    a base and a flange that only turn about the first and the last axis, and slide along it, go into the links.
+    """Return the chain of turning joints with these alphas; None if the robot's axes do not lie so.
+
+    `bare`: move a base and a flange that only turn about the first and last axis, or slide along it, into the links.
     """
     if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
         return None
@@ -139,12 +140,12 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
 
 
 def _along_axis(T: Transform) -> bool:
-    """Whether it leaves the z axis where it is."""
+    """Return whether T leaves the z axis where it is."""
     return T.az > 0.0 and max(map(abs, (T.px, T.py, T.ax, T.ay, T.nz, T.sz))) <= NOTHING
 
 
 def _there_and_back(signs: Joints, zeros: Joints) -> tuple[Callable[[Joints], Joints], Callable[[Joints], Joints]]:
-    """`Chain.of` of six joints that all turn, and its inverse, written out: each inverse of an arm asks eight times."""
+    """Return `Chain.of` for six joints that turn, and its inverse, both written out for speed."""
     s1, s2, s3, s4, s5, s6 = signs
     z1, z2, z3, z4, z5, z6 = zeros
 
@@ -160,8 +161,9 @@ def _there_and_back(signs: Joints, zeros: Joints) -> tuple[Callable[[Joints], Jo
 
 
 class MappedArm(RobotArm):
-    """Asks the arm that the closed form solves; documented in `arm.RobotArm`. `swapped`: the words whose pair the
-    formulas have the other way round, as bits of a configuration's `index`.
+    """An arm that asks an inner arm with the links of a closed form. See `arm.RobotArm`.
+
+    `swapped`: the words whose pair is the other way round in the formulas, as bits of a configuration's `index`.
     """
 
     def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm, swapped: int) -> None:
@@ -185,11 +187,11 @@ class MappedArm(RobotArm):
         return self.inner.constants
 
     def _inner_pose(self, T: Transform) -> Transform:
-        """The pose of the flange as the inner arm has it."""
+        """Return the pose of the inner arm's flange."""
         return T if self._bare else compose(compose(self.to_inner, T), self.from_flange)
 
     def _other(self, configuration: Configuration) -> Configuration:
-        """What the formulas call it, and back."""
+        """Return the configuration of the inner arm for one of this arm, or the reverse."""
         return ALL[configuration.index ^ self._swapped]
 
     def configuration(self, q: Joints) -> Configuration:

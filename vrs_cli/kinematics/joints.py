@@ -1,7 +1,7 @@
-"""Joint vectors, their rates, and the configurations that they are in.
+"""Represent joint vectors, their units, their rates, and the configurations that they are in.
 
-One turn of a joint on is the same pose, but not the same joint value. A twist is (vx, vy, vz, wx, wy, wz): the velocity
-of the tool's point [m/s] and the angular velocity [rad/s], both in the base frame.
+A whole turn of a joint leaves the pose the same but changes the joint's value. A twist is (vx, vy, vz, wx, wy, wz): the
+velocity of the tool's point [m/s] and the angular velocity [rad/s], both in the base frame.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Steps = dict[str, float]  # intermediate values of a closed form [m, rad, 1], by
 
 
 class JointKind(Enum):
-    """What a joint does: turn [rad], or slide [m]."""
+    """What a joint does: turn [rad] or slide [m]."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
@@ -27,39 +27,39 @@ class JointKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class JointUnits:
-    """The numbers of joints as people see them: degrees of those that turn, millimetres of those that slide.
+    """Converts joint values for people: degrees for joints that turn, millimetres for joints that slide.
 
-    `kinds` may be shorter than a joint vector: the joints that it does not tell turn.
+    Joints beyond the end of `kinds` turn.
     """
 
     kinds: tuple[JointKind, ...] = ()
 
     def to_display(self, q: Iterable[float]) -> tuple[float, ...]:
-        """[rad, m] -> [deg, mm]."""
+        """Convert joints from [rad, m] to [deg, mm]."""
         return tuple([self.one_shown(i, x) for i, x in enumerate(q, 1)])
 
     def read(self, numbers: Iterable[float]) -> Joints:
-        """[deg, mm] -> [rad, m]."""
+        """Convert joints from [deg, mm] to [rad, m]."""
         return tuple([self.one_read(i, x) for i, x in enumerate(numbers, 1)])
 
     def slides(self, joint: int) -> bool:
-        """Whether a joint, counted from 1, slides."""
+        """Return whether a joint, counted from 1, slides."""
         return 1 <= joint <= len(self.kinds) and self.kinds[joint - 1] is JointKind.PRISMATIC
 
     def one_shown(self, joint: int, x: float) -> float:
-        """A value of a joint, counted from 1, or its rate: [rad, m] -> [deg, mm]."""
+        """Convert the value or rate of a joint, counted from 1, from [rad, m] to [deg, mm]."""
         return 1000.0 * x if self.slides(joint) else degrees(x)
 
     def one_read(self, joint: int, number: float) -> float:
-        """A value of a joint, counted from 1: [deg, mm] -> [rad, m]."""
+        """Convert the value of a joint, counted from 1, from [deg, mm] to [rad, m]."""
         return number / 1000.0 if self.slides(joint) else radians(number)
 
     def unit(self, joint: int) -> str:
-        """The unit of a joint, counted from 1."""
+        """Return the unit of a joint, counted from 1."""
         return "mm" if self.slides(joint) else "deg"
 
     def json_units(self, count: int) -> dict[str, list[str]]:
-        """What a position in JSON says of its joints: `joint_units`, where one slides."""
+        """Return the JSON field `joint_units` of a position; empty if no joint slides."""
         units = [self.unit(joint) for joint in range(1, count + 1)]
         return {"joint_units": units} if "mm" in units else {}
 
@@ -71,19 +71,19 @@ LIMIT_TOLERANCE = 1e-9  # [rad] rounding that a joint at its very limit is forgi
 
 
 def nearest_turn(angle: float, reference: float) -> float:
-    """`angle` plus whole turns, within half a turn of `reference` [rad]."""
+    """Return `angle` plus whole turns, within half a turn of `reference` [rad]."""
     off = angle - reference
     return angle if -pi <= off <= pi else angle - TURN * round(off / TURN)
 
 
 def turned_near(angles: Iterable[float], near: Joints) -> Joints:
-    """Each angle on the turn nearest to the reference: `nearest_turn`, written out."""
+    """Return each angle on the turn nearest to its reference [rad]."""
     rows = zip(angles, near, strict=True)
     return tuple([q if -pi <= (off := q - there) <= pi else q - TURN * round(off / TURN) for q, there in rows])
 
 
 def six_turned_near(q: Joints, near: Joints) -> Joints:
-    """`turned_near` of six joints, which takes half the time."""
+    """Return `turned_near` of six joints, in half the time."""
     q1, q2, q3, q4, q5, q6 = q
     n1, n2, n3, n4, n5, n6 = near
     return (
@@ -97,9 +97,9 @@ def six_turned_near(q: Joints, near: Joints) -> Joints:
 
 
 def turn_within(angle: float, reference: float, lower: float, upper: float) -> float | None:
-    """Of all turns of `angle` inside the limits the one nearest to `reference` [rad]; None if there is none.
+    """Return the turn of `angle` inside the limits that is nearest to `reference` [rad]; None if there is none.
 
-    A value outside by rounding alone (LIMIT_TOLERANCE) is set to the limit itself.
+    A value outside by rounding alone (LIMIT_TOLERANCE) becomes the limit itself.
     """
     here = nearest_turn(angle, reference)
     if lower <= here <= upper:
@@ -113,7 +113,7 @@ def turn_within(angle: float, reference: float, lower: float, upper: float) -> f
 
 
 def joints_outside(q: Joints, lower: Joints, upper: Joints) -> tuple[int, ...]:
-    """The joints that are out of their limits, counted from 1, as JT1 is."""
+    """Return the joints outside their limits, counted from 1."""
     return tuple(
         i
         for i, (angle, low, high) in enumerate(zip(q, lower, upper, strict=True), 1)
@@ -122,12 +122,12 @@ def joints_outside(q: Joints, lower: Joints, upper: Joints) -> tuple[int, ...]:
 
 
 def put_inside(q: Joints, lower: Joints, upper: Joints) -> Joints:
-    """Each joint, or the end of its range that is nearest to it."""
+    """Return each joint, or the nearest end of its range."""
     return tuple([min(max(x, low), high) for x, low, high in zip(q, lower, upper, strict=True)])
 
 
 def largest_change(a: Joints, b: Joints) -> float:
-    """The most that any joint moves between two joint vectors [rad]."""
+    """Return the largest change of any joint between two joint vectors [rad]."""
     return max(abs(y - x) for x, y in zip(a, b, strict=True))
 
 
@@ -142,7 +142,7 @@ AT_REST = 1e-9  # [m/s, rad/s] a demand on a lost direction that is rounding and
 
 
 class Singularity(NamedTuple):
-    """How far from each singularity a pose is, 0 (in it) to 1 (as far as can be).
+    """Distances of a pose from the singularities, from 0 (in it) to 1 (as far as possible).
 
     `shoulder` is |u| over the arm's length, `elbow` |sin psi|, `wrist` |sin q5|.
     """
@@ -157,7 +157,7 @@ class Singularity(NamedTuple):
 
 
 def beyond(rate: Twist, bias: Twist) -> Twist:
-    """The part of a rate of the tool that the joints' next derivative makes: all but the bias."""
+    """Return the part of a tool's derivative that the joints' next derivative must make: the rate less the bias."""
     vx, vy, vz, wx, wy, wz = rate
     ax, ay, az, bx, by, bz = bias
     return vx - ax, vy - ay, vz - az, wx - bx, wy - by, wz - bz
@@ -169,8 +169,10 @@ Asked = tuple[tuple[int, float], ...]  # joints, by index, and where each is to 
 
 
 class Walk(NamedTuple):
-    """What the guides of a line follow from: the joints at its end, their weights, how far all joints keep from the
-    ends of their ranges, as a part of these, and whether they bring the flange there.
+    """A walk along a line, from which the guides of a redundant arm follow.
+
+    `end`: the joints at its end. `weights`: one row for each guide. `margin`: the least distance of any joint from the
+    ends of its range, as a part of the range. `arrives`: whether the walk reaches the last pose.
     """
 
     end: Joints
@@ -219,9 +221,9 @@ ARM, ELBOW, WRIST = 4, 2, 1  # the bits of `Configuration.index`
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """Arm, elbow and wrist; None where a robot has no such choice.
+    """Words for arm, elbow and wrist; None where a robot has no such choice.
 
-    `signs`: the three as +1.0 or -1.0, ready for formulas; `index`: its place in ALL.
+    `signs`: the three as +1.0 or -1.0, for formulas. `index`: the place in ALL.
     """
 
     arm: Arm | None = None
@@ -244,11 +246,11 @@ class Configuration:
 
     @property
     def other_wrist(self) -> Configuration:
-        """The same with the other wrist."""
+        """Return the configuration with the other wrist."""
         return Configuration(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
 
     def with_flag(self, flag: Flag) -> Configuration:
-        """The same with one word changed."""
+        """Return the configuration with one word changed."""
         return Configuration(
             flag if isinstance(flag, Arm) else self.arm,
             flag if isinstance(flag, Elbow) else self.elbow,
@@ -256,11 +258,11 @@ class Configuration:
         )
 
     def has(self, asked: Configuration) -> bool:
-        """Return whether it has the words that are asked for, as far as there is such a choice."""
+        """Return whether the configuration has the words of another one, as far as the robot has such a choice."""
         return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
-        """The words of this one that none of the others has: what to say to get from them to it."""
+        """Return the words of this configuration that none of the others has."""
         return tuple(
             flag.name
             for i, flag in enumerate(self.flags)
@@ -281,7 +283,10 @@ ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in pro
 
 
 class Profile(Enum):
-    """Words of VAL-II, each with its word in files and what it means. The first is that of a robot that names none."""
+    """Velocity profiles: each word of VAL-II with its word in files and its meaning.
+
+    The first one is the default. `trajectory/laws` has a file for each, of the same name.
+    """
 
     LSPB = "lspb", "linear with parabolic blends"
     SCURVE = "scurve", "jerk limited"

@@ -1,7 +1,8 @@
-"""The look of a robot: bodies, each fixed in the frame of one link, as values and as tables of plain data.
+"""Represent the shapes and masses of links, and read and write them as tables of plain data.
 
-Link 0 is the base, link i is what joint i moves; its frame is `model.link_frames(model, q)[i]`. Metres and radians.
-There is a table for each shape in a robot's TOML file and in the header of a trajectory file.
+Link 0 is the base, link i is what joint i moves; its frame is `model.link_frames(model, q)[i]`. Each shape and each
+link's masses have a table in a robot's TOML file and in the header of a trajectory file. SI units; a TOML file has
+millimetres and degrees.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class Cylinder(NamedTuple):
 
 
 class Capsule(NamedTuple):
-    """The hull of two balls; one ball where both are in one place."""
+    """The convex hull of two balls; one ball if both are at one place."""
 
     start: Vector
     end: Vector
@@ -45,7 +46,7 @@ class Capsule(NamedTuple):
 
 
 class Slab(NamedTuple):
-    """The hull of two discs, square to `across`, each with its radius; the thickness tapers from end to end."""
+    """The convex hull of two discs perpendicular to `across`, each with its radius; the thickness tapers."""
 
     start: Vector
     end: Vector
@@ -55,7 +56,7 @@ class Slab(NamedTuple):
 
 
 class MeshFile(NamedTuple):
-    """Triangles in a file (STL, OBJ, DAE), which may be missing where the robot is looked at."""
+    """Triangles in a file (STL, OBJ, DAE). The file may be missing on the machine that shows the robot."""
 
     path: str
     pose: Transform = IDENTITY
@@ -66,15 +67,17 @@ Body = Box | Cylinder | Capsule | Slab | MeshFile
 
 
 class Opening(NamedTuple):
-    """How a part moves while the hand goes from closed to open, in the frame of its link: it slides, and turns about
-    a line through `point` [rad], as far as these vectors are long."""
+    """Motion of a hand's part from closed to open, in the frame of its link.
+
+    The part slides by `slide` [m] and turns about an axis through `point` by the vector `turn` [rad].
+    """
 
     slide: Vector = (0.0, 0.0, 0.0)
     turn: Vector = (0.0, 0.0, 0.0)
     point: Vector = (0.0, 0.0, 0.0)
 
     def at(self, hand: float) -> Transform:
-        """The motion so far, of a hand that is open (1), closed (0) or between."""
+        """Return the motion at an opening from 0 (closed) to 1 (open)."""
         x, y, z = self.turn
         if not any(self.turn):
             return transform.translation(*transform.scaled_vector(self.slide, hand))
@@ -89,8 +92,8 @@ class Opening(NamedTuple):
 class LinkShape(NamedTuple):
     """A body of a link.
 
-    `opens`: of a part of the hand, what the joints between the link and it do, the first one first, as seen while the
-    hand is closed; none of all others.
+    `opens`: for a part of the hand, the motions of the joints between the link and the part, the first joint first,
+    seen while the hand is closed.
     """
 
     link: int
@@ -100,7 +103,7 @@ class LinkShape(NamedTuple):
 
 
 def opening_motion(openings: Iterable[Opening], hand: float) -> Transform:
-    """How far a part of a hand has moved that is open (1), closed (0) or between, in the frame of its link."""
+    """Return the motion of a hand's part at an opening from 0 (closed) to 1 (open), in the frame of its link."""
     return reduce(transform.compose, (opening.at(hand) for opening in openings), IDENTITY)
 
 
@@ -119,7 +122,7 @@ COLOURS = {
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
-    """Of a name in COLOURS, or of #rrggbb."""
+    """Return the red, green and blue of a name in COLOURS or of #rrggbb."""
     if colour in COLOURS:
         return COLOURS[colour]
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
@@ -129,7 +132,7 @@ SIZE = Quantity("mm", positive=True)
 
 
 class Keys(NamedTuple):
-    """What a kind of shape needs, and what it may have."""
+    """The keys that a kind of shape needs, and those that it may have."""
 
     needed: tuple[str, ...]
     options: tuple[str, ...] = ()
@@ -157,7 +160,7 @@ ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
 
 
 def shape_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
-    """One table a shape, in metres."""
+    """Return one table for each shape, in metres."""
     tables = list[dict[str, Any]]()
     for shape in shapes:
         kind, *keys = BODY_KEYS[type(shape.body)]
@@ -179,7 +182,7 @@ def shape_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
 
 
 class ShapeReader(DataReader):
-    """Makes shapes of tables. Files of meshes are looked for beside the file that names them."""
+    """Makes shapes from tables. Mesh files are looked for beside the file that names them."""
 
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
         """Return the shapes of a robot with so many joints. `key`: of their tables. Raises FileDamaged."""
@@ -208,7 +211,7 @@ class ShapeReader(DataReader):
         return LinkShape(link, self.body(kind, table, key), colour, opens)
 
     def openings(self, data: object, key: str) -> tuple[Opening, ...]:
-        """Of a part that one joint slides, [x, y, z]; of others a table for each joint, with a slide and a turn.
+        """Return openings: [x, y, z] for a part that one joint slides, else one table for each joint.
 
         The vector of a turn is its axis, as long as the angle.
         """
@@ -262,7 +265,7 @@ class ShapeReader(DataReader):
         return x, y, z
 
     def pair(self, data: object, key: str) -> tuple[float, float]:
-        """One size, or that at each end."""
+        """Return one size twice, or the sizes at both ends."""
         values = data if isinstance(data, list | tuple) else (data, data)
         if len(values) != 2:
             raise self.wrong(key, f"is a list of {len(values)}", "give one number, or that at `from` and that at `to`")
@@ -282,10 +285,12 @@ DRIVE_KEYS: Mapping[str, Quantity] = {
 
 
 class LinkMasses(NamedTuple):
-    """The mass of a link [kg], its centre [m] in the frame of the link, its inertia about the centre along the axes of
-    that frame [kg m2]; and the drive of its joint: the inertia of the motor's rotor [kg m2], viscous [N m s/rad] and
-    Coulomb [N m] friction, all at the motor, which turns `gear` times while the joint turns once; the greatest torque
-    at the joint [N m]. Of a joint that slides: forces, and turns of the motor [rad] a metre. None: nobody says it.
+    """Masses of a link and the drive of its joint; None for an unknown figure.
+
+    The mass [kg], its centre [m] and the inertia about the centre [kg m2], in the frame of the link. The rotor's
+    inertia [kg m2], viscous [N m s/rad] and Coulomb [N m] friction are those of the motor, which turns `gear` times for
+    one turn of the joint; `max_torque` is at the joint [N m]. A joint that slides has forces, and turns of the motor
+    [rad] for each metre.
     """
 
     mass: float | None = None
@@ -305,7 +310,7 @@ def mass_tables(masses: Iterable[LinkMasses]) -> list[dict[str, Any]]:
 
 
 class MassReader(DataReader):
-    """Makes masses of tables."""
+    """Makes masses from tables."""
 
     def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:
         """Return those of all links. Raises FileDamaged."""

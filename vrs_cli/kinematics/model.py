@@ -1,8 +1,11 @@
-"""The robot model theta: link parameters, limits, nominal speeds and named poses, and which part of a pose counts.
+"""Describe a robot as data: axes, links, limits, nominal speeds, named poses, and the part of a pose that counts.
 
-Data, never code. All of a pose counts for six joints, less for an arm that cannot do all. An arm whose file names no
-task has the one that fits it (`model_data.fitting_task`). One of four or five joints may have the whole pose count too:
-it takes the poses that it can, and refuses the others.
+All of a pose counts for six joints, less for an arm that cannot do all. A file that names no task gets the one that
+fits (`model_data.fitting_task`). The whole pose may also count for four or five joints: such an arm takes the poses
+that it can reach and refuses the others.
+
+Two arms whose axes lie alike differ only in directions, zeros and frames. So a closed form is written once for one
+arrangement of links, and solves any robot whose axes lie so (`chain_of`).
 """
 
 from __future__ import annotations
@@ -42,16 +45,16 @@ EXACT = 1e-9  # [rad, m] how near an angle or a length must be to the one that a
 
 
 class AxisLine(NamedTuple):
-    """An axis: a point on it [m] and its direction, of length one."""
+    """A point on an axis [m], and the direction of the axis, of length one."""
 
     point: Vector
     direction: Vector
 
 
 class Link(NamedTuple):
-    """Standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha). a, d [m], alpha, theta [rad].
+    """A link by standard Denavit-Hartenberg parameters: Rz(theta) Tz(d) Tx(a) Rx(alpha) [m, rad].
 
-    The joint's value is added to theta where it turns, to d where it slides.
+    The joint's value is added to theta if it turns, to d if it slides.
     """
 
     a: float
@@ -62,7 +65,7 @@ class Link(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """T_base_flange(q) = base . links(signs * q) . flange: signs are +1.0 or -1.0, one a joint."""
+    """T_base_flange(q) = base . links(signs * q) . flange, with one sign, +1.0 or -1.0, for each joint."""
 
     base: Transform
     links: tuple[Link, ...]
@@ -70,7 +73,7 @@ class Chain(NamedTuple):
     signs: Joints
 
     def of(self, q: Joints) -> Joints:
-        """The variables of the links, from those of the robot: theta of a link that turns, d of one that slides."""
+        """Return the link variables for joints of the robot: theta of a link that turns, d of one that slides."""
         return tuple(
             s * x + (link.d if link.kind is JointKind.PRISMATIC else link.theta)
             for s, x, link in zip(self.signs, q, self.links, strict=True)
@@ -78,7 +81,7 @@ class Chain(NamedTuple):
 
 
 def link_transform(link: Link, q: float) -> Transform:
-    """T_previous_link of one joint."""
+    """Return T_previous_link of one joint at q."""
     turns = link.kind is JointKind.REVOLUTE
     theta, d = (link.theta + q, link.d) if turns else (link.theta, link.d + q)
     c, s = cos(theta), sin(theta)
@@ -91,7 +94,7 @@ def link_transform(link: Link, q: float) -> Transform:
 
 
 def axis_of(T: Transform) -> AxisLine:
-    """The z axis of a frame."""
+    """Return the z axis of a frame."""
     return AxisLine(position(T), (T.ax, T.ay, T.az))
 
 
@@ -101,7 +104,7 @@ def frame(x: Vector, z: Vector, origin: Vector) -> Transform:
 
 
 class _Step(NamedTuple):
-    """Frame i, and the way to it from frame i - 1, whose origin may be slid along its axis to `foot`."""
+    """Frame i and the step to it from frame i - 1, whose origin slides along its axis to `foot`."""
 
     x: Vector
     z: Vector
@@ -117,10 +120,10 @@ def chain_of(
     T_base_flange: Transform,
     alphas: Sequence[float | None] | None = None,
 ) -> Chain | None:
-    """Links that have these axes, and T_base_flange, when all joints are 0.
+    """Return links that have these axes, and T_base_flange, while all joints are 0.
 
     With `alphas` (of all joints but the last; None for any) axes are reversed and normals chosen so that the links have
-    them, with no `a` below zero between parallel axes; None where that cannot be.
+    these alphas, and no `a` below zero between parallel axes; None if that is impossible.
     """
     z, origin = axes[0].direction, axes[0].point
     steps: list[_Step] = []
@@ -145,7 +148,7 @@ def chain_of(
 
 
 def _next(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: float | None) -> _Step | None:
-    """From the axis z through `origin` to the next one. None where it does not lie at the angle `alpha`."""
+    """Return the step from the axis z through `origin` to the next axis; None if it is not at the angle `alpha`."""
     turn = cross(z, axis.direction)
     sine, cosine = sqrt(dot(turn, turn)), dot(z, axis.direction)
     if sine < PARALLEL:
@@ -192,9 +195,10 @@ FEWEST = 4  # joints of an arm that may have the whole pose count, though it can
 
 
 class ArmTask(Enum):
-    """`value` is the word in a robot file; `counts`: X, Y, Z of the robot's frame and the turns about X, Y, Z of the
-    flange. What does not count is not asked for: it may be what the arm makes of it. `counts` of POINT and PLANE is
-    for an arm that moves in the plane X Y; `RobotModel.counts` knows the plane of each.
+    """The part of a pose that counts for an arm. `value` is the word in a robot file.
+
+    `counts`: X, Y, Z of the robot's frame and the turns about X, Y, Z of the flange. The arm decides what does not
+    count. POINT and PLANE count in the plane X Y here; `RobotModel.counts` has the plane of a robot.
     """
 
     POSE = "pose"
@@ -216,11 +220,11 @@ class ArmTask(Enum):
 
     @property
     def size(self) -> int:
-        """Return how many joints it takes to do it everywhere."""
+        """Return the number of joints that can do the task everywhere."""
         return FEWEST if self is ArmTask.STEADY else sum(self.counts)
 
     def suits(self, joints: int) -> bool:
-        """Return whether an arm of so many joints may have it."""
+        """Return whether an arm with so many joints may have the task."""
         if self is ArmTask.STEADY and joints >= ALL_PARTS:
             return False
         return self.size <= joints or (self is ArmTask.POSE and joints >= FEWEST)
@@ -247,8 +251,11 @@ SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show wha
 
 
 class Origin(NamedTuple):
-    """Where a model comes from, for people: the links of its file that it is an arm between, the names of its joints
-    with their types, those of the joints of its hand, and what was decided though the file does not say it."""
+    """The source of a model, for people.
+
+    `base`, `tip`: the links of its file between which it is an arm. `joints`, `types`: the names and types of its
+    joints. `fingers`: the joints of its hand. `notes`: decisions that the file leaves open.
+    """
 
     base: str
     tip: str
@@ -260,15 +267,15 @@ class Origin(NamedTuple):
 
 @dataclass(frozen=True)
 class RobotModel:
-    """One robot. Joint by joint: limits [rad, m], velocity [rad/s, m/s], acceleration and jerk likewise.
+    """One robot. For each joint: limits [rad, m], velocity [rad/s, m/s], acceleration and jerk.
 
-    T_base_flange = base . links . flange; `task` is the part of a pose that counts. The tool's linear [m/s, m/s2,
-    m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100. `profile`: what
-    PARAMETER PROFILE is at the start. `shapes`: how it looks, where its file says so (`bodies.shapes_of` knows it
-    of any robot); `collision`: what stands for it when contacts are looked for, where that is not how it looks.
-    `hand_width`: how wide its hand opens [m], 0 where nobody says it. `masses`: one of each link, where its file says
-    them (`twin.inertia` knows those of the built-in robots). `origin`: of one out of a file with names; `names_task`:
-    whether the file names the task. None of these three tells robots apart.
+    T_base_flange = base . links . flange; `task` is the part of a pose that counts. The linear [m/s, m/s2, m/s3] and
+    angular [rad/s, rad/s2, rad/s3] figures of the tool are those of a straight line at SPEED 100. `profile`: the
+    initial PARAMETER PROFILE. `shapes`: the look, if the file gives it (`bodies.shapes_of` has it for any robot).
+    `collision`: shapes for contacts, if they differ. `hand_width`: the width of the open hand [m], 0 if unknown.
+    `masses`: one row for each link, if the file gives them (`twin.inertia` has those of built-in robots). `origin`: of
+    a file with names. `names_task`: whether the file names the task. Models that differ only in the last three are
+    equal.
     """
 
     name: str
@@ -303,8 +310,10 @@ class RobotModel:
 
     @cached_property
     def counts(self) -> tuple[bool, ...]:
-        """`Task.counts`. Of `Task.POINT` and `PLANE` it is the plane in which the arm moves that counts: the two
-        coordinates that tell a place in it, and the turn about the axis of the flange that is nearest its normal.
+        """Return which parts of a pose count: `ArmTask.counts` in the plane of the arm.
+
+        For POINT and PLANE these are the two coordinates that tell a place in this plane, and the turn about the axis
+        of the flange that is nearest to its normal.
         """
         counts, normal = self.task.counts, plane_normal(self)
         if self.task not in (ArmTask.POINT, ArmTask.PLANE) or normal is None:
@@ -316,38 +325,41 @@ class RobotModel:
 
     @cached_property
     def units(self) -> JointUnits:
-        """How people see the joints: degrees and millimetres."""
+        """Return the converter of joint values to degrees and millimetres."""
         return JointUnits(tuple(link.kind for link in self.links))
 
     def joint_text(self, joint: int, x: float, decimals: int = 2) -> str:
-        """A value of a joint, counted from 1, for a message."""
+        """Return the value of a joint, counted from 1, for a message."""
         return f"{self.units.one_shown(joint, x):z.{decimals}f} {self.units.unit(joint)}"
 
     def range_of(self, joint: int, decimals: int = 2) -> str:
-        """The range of a joint, counted from 1, for a message."""
+        """Return the range of a joint, counted from 1, for a message."""
         low = self.units.one_shown(joint, self.lower[joint - 1])
         return f"{low:z.{decimals}f} to {self.joint_text(joint, self.upper[joint - 1], decimals)}"
 
     def refuse_joint(self, joint: int, x: float, hint: str = "") -> JointOutOfRange:
-        """The refusal of a joint, counted from 1, that would stand at x [rad or m]."""
+        """Return the refusal of a joint, counted from 1, that would be at x [rad or m]."""
         detail = f"would be {self.joint_text(joint, x)}, its range is {self.range_of(joint)}"
         lower, upper = self.lower[joint - 1], self.upper[joint - 1]
         return JointOutOfRange(detail, hint, joint=joint, value=x, lower=lower, upper=upper)
 
 
 def joint_axes(model: RobotModel) -> tuple[AxisLine, ...]:
-    """The axes of the joints while all of them are 0, in the base frame."""
+    """Return the axes of the joints in the base frame, while all joints are 0."""
     return tuple(map(axis_of, link_frames(model, (0.0,) * model.joint_count)[:-1]))
 
 
 def axes_parallel(model: RobotModel) -> bool:
-    """Whether all axes are, as those of a SCARA are."""
+    """Return whether all axes are parallel, as those of a SCARA."""
     first, *others = joint_axes(model)
     return all(max(map(abs, cross(first.direction, other.direction))) < EXACT for other in others)
 
 
 def plane_normal(model: RobotModel) -> Vector | None:
-    """The normal of the plane in which an arm moves, whose joints turn about it or slide across it; None for others."""
+    """Return the normal of the plane in which an arm moves; None for other arms.
+
+    Its joints turn about the normal or slide perpendicular to it.
+    """
     axes = list(zip(joint_axes(model), model.units.kinds, strict=True))
     turning = [axis.direction for axis, kind in axes if kind is JointKind.REVOLUTE]
     sliding = [axis.direction for axis, kind in axes if kind is JointKind.PRISMATIC]
@@ -360,7 +372,7 @@ def plane_normal(model: RobotModel) -> Vector | None:
 
 
 def flange_steady(model: RobotModel) -> bool:
-    """Whether the flange keeps its direction, as that of a SCARA and of a gantry does."""
+    """Return whether the flange keeps its direction, as that of a SCARA or a gantry."""
     ranges = list(zip(model.lower, model.upper, strict=True))
     poses = (tuple(low + part * (high - low) for low, high in ranges) for part in SAMPLES)
     first, *others = (axis_of(link_frames(model, q)[-1]).direction for q in poses)
@@ -368,13 +380,13 @@ def flange_steady(model: RobotModel) -> bool:
 
 
 def link_frames(model: RobotModel, q: Joints) -> tuple[Transform, ...]:
-    """T_base_0, T_base_1, ... T_base_flange: one frame more than joints; joint i turns about z of frame i - 1."""
+    """Return T_base_0, T_base_1, ... T_base_flange, n + 1 frames; joint i turns about z of frame i - 1."""
     steps = (link_pose(model, i, x) for i, x in enumerate(q, 1))
     return tuple(accumulate(steps, compose, initial=model.base))
 
 
 def link_pose(model: RobotModel, i: int, x: float) -> Transform:
-    """T_i-1_i of joint i, counted from 1, at x [rad, m]; behind the last one is the flange."""
+    """Return T_i-1_i of joint i, counted from 1, at x [rad, m]; for the last joint T_i-1_flange."""
     T = link_transform(model.links[i - 1], x)
     return compose(T, model.flange) if i == model.joint_count else T
 
@@ -387,10 +399,10 @@ def some_joints(model: RobotModel) -> Iterator[Joints]:
 
 
 def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
-    """A point on the axis of joint 1, and for each axis a distance from it that the flange never exceeds [m].
+    """Return a point on the axis of joint 1, and for each axis the greatest distance of the flange from it [m].
 
-    The foot of the flange on the last axis, the foot of that on the one before, ...: each keeps its distance
-    from the next, but for what a joint slides.
+    Each foot (of the flange on the last axis, of that point on the axis before, ...) keeps its distance from the next
+    one, except for a slide.
     """
     at, far, found = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0, list[float]()
     rows = zip(joint_axes(model), model.links, model.lower, model.upper, strict=True)

@@ -1,8 +1,8 @@
-"""The robot model as plain data: the table of keys, the way out and the checked way back.
+"""Read and write a robot model as plain data, checked key by key.
 
-The dictionaries of `to_dict` and `from_dict` hold metres and radians, and give every bit back. A TOML file has the same
-keys, in millimetres and degrees. An arm whose data names no task has the one that fits it: what its joints can do, seen
-on a few poses in their ranges.
+The dictionaries of `to_dict` and `from_dict` hold metres and radians and keep every bit. A TOML file has the same keys
+in millimetres and degrees. A model whose data names no task gets the one that fits: what its joints can do, measured on
+sample poses in their ranges.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ Rows = list[tuple[float, ...]]
 
 
 def fitting_task(model: RobotModel) -> ArmTask | None:
-    """None for an arm of too few joints, which has to say."""
+    """Return the task that fits an arm; None if it has too few joints and must name its task."""
     count = model.joint_count
     if count >= ALL_PARTS:
         return ArmTask.POSE
@@ -68,7 +68,7 @@ def fitting_task(model: RobotModel) -> ArmTask | None:
 
 
 def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
-    """Why an arm cannot have a task, and what would be right."""
+    """Return why an arm cannot have a task, and what would be right; None if it can."""
     if not task.suits(model.joint_count):
         joints = f"{FEWEST} or {ALL_PARTS - 1}" if task is ArmTask.STEADY else str(task.size)
         return f"{task.value!r} takes {joints} joints", f"the robot has {model.joint_count}"
@@ -81,14 +81,17 @@ def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
 
 
 def task_notes(model: RobotModel) -> tuple[str, ...]:
-    """Return what is told of a task that nobody named, of an arm that cannot do all."""
+    """Return notes on a task that the file does not name, of an arm that cannot do all."""
     if not FEWEST <= model.joint_count < ALL_PARTS or model.task not in SAID:
         return ()
     return (f"{model.joint_count} joints: the task is {model.task.value}, {SAID[model.task]}; --task names another",)
 
 
 def _of_four_or_five(model: RobotModel) -> ArmTask:
-    """The whole pose counts only where less makes no arm of it: the place is not free, or joints do one thing."""
+    """Return the task of four or five joints.
+
+    The whole pose counts only if the arm could not use less: its place is not free, or joints do the same.
+    """
     if flange_steady(model):
         return ArmTask.UPRIGHT if model.joint_count == ArmTask.UPRIGHT.size else ArmTask.POSE
     if model.joint_count == ArmTask.POINTING.size:
@@ -104,8 +107,9 @@ def _of_four_or_five(model: RobotModel) -> ArmTask:
 
 
 def _mean(model: RobotModel, task: ArmTask) -> float:
-    """Return how well the joints do what counts, or what they can of it, on the mean of some poses: the volume of the
-    rows, or of the columns if these are fewer, of unit length each.
+    """Return how well the joints do what counts, on the mean of sample poses.
+
+    It is the volume of the rows that count (or of the columns, if these are fewer), each scaled to length one.
     """
     functions, (_, (reach, *_)) = formulas(model.links, model.base, model.flange), levers(model)
     total = 0.0
@@ -161,7 +165,7 @@ TURN, SLIDE = (kind.value for kind in JointKind)
 
 
 def to_dict(model: RobotModel) -> dict[str, Any]:
-    """Plain data in metres and radians, as in the header of a trajectory file; `from_dict` takes it back."""
+    """Return plain data in metres and radians, as in the header of a trajectory file; `from_dict` reads it."""
     data: dict[str, Any] = {"name": model.name, "title": model.title}
     data |= {key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY}
     if model.task is not ArmTask.POSE or model.joint_count < ALL_PARTS:
@@ -194,12 +198,12 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
 
 
 def from_dict(data: object, where: str = "robot model") -> RobotModel:
-    """The model of a dictionary in metres and radians. Raises FileDamaged, naming `where` and the key."""
+    """Return the model of a dictionary in metres and radians. Raises FileDamaged with `where` and the key."""
     return ModelReader(where, human=False).model(data)
 
 
 class ModelReader(DataReader):
-    """Makes the model of plain data."""
+    """Makes a model from plain data."""
 
     def model(self, data: object) -> RobotModel:
         table = self.table(data, "the file", MODEL_KEYS, MODEL_OPTIONS)
@@ -272,7 +276,7 @@ class ModelReader(DataReader):
         return JointKind(value)
 
     def hand(self, data: object) -> tuple[float | None, str | None]:
-        """What a TOML file says of the hand of a URDF file: how wide it opens [m], and where its joints are closed."""
+        """Return what a TOML file says of a URDF file's hand: its open width [m], and where its joints are closed."""
         table = self.table(data, "hand", (), (*HAND_KEYS, "closed"))
         closed = table.get("closed")
         if closed is not None and closed not in CLOSED:
@@ -281,7 +285,7 @@ class ModelReader(DataReader):
         return self.numbers(width, "hand", HAND_KEYS).get("width"), None if closed is None else str(closed)
 
     def own_joints(self, data: object, kinds: Mapping[str, JointKind]) -> list[dict[str, float]]:
-        """For each joint of a URDF file, in its order, what a TOML file says beside it."""
+        """Return the TOML file's figures for each joint of a URDF file, in its order."""
         tables = data if isinstance(data, list) else [data]
         own: dict[str, dict[str, float]] = {name: {} for name in kinds}
         for i, table in enumerate(tables, 1):
@@ -299,12 +303,12 @@ class ModelReader(DataReader):
         return list(own.values())
 
     def numbers(self, data: object, key: str, quantities: Mapping[str, Quantity]) -> dict[str, float]:
-        """Some of these numbers."""
+        """Check a table that has some of these numbers, and return them."""
         table = self.table(data, key, (), tuple(quantities))
         return {name: self.number(value, f"{key}.{name}", quantities[name]) for name, value in table.items()}
 
     def words(self, data: object, key: str) -> dict[str, str]:
-        """Texts, numbers, true and false, as words."""
+        """Check a table of texts, numbers, true and false, and return its values as words."""
         if not isinstance(data, Mapping) or not all(isinstance(value, str | int | float) for value in data.values()):
             raise self.wrong(key, "is not a table of words and numbers", 'write it as xacro = { prefix = "left_" }')
         return {

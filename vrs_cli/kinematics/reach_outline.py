@@ -1,4 +1,4 @@
-"""The outline of the places that the tip of a tool reaches, for an arm that turns about its first axis."""
+"""Outline the places that the tip of a tool reaches, for an arm that turns about its first axis."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def lines_of(sections: Sections) -> list[tuple[Vector, ...]]:
 
 
 def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Sections:
-    """The boundary while joint 1 is 0, seen from its axis."""
+    """Return the boundary of the reach while joint 1 is 0, seen from its axis."""
     x, y, z = _tips(arm, configuration, tip).T
     far, angle = np.hypot(x, y), np.arctan2(y, x)
     if not len(far):
@@ -56,7 +56,7 @@ def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Section
 
 
 def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
-    """Places of the tip while joint 1 is 0, in frame 0: (N, 3)."""
+    """Return sample places of the tip while joint 1 is 0, in frame 0: (N, 3)."""
     model = arm.model
     lower, upper = np.array(model.lower), np.array(model.upper)
     parts = np.random.default_rng(1).random((POSES, model.joint_count)) * (1.0 + 2.0 * BEYOND) - BEYOND
@@ -72,7 +72,7 @@ def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
 
 
 def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """The boundary of an arm in a plane: from the nearest place to the farthest, each with its usual angle."""
+    """Return the boundary of an arm in a plane: from the nearest place to the farthest, each with its mean angle."""
     edges = np.linspace(far.min(), far.max(), CELLS + 1)
     cell = np.clip(np.digitize(far, edges) - 1, 0, CELLS - 1)
     sums = np.array([np.bincount(cell, weights, CELLS) for weights in (np.cos(angle), np.sin(angle))])
@@ -82,7 +82,7 @@ def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
 
 
 def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """The outline of points, on a grid: where a share of LEVEL of what is around is reached (marching squares)."""
+    """Return the outline of points on a grid: where cells and neighbours are reached to LEVEL (marching squares)."""
     size = max(float(far.max()), float(np.ptp(z))) / CELLS
     low = float(z.min()) - 3.0 * size
     shape = int(far.max() / size) + 4, int(np.ptp(z) / size) + 7
@@ -108,7 +108,7 @@ def _fill_holes(hit: Flags) -> Flags:
 
 
 def _blur(grid: Grid) -> Grid:
-    """Each cell with those round it."""
+    """Return the mean of each cell and its neighbours."""
     for axis in (0, 1):
         first, middle, last = _shift(grid, axis)
         grid = 0.25 * first + 0.5 * middle + 0.25 * last
@@ -116,13 +116,13 @@ def _blur(grid: Grid) -> Grid:
 
 
 def _shift(grid: Any, axis: int) -> Iterator[Any]:
-    """The cells before, the cells, the cells after; at its ends, which are the axis or empty, it goes on as it is."""
+    """Return the grid shifted by one cell back, by none and by one ahead; its edge cells are repeated."""
     wide = np.pad(grid, [(1, 1) if k == axis else (0, 0) for k in (0, 1)], mode="edge")
     return (np.take(wide, range(k, k + grid.shape[axis]), axis) for k in (0, 1, 2))
 
 
 def _march_squares(grid: Grid) -> NDArray[np.float64]:
-    """The line on which a grid has LEVEL: (S, 2, 2) pieces, in cells; each half of a square has one or none."""
+    """Return the lines on which a grid has LEVEL: (S, 2, 2) pieces in cells, at most one for each half of a square."""
     found = []
     for corners in (((0, 0), (1, 0), (0, 1)), ((1, 1), (0, 1), (1, 0))):
         n, m = grid.shape[0] - 1, grid.shape[1] - 1

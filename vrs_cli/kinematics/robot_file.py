@@ -1,4 +1,4 @@
-"""Robots from files: a TOML file (`robots/puma560.toml`), a URDF file, or a TOML file that names one and adds to it."""
+"""Load robots from files: a TOML file (`robots/puma560.toml`), a URDF file, or a TOML file that extends a URDF file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROBOTS = Path(__file__).parent / "robots"
 
 
 class Ends(NamedTuple):
-    """The links between which a URDF file is to be an arm; None where the file or a TOML file beside it decides."""
+    """The links of a URDF file between which the arm is; None if the file, or a TOML file beside it, decides."""
 
     base: str | None = None
     tip: str | None = None
@@ -27,10 +27,10 @@ NO_ENDS = Ends()
 
 
 def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None = None) -> RobotModel:
-    """The built-in robot of that name, or the one in a .toml or .urdf file; its task may be another than the file says.
+    """Return the built-in robot of this name, or the robot in a .toml or .urdf file, perhaps with another task.
 
     Raises NonexistentFile, FileError (unreadable) or FileDamaged (with file, key and what would be right), NotAvailable
-    for `ends` of a robot whose links have no names, and for a task that it cannot have.
+    for `ends` of a robot whose links have no names and for a task that it cannot have.
     """
     text = str(name_or_path)
     if text.lower() in robot_names():
@@ -57,7 +57,7 @@ def _without_ends(model: RobotModel, ends: Ends) -> RobotModel:
 
 
 def robot_names() -> tuple[str, ...]:
-    """The robots that are built in."""
+    """Return the names of the built-in robots."""
     return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml")))
 
 

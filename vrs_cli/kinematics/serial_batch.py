@@ -1,7 +1,8 @@
-"""`arm.RobotArm` and `mapped_arm.MappedArm` over arrays: whole timelines at once.
+"""Compute the kinematics of arms over arrays: whole timelines at once.
 
-Forward kinematics and Jacobian are the formulas of `compiled`, with the sine and cosine of numpy. Work goes in chunks
-that stay in the processor's cache, one contiguous row for each joint and each matrix element.
+Forward kinematics and Jacobian are the formulas of `compiled` with the sine and cosine of numpy; the inverse of a
+closed form is its formula for floats, rewritten for arrays. Work goes in chunks that stay in the processor's cache, one
+contiguous row for each joint and each matrix element.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ def chunks(n: int) -> Iterator[slice]:
 
 
 def columns(rows: Floats) -> Floats:
-    """(N, ...) -> (k, N), contiguous."""
+    """Return rows (N, ...) as contiguous columns (k, N)."""
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
 
 
 def fill_rows(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> Floats:
-    """(n, size): entries of the rows of a chunk, each a number or as many as rows."""
+    """Return an array (n, size) filled chunk by chunk with entries, each a number or an array of the chunk's rows."""
     found = np.empty((n, size))
     for part in chunks(n):
         for i, entry in enumerate(entries(part)):
@@ -42,12 +43,12 @@ def fill_rows(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> F
 
 
 def _solve(J: Floats, wanted: Floats) -> Floats:
-    """The rates (N, n) with which J (N, n, n) gives what is wanted (N, n). Raises LinAlgError."""
+    """Return the rates (N, n) for which J (N, n, n) gives the wanted values (N, n). Raises LinAlgError."""
     return np.asarray(np.linalg.solve(J, wanted[:, :, None])[:, :, 0], dtype=float)
 
 
 class SerialBatch:
-    """`arm.RobotArm` over arrays, for an arm whose class gives `inverse_branch`."""
+    """`arm.RobotArm` over arrays. `formula`: the inverse of one branch of a closed form, by columns on any turns."""
 
     def __init__(
         self,
@@ -64,11 +65,11 @@ class SerialBatch:
         self.biases = biases(model.links, model.base, model.flange, arrays=True)
 
     def forward(self, q: Floats) -> Floats:
-        """(N, n) -> (N, 3, 4)."""
+        """Return T_base_flange (N, 3, 4) of joints (N, n)."""
         return fill_rows(len(q), 12, lambda part: self.formulas.forward(columns(q[part]))).reshape(-1, 3, 4)
 
     def jacobian(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
-        """(N, n) -> (N, 6, n)."""
+        """Return Jacobians (N, 6, n) of a tool at joints (N, n)."""
         tip = position(T_flange_tool)
         entries = fill_rows(
             len(q), 6 * self.joints, lambda part: chain(*self.formulas.jacobian(columns(q[part]), *tip))
@@ -76,8 +77,9 @@ class SerialBatch:
         return entries.reshape(-1, 6, self.joints)
 
     def rates(self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform) -> tuple[Floats, Floats]:
-        """Joint velocities and accelerations (N, 6) of an arm of six joints, for twists (N, 6) of a tool and their
-        rates. Raises LinAlgError where the joints cannot move the tool in every way.
+        """Return joint velocities and accelerations (N, 6) of six joints, for twists (N, 6) of a tool and their rates.
+
+        Raises LinAlgError in a singular pose.
         """
         J, tip = self.jacobian(q, T_flange_tool), position(T_flange_tool)
         qd = _solve(J, twists)
@@ -85,7 +87,7 @@ class SerialBatch:
         return qd, _solve(J, changes - bias)
 
     def forward_and_jacobian(self, q: Floats) -> tuple[Floats, Floats]:
-        """`forward` and `jacobian` of the flange at once."""
+        """Return T_base_flange (N, 3, 4) and the Jacobians of the flange (N, 6, n)."""
 
         def entries(part: slice) -> Iterable[Any]:
             pose, rows = self.formulas.both(columns(q[part]))
@@ -95,28 +97,29 @@ class SerialBatch:
         return found[:, :12].reshape(-1, 3, 4), found[:, 12:].reshape(-1, 6, self.joints)
 
     def solve_guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
-        """`guided_joints` by rows: weights (r, n) of r guides and their values (N, r)."""
+        """Return `guided_joints` of each row, for weights (r, n) of r guides and their values (N, r)."""
         raise NotImplementedError
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """(N, 3, 4) -> joints (N, k, n) of the k ways, NaN where out of reach, and whether inside the limits (N, k)."""
+        """Return joints (N, k, n) of the k ways for poses (N, 3, 4), and whether they are inside the limits (N, k).
+
+        Joints are NaN out of reach.
+        """
         middle = (self.lower + self.upper) / 2
         q = np.stack([self.inverse_branch(T, way, middle) for way in self.ways], axis=1)
         return q, self.inside(q)
 
     def every_inverse(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
-        """`inverse` with all that is found: where an arm reaches a pose in several ways of the same words, their
-        configuration is there as often.
-        """
+        """Return the configurations, joints and limits of all solutions; a configuration may occur several times."""
         return self.ways, *self.inverse(T)
 
     def inside(self, q: Floats) -> Flags:
-        """(..., n) -> (...)."""
+        """Return whether joints (..., n) are inside their limits (...)."""
         within = (q >= self.lower - LIMIT_TOLERANCE) & (q <= self.upper + LIMIT_TOLERANCE)
         return np.asarray(within.all(axis=-1))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
-        """(N, 3, 4), near (N, n) or (n,) -> (N, n) on the turns nearest to `near`, NaN where out of reach."""
+        """Return joints (N, n) for poses (N, 3, 4), on the turns nearest to `near` (N, n) or (n,); NaN out of reach."""
         assert self.formula is not None  # a search has its own class
         near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
         with np.errstate(invalid="ignore", divide="ignore"):  # in rows whose other choice is taken
@@ -127,11 +130,11 @@ class SerialBatch:
         return self.turned_near(q, near)
 
     def turned_near(self, q: Floats, near: Floats) -> Floats:
-        """(N, n): joints that turn on the turn nearest to `near`."""
+        """Return joints (N, n), each turning joint on the turn nearest to `near`."""
         return np.where(self.turning, q + TURN * np.rint((near - q) / TURN), q)
 
     def in_task(self, T: Floats) -> Flags:
-        """(N, 3, 4) -> (N,): `Unchanging.allows` by rows."""
+        """Return whether `Unchanging.allows` each pose (N,)."""
         places, approach = self.unchanging
         within = np.ones(len(T), dtype=np.bool_)
         for way, value in places:
@@ -143,7 +146,7 @@ class SerialBatch:
 
 
 class WristBatch(SerialBatch):
-    """An arm with a spherical wrist: FLIP follows from NOFLIP."""
+    """An arm with a spherical wrist, whose FLIP solutions follow from NOFLIP."""
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         assert self.formula is not None
@@ -167,7 +170,7 @@ class WristBatch(SerialBatch):
 
 
 class MappedBatch(SerialBatch):
-    """`MappedArm` over arrays: ask the batch of the arm that the closed form solves."""
+    """`MappedArm` over arrays: asks the batch of its inner arm."""
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, way: Chain, inner: SerialBatch, swapped: int) -> None:
         super().__init__(model, inner.ways, unchanging)

@@ -1,9 +1,8 @@
-"""Rigid transformations as plain floats: the scalar half of the geometry (arrays: `transform_batch`).
+"""Compute with rigid transformations as plain floats (over arrays: `arrays`).
 
-`T_a_b` is the pose of frame b in frame a: `compose(T_base_tool, T_tool_part) = T_base_part`. Metres and
-radians.
+`T_a_b` is the pose of frame b in frame a: `compose(T_base_tool, T_tool_part) = T_base_part`. Metres and radians.
 
-Three angles name a rotation, in VAL-II others than in V+ (VAL-II manual; V+ Language Reference):
+Three angles name a rotation, different ones in VAL-II and V+ (VAL-II manual; V+ Language Reference):
 
     V+      yaw, pitch, roll    R = Rz(yaw) Ry(pitch) Rz(roll)
     VAL-II  O, A, T             yaw = O - 90 deg, pitch = A + 90 deg, roll = T
@@ -48,7 +47,7 @@ _new = tuple.__new__  # Transform(...) costs twice as much as making its tuple d
 
 
 def compose(a: Transform, b: Transform) -> Transform:
-    """T_x_z = T_x_y @ T_y_z; VAL-II writes `a:b`."""
+    """Return T_x_z = T_x_y @ T_y_z; VAL-II writes `a:b`."""
     anx, asx, aax, apx, any_, asy, aay, apy, anz, asz, aaz, apz = a
     bnx, bsx, bax, bpx, bny, bsy, bay, bpy, bnz, bsz, baz, bpz = b
     return _new(
@@ -71,7 +70,7 @@ def compose(a: Transform, b: Transform) -> Transform:
 
 
 def inverse(a: Transform) -> Transform:
-    """T_y_x of T_x_y: the rotation transposed."""
+    """Return T_y_x of T_x_y: the rotation transposed."""
     nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = a
     return _new(
         Transform,
@@ -93,65 +92,62 @@ def inverse(a: Transform) -> Transform:
 
 
 def position(T: Transform) -> Vector:
-    """Where the origin of the frame is [m]."""
+    """Return the origin of the frame [m]."""
     return T[3], T[7], T[11]
 
 
 def at_position(T: Transform, x: float, y: float, z: float) -> Transform:
-    """The rotation of T at another place [m]."""
+    """Return the rotation of T at another position [m]."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     return _new(Transform, (nx, sx, ax, x, ny, sy, ay, y, nz, sz, az, z))
 
 
 def rotate(T: Transform, v: Vector) -> Vector:
-    """R @ v: a direction of the inner frame seen in the outer one."""
+    """Return R @ v: a direction of the inner frame, seen in the outer one."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     x, y, z = v
     return nx * x + sx * y + ax * z, ny * x + sy * y + ay * z, nz * x + sz * y + az * z
 
 
 def moved_point(T: Transform, p: Vector) -> Vector:
-    """A point of the inner frame, seen in the outer one: R p + p_0."""
+    """Return R p + p_0: a point of the inner frame, seen in the outer one."""
     nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
     x, y, z = p
     return nx * x + sx * y + ax * z + px, ny * x + sy * y + ay * z + py, nz * x + sz * y + az * z + pz
 
 
 def translation(x: float, y: float, z: float) -> Transform:
-    """A pure shift [m]."""
+    """Return a pure shift [m]."""
     return Transform(1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z)
 
 
 def rotation_x(angle: float) -> Transform:
-    """A rotation about x [rad]; V+ writes RX."""
+    """Return a rotation about x [rad]; V+ writes RX."""
     c, s = cos(angle), sin(angle)
     return Transform(1.0, 0.0, 0.0, 0.0, 0.0, c, -s, 0.0, 0.0, s, c, 0.0)
 
 
 def rotation_y(angle: float) -> Transform:
-    """A rotation about y [rad]; V+ writes RY."""
+    """Return a rotation about y [rad]; V+ writes RY."""
     c, s = cos(angle), sin(angle)
     return Transform(c, 0.0, s, 0.0, 0.0, 1.0, 0.0, 0.0, -s, 0.0, c, 0.0)
 
 
 def rotation_z(angle: float) -> Transform:
-    """A rotation about z [rad]; V+ writes RZ."""
+    """Return a rotation about z [rad]; V+ writes RZ."""
     c, s = cos(angle), sin(angle)
     return Transform(c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 def rotation_about(axis: Vector, angle: float) -> Transform:
-    """A rotation about any axis of any length but zero [rad].
-
-    Raises IllegalValue for an axis of no length.
-    """
+    """Return a rotation about an axis of any length [rad]. Raises IllegalValue for an axis of length zero."""
     return turned_about(IDENTITY, axis)(angle)
 
 
 def turned_about(T: Transform, axis: Vector) -> Callable[[float], Transform]:
-    """T by the angle [rad] by which it is turned about an axis that it carries along (Rodrigues).
+    """Return a function of an angle [rad]: T turned about an axis of its own frame (Rodrigues).
 
-    Raises IllegalValue for an axis of no length.
+    Raises IllegalValue for an axis of length zero.
     """
     length = hypot(*axis)
     if not length > 0.0:
@@ -190,7 +186,7 @@ def turned_about(T: Transform, axis: Vector) -> Callable[[float], Transform]:
 
 
 def distance(a: Transform, b: Transform) -> float:
-    """Between the two origins [m]."""
+    """Return the distance between two origins [m]."""
     return hypot(a[3] - b[3], a[7] - b[7], a[11] - b[11])
 
 
@@ -198,7 +194,7 @@ def distance(a: Transform, b: Transform) -> float:
 
 
 def from_oat(x: float, y: float, z: float, o: float, a: float, t: float) -> Transform:
-    """Position [m] and VAL-II angles O, A, T [rad]: Rz(O - 90 deg) Ry(A + 90 deg) Rz(T)."""
+    """Return the pose at a position [m] with VAL-II angles O, A, T [rad]: Rz(O - 90 deg) Ry(A + 90 deg) Rz(T)."""
     cy, sy = cos(o - RIGHT_ANGLE), sin(o - RIGHT_ANGLE)
     cp, sp = cos(a + RIGHT_ANGLE), sin(a + RIGHT_ANGLE)
     cr, sr = cos(t), sin(t)
@@ -223,7 +219,7 @@ def from_oat(x: float, y: float, z: float, o: float, a: float, t: float) -> Tran
 
 
 def to_oat(T: Transform) -> Vector:
-    """VAL-II O, A, T [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O = pi/2 where the tool is vertical."""
+    """Return VAL-II O, A, T [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O = pi/2 if the tool is vertical."""
     nx, sx, ax, _, ny, sy, ay, _, _, _, az, _ = T
     h = hypot(ax, ay)
     if h < POLE:
@@ -235,15 +231,16 @@ def to_oat(T: Transform) -> Vector:
 
 
 def oat_turns(o: float, a: float, t: float) -> tuple[Transform, Transform, Transform, Transform]:
-    """The factors of the rotation of `from_oat`: Rz(O), M, Ry(A), Rz(T). M = Rz(-90 deg) Ry(90 deg) is the tool with
-    all angles 0: it points along -Y, with its y axis along X.
+    """Return the factors of the rotation of `from_oat`: Rz(O), M, Ry(A), Rz(T).
+
+    M = Rz(-90 deg) Ry(90 deg) is the tool with all angles 0: it points along -Y, and its y axis along X.
     """
     M = Transform(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     return rotation_z(o), M, rotation_y(a), rotation_z(t)
 
 
 def _half_open(angle: float) -> float:
-    """-pi is said as pi, and -0.0 as 0.0."""
+    """Return pi for -pi and 0.0 for -0.0; other angles stay."""
     return pi if angle == -pi else angle + 0.0
 
 
@@ -251,9 +248,9 @@ def _half_open(angle: float) -> float:
 
 
 def axis_angle(T: Transform) -> tuple[Vector, float]:
-    """The one axis (a unit vector) and angle in [0, pi] of the rotation; the axis is z where nothing turns.
+    """Return the axis (a unit vector) and the angle in [0, pi] of the rotation; the axis is z without a turn.
 
-    By way of the quaternion, taken from its largest component (Shepperd 1978): as precise near 0 as near pi.
+    By the quaternion, from its largest component (Shepperd 1978): as precise near 0 as near pi.
     """
     w, x, y, z = quaternion(T)
     length = hypot(x, y, z)
@@ -265,7 +262,7 @@ def axis_angle(T: Transform) -> tuple[Vector, float]:
 
 
 def quaternion(T: Transform) -> tuple[float, float, float, float]:
-    """A multiple, of any sign and length, of the quaternion (w, x, y, z)."""
+    """Return a multiple, of any sign and length, of the quaternion (w, x, y, z)."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     trace = nx + sy + az
     if trace >= nx and trace >= sy and trace >= az:
@@ -286,7 +283,7 @@ def unit_quaternion(T: Transform) -> tuple[float, float, float, float]:
 
 
 def angle_between(a: Transform, b: Transform) -> float:
-    """How far a must turn to lie as b does, in [0, pi] [rad]."""
+    """Return the angle of the turn from a to b, in [0, pi] [rad]."""
     return axis_angle(compose(inverse(a), b))[1]
 
 
@@ -294,9 +291,9 @@ def angle_between(a: Transform, b: Transform) -> float:
 
 
 def orthonormal_frame(T: Transform) -> Transform:
-    """The nearest right-handed frame that keeps the approach axis, then the y axis; V+ writes NORMAL.
+    """Return the nearest right-handed frame that keeps the approach axis, then the y axis; V+ writes NORMAL.
 
-    Raises IllegalValue where two axes are parallel or one has no length.
+    Raises IllegalValue if two axes are parallel or one has no length.
     """
     ax, ay, az = _unit((T.ax, T.ay, T.az))
     nx, ny, nz = _unit((T.sy * az - T.sz * ay, T.sz * ax - T.sx * az, T.sx * ay - T.sy * ax))
@@ -348,13 +345,13 @@ def along(point: Vector, direction: Vector, way: float) -> Vector:
 
 
 def any_normal(z: Vector) -> Vector:
-    """A unit vector square to z: X where it is, or as near to X as can be."""
+    """Return a unit vector perpendicular to z, as close to X as possible."""
     x: Vector = (1.0, 0.0, 0.0) if abs(z[0]) < 0.9 else (0.0, 1.0, 0.0)
     return unit(along(x, z, -dot(x, z)))
 
 
 def rotated_back(T: Transform, a: Vector) -> Vector:
-    """R^T a, with the rotation of T."""
+    """Return R^T a, with the rotation of T."""
     x, y, z = a
     return (
         T.nx * x + T.ny * y + T.nz * z,
@@ -367,6 +364,6 @@ ORTHONORMAL = 1e-6  # products of the axes of a rotation
 
 
 def is_rotation(rows: Sequence[Sequence[float]]) -> bool:
-    """Whether the axes are at right angles, and of length 1."""
+    """Return whether the axes are at right angles and of length 1."""
     pairs = ((a, b) for i, a in enumerate(rows) for b in rows[: i + 1])
     return all(abs(sum(map(mul, a, b)) - (a is b)) <= ORTHONORMAL for a, b in pairs)

@@ -1,4 +1,27 @@
-"""The arm of six joints without a common point of the wrist; its formulas stand in `offset_wrist.inverse`."""
+"""Solve six joints with an offset wrist, the arm of Universal Robots and its like, in closed form.
+
+    i   theta   d     a    alpha
+    1   q1      d1    0    +90 deg
+    2   q2      d2    a2     0
+    3   q3      d3    a3     0
+    4   q4      d4    0    +90
+    5   q5      d5    0    -90
+    6   q6      d6    0      0
+
+The axes of joints 2, 3 and 4 are parallel; joint 6 does not turn its own axis, and the axis of joint 5 leaves the plane
+of the arm at w = d2 + d3 + d4 from the axis of joint 1. With p the origin of frame 5 and y = (s1, -c1, 0) the axes of
+joints 2 to 4: p . y = w gives joint 1, a . y = cos q5 joint 5, (n . y, s . y) = sin q5 (c6, -s6) joint 6, and two bars
+a2 and a3 in the plane the rest. Source: Hawkins, "Analytic inverse kinematics for the Universal Robots" (2013).
+
+The configurations, in V+'s words as they suit this arm:
+
+    RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen along the arm
+    ABOVE / BELOW     the elbow above / below the line from shoulder to wrist
+    NOFLIP / FLIP     joint 5 positive (or zero) / negative, as on a PUMA
+
+With the other wrist the plane of joints 2 to 4 turns by half a turn about its normal: `lift` and `level`, the sine and
+cosine of q2 + q3 + q4, change their signs.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +51,7 @@ ALPHAS = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2)
 
 
 class Offsets(NamedTuple):
-    """Lengths [m]; `right` is the side of the arm: +1.0 where w is positive, else -1.0."""
+    """Lengths [m]; `right` is +1.0 if w is positive, else -1.0."""
 
     d1: float
     a2: float
@@ -40,7 +63,7 @@ class Offsets(NamedTuple):
 
 
 def offsets_of(model: RobotModel) -> Offsets | None:
-    """The lengths of a model whose links have these alphas; None where it is not of this kind."""
+    """Return the lengths of a model whose links have these alphas; None for other models."""
     l1, l2, l3, l4, l5, l6 = model.links
     if max(abs(l1.a), abs(l4.a), abs(l5.a)) > EXACT or min(l2.a, l3.a) <= EXACT:
         return None
@@ -55,7 +78,7 @@ Branches = Callable[[Transform], tuple[Joints | None, ...]]
 
 
 def make_branches(offsets: Offsets, middle: Joints) -> Branches:
-    """All eight joint vectors, in the order of `configuration.ALL`; None where the arm does not reach.
+    """Return a function of a pose: all eight solutions in the order of `joints.ALL`, None out of reach.
 
     Each joint is on the turn nearest to the middle of its range.
     """
@@ -193,7 +216,7 @@ CLEAR = 1e-3  # of the measures of singularities, from which on the rates are th
 
 
 class OffsetWristArm(RobotArm):
-    """Documented in `arm.RobotArm`; the links are those of `inverse`."""
+    """Six joints with an offset wrist. See `arm.RobotArm`."""
 
     ways = ALL
     method = "closed form, joints 2 to 4 parallel"
@@ -225,7 +248,7 @@ class OffsetWristArm(RobotArm):
         return -self.offsets.right * self._outward(q)
 
     def _outward(self, q: Joints) -> float:
-        """Of the origin of frame 5 in the arm's plane, from the axis of joint 1 [m]."""
+        """Return the distance of frame 5's origin from axis 1, in the arm's plane [m]."""
         _, q2, q3, q4, _, _ = q
         g = self.offsets
         return g.a2 * cos(q2) + g.a3 * cos(q2 + q3) + g.d5 * sin(q2 + q3 + q4)
@@ -236,12 +259,12 @@ class OffsetWristArm(RobotArm):
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """In closed form, but for poses next to a singular one.
+        """Return joint rates in closed form, or by the Jacobian near a singular pose.
 
-        Joints 1 to 4 alone move the point where axes 5 and 6 meet; joint 1 alone moves it across the plane of the arm.
-        The rest of the turn has three parts: about the normal of the plane, which joints 2 to 4 make together; about
-        axis 5; and about the third direction, X of frame 4, which joint 6 alone makes. So joint 4 moves as a planar arm
-        of two bars brings it.
+        Joints 1 to 4 alone move the point where axes 5 and 6 meet; joint 1 alone moves it perpendicular to the plane of
+        the arm. The rest of the turn has three parts: about the normal of the plane, which joints 2 to 4 make together;
+        about axis 5; and about the third direction, X of frame 4, which joint 6 alone makes. So joint 4 moves at the
+        end of a planar arm of two bars.
         """
         _, a2, a3, side, d5, d6, _ = self.offsets
         q1, q2, q3, q4, q5, q6 = q
@@ -274,7 +297,9 @@ class OffsetWristArm(RobotArm):
         return qd1, qd2, qd3, turn - qd2 - qd3, s * out - c * up, qd6
 
     def clearance(self, T: Transform, configuration: Configuration) -> bounds.Clearance:
-        """Joint 4 is at o - d5 z, with o the wrist's centre and z along y x a, which is as long as sin q5."""
+        """Return the clearances, with joint 4 at o - d5 z: o is the wrist centre, and z is along y x a, of length sin
+        q5.
+        """
         d1, _, _, side, d5, d6, right = self.offsets
         arm, _, wrist = configuration.signs
         x, y = T[3] - d6 * T[2], T[7] - d6 * T[6]

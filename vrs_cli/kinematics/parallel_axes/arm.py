@@ -1,4 +1,16 @@
-"""The arm whose axes are all parallel; its formulas stand in `parallel_axes.bars`."""
+"""Solve arms whose axes are all parallel, the SCARA and the planar arms, in closed form.
+
+Two bars in the plane perpendicular to the axes carry the rest: as complex numbers in that plane, with the first axis at
+0,
+
+    wrist = l1 exp(i b1) + l2 exp(i b2),     psi = b2 - b1,     cos psi = (|wrist|^2 - l1^2 - l2^2) / (2 l1 l2).
+
+The wrist is the third axis that turns, or the flange itself without one. A third turn makes the angle of the flange, a
+joint that slides its height; their places in the chain do not matter.
+
+RIGHTY is the arm whose elbow is to the right of the line from shoulder to wrist, as a right arm's is (psi >= 0); seen
+from above, or against the first axis if that is level.
+"""
 
 from __future__ import annotations
 
@@ -40,8 +52,8 @@ TASKS = {
 class Bars:
     """The arm while all joints are 0, in the plane of the first axis (z up along it).
 
-    `turns` and `slides`: joints by index, `signs` the sense of each; `first` and `second` bar, `hand` from the wrist to
-    the flange [m]; `height` of the flange [m].
+    `turns`, `slides`: joints by index; `signs`: the sense of each. `first` and `second` bar, and `hand` from the wrist
+    to the flange [m]. `up`: -1.0 if the first axis points down, else 1.0.
     """
 
     T_plane_base: Transform
@@ -64,7 +76,7 @@ class Bars:
 
 
 def bars_of(model: RobotModel) -> Bars | None:
-    """The bars of a model of this kind; None for every other robot."""
+    """Return the bars of a model with parallel axes; None for other models."""
     kinds = model.units.kinds
     turns = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.REVOLUTE)
     slides = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.PRISMATIC)
@@ -108,7 +120,7 @@ CLEAR = 1e-3  # of the measure of the singularity, from which on the rates are i
 
 
 class ParallelAxesArm(RobotArm):
-    """Documented in `arm.RobotArm`."""
+    """An arm with parallel axes. See `arm.RobotArm`."""
 
     ways = SIDES
     method = "closed form, all axes parallel"
@@ -130,7 +142,7 @@ class ParallelAxesArm(RobotArm):
         return dict(zip(("l1", "l2"), self.bars.lengths, strict=True))
 
     def elbow(self, q: Joints) -> float:
-        """psi, the angle of the second bar against the first [rad]."""
+        """Return psi, the angle of the second bar against the first [rad]."""
         joint = self.bars.turns[1]
         return self.bars.signs[joint] * q[joint] + self.bars.bearings[1] - self.bars.bearings[0]
 
@@ -229,16 +241,16 @@ def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, flo
 
 
 def joints_in_order(bars: Bars) -> Callable[[tuple[float, ...]], Joints]:
-    """Return what puts values for the joints that turn and for the one that slides in the order of the arm's joints."""
+    """Return a function that puts the values of three turns and of the slide into the order of the arm's joints."""
     places = dict(zip(bars.turns, range(3), strict=False)) | dict.fromkeys(bars.slides, 3)
     return itemgetter(*(places[i] for i in range(len(places))))
 
 
 def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None]:
-    """Joint rates [rad/s, m/s] for a twist of a tool.
+    """Return a function of joints, twist and tool: the joint rates [rad/s, m/s], or None.
 
-    None next to a singular pose, and for a tip that the arm turns as it goes.
-    The wrist goes as both bars turn, each at its rate: v = i (w1 bar1 + w2 bar2), as complex numbers in their plane.
+    None next to a singular pose, and for a tip beside the wrist of an arm that does not choose the turn. The wrist
+    moves as both bars turn: v = i (w1 bar1 + w2 bar2), as complex numbers in their plane.
     """
     (l1, l2), (b1, b2), plane, flange = bars.lengths, bars.bearings, bars.T_plane_base, bars.flange
     level = at_position(plane, 0.0, 0.0, 0.0) == IDENTITY

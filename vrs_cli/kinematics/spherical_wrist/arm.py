@@ -1,4 +1,4 @@
-"""The arm with six joints of which the last three meet in one point, as the PUMA 560.
+"""Solve arms with six joints whose last three axes meet in one point, such as the PUMA 560.
 
 Formulas: `spherical_wrist.inverse`.
 """
@@ -26,7 +26,7 @@ _new = tuple.__new__
 
 
 class SphericalWristArm(RobotArm):
-    """Documented in `arm.RobotArm`."""
+    """Six joints with a spherical wrist. See `arm.RobotArm`."""
 
     ways = ALL
     method = "closed form, spherical wrist"
@@ -123,14 +123,14 @@ class SphericalWristArm(RobotArm):
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),  # noqa: ARG002 (no joint is too many)
     ) -> Joints:
-        """Joint rates [rad/s] that give the tool this twist.
+        """Return joint rates [rad/s] that give the tool this twist.
 
-        In a singularity a twist that asks nothing of the lost direction is solved (joint 1, 3 or 4 standing
-        still); any other raises StraightLineSingular, which says which singularity it is. Near one the rates are
-        large: compare them with the limits.
+        In a singular pose a twist without motion in the lost direction is solved with joint 1, 3 or 4 at rest; any
+        other twist raises StraightLineSingular with the singularity. Near a singular pose the rates are large: compare
+        them with the limits.
 
-        Seen from the wrist centre the arm moves it and the wrist turns about it, so the 6x6 of the Jacobian falls into
-        three small ones (Hollerbach and Sahar 1983), each with its own singularity:
+        The arm moves the wrist centre and the wrist turns about it, so the 6x6 Jacobian falls into three small ones
+        (Hollerbach and Sahar 1983), each with its own singularity:
 
             shoulder    wrist centre in the plane through the axis of joint 1        u = 0
             elbow       arm stretched or folded flat                                 sin psi = 0
@@ -217,7 +217,7 @@ class SphericalWristArm(RobotArm):
 
 
 def make_forward(geometry: inverse.Geometry) -> Callable[[Joints], Transform]:
-    """T_base_flange(q) in closed form, for an arm with a spherical wrist."""
+    """Return T_base_flange(q) in closed form, for an arm with a spherical wrist."""
     d1, a1, a2, a3, d4, d6, side, _, _ = geometry
 
     def forward(q: Joints) -> Transform:

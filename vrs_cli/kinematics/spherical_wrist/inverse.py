@@ -54,7 +54,7 @@ ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)
 
 
 class Geometry(NamedTuple):
-    """Lengths in metres, beta in radians."""
+    """Lengths [m], and beta [rad]."""
 
     d1: float
     a1: float
@@ -68,7 +68,7 @@ class Geometry(NamedTuple):
 
 
 def geometry_of(model: RobotModel) -> Geometry | None:
-    """The constants of a model of this kind; None for every other robot."""
+    """Return the constants of a model with a spherical wrist and these alphas; None for other models."""
     turns = all(link.kind is JointKind.REVOLUTE and link.theta == 0.0 for link in model.links)
     if model.joint_count != 6 or not turns or (model.base, model.flange) != (IDENTITY, IDENTITY):
         return None
@@ -96,8 +96,9 @@ def geometry_of(model: RobotModel) -> Geometry | None:
 
 
 def swapped_words(geometry: Geometry, *, down: bool, folded: bool) -> int:
-    """The words that are the other of their pair by geometry, as bits of `Configuration.index`. `down`: up is down;
-    `folded`: where joint 5 of the formulas is 0, the hand points back to the elbow.
+    """Return the words that this geometry swaps with the other of their pair, as bits of `Configuration.index`.
+
+    `down`: axis 1 points down. `folded`: the hand points back to the elbow while joint 5 of the formulas is 0.
     """
     if abs(geometry.side) > EXACT:
         left = (geometry.side < 0.0) != down
@@ -120,7 +121,7 @@ def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
 
 
 def outward(geometry: Geometry, q: Joints) -> float:
-    """u, of the wrist's centre in the arm's plane, from the axis of joint 1 [m]."""
+    """Return u, the distance of the wrist centre from axis 1, in the arm's plane [m]."""
     _, a1, a2, a3, d4, _, _, _, _ = geometry
     _, q2, q3, *_ = q
     return a1 + a2 * cos(q2) + a3 * cos(q2 + q3) + d4 * sin(q2 + q3)
@@ -133,10 +134,10 @@ Branches = Callable[[Transform], tuple[Joints | None, ...]]
 
 
 def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
-    """All eight joint vectors, in the order of `configuration.ALL`; None where the arm does not reach.
+    """Return a function of a pose: all eight solutions in the order of `joints.ALL`, None out of reach.
 
-    Each angle is the turn nearest to the middle of its range: inside the limits if any turn of it is.
-    At a singular wrist joint 4 is 0 (or the limit next to it) and FLIP and NOFLIP are one.
+    Each angle is on the turn nearest to the middle of its range: inside the limits if any turn of it is. At a singular
+    wrist joint 4 is 0 (or the limit next to it), and FLIP and NOFLIP are the same.
     """
     d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
     side2 = side * side
@@ -319,7 +320,7 @@ def make_branch(geometry: Geometry) -> Branch:
 def singular_wrist(
     q4: float, X: float, Y: float, Z: float, nX: float, nY: float, sX: float, sY: float
 ) -> tuple[float, float, float]:
-    """Joints 4, 5, 6 where the axes of 4 and 6 fall together: joint 4 as given, joint 6 the rest.
+    """Return joints 4, 5, 6 when axes 4 and 6 coincide: joint 4 as given, joint 6 takes the rest.
 
     (X, Y, Z) is the approach axis, (nX, nY) and (sX, sY) the first two rows of x and y axis, all in frame 3.
     """
@@ -351,7 +352,10 @@ SKEW = 0.1  # the sine of an angle between axes of the wrist, at least
 
 
 class Circle(NamedTuple):
-    """`arm`: joints 1 to 3, with the wrist where axes 4 and 5 meet; lengths [m], angles [rad]."""
+    """An arm whose wrist centre moves on a circle as joint 6 turns; lengths [m], angles [rad].
+
+    `arm`: joints 1 to 3, with the wrist where axes 4 and 5 meet.
+    """
 
     arm: Geometry
     alpha4: float
@@ -361,12 +365,14 @@ class Circle(NamedTuple):
 
     @property
     def straight(self) -> float:
-        """Positive where z3 and z5 are nearer to one direction at q5 = 0 than half a turn on, else negative."""
+        """Return a positive number if z3 and z5 point in similar directions at q5 = 0, a negative one if they are
+        opposite.
+        """
         return -sin(self.alpha4) * sin(self.alpha5)
 
 
 def circle_of(model: RobotModel) -> Circle | None:
-    """The constants of a model whose first axes lie as CIRCLE_ALPHAS say; None where it is not of this kind."""
+    """Return the constants of a model whose first axes have CIRCLE_ALPHAS; None for other models."""
     l1, l2, l3, l4, l5, _ = model.links
     forearm = hypot(l3.a, l4.d)
     if abs(l4.a) > EXACT or min(l2.a, forearm) <= EXACT or min(abs(sin(l4.alpha)), abs(sin(l5.alpha))) < SKEW:

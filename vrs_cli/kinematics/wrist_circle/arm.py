@@ -1,4 +1,29 @@
-"""The arm of six joints whose wrist is not one point: `circle` says which, and how all its solutions are found."""
+"""Find all solutions of six joints whose wrist is not one point, by a search along the circle of the wrist.
+
+    i   theta   d     a    alpha
+    1   q1      d1    a1   -90 deg
+    2   q2      d2    a2     0
+    3   q3      d3    a3   +90
+    4   q4      d4    0    alpha4
+    5   q5      d5    a5   alpha5
+    6   q6      0     0      0
+
+Axes 4 and 5 meet, and axis 6 passes beside that point (or is not perpendicular): the Fanuc CRX (d5), the ABB GoFa and
+the xArm 6 (a5), the Jaco (d5, alpha4 and alpha5 of 55 or 60 deg). There is no closed form, but only one unknown to
+search: as joint 6 turns, the point where axes 4 and 5 meet goes round a circle, and for each place on it joints 1 to 3
+follow as those of a spherical wrist do, in up to four ways. The axis z3 of the forearm and the axis z4 must then be
+alpha4 apart:
+
+    f(q6) = z3 . z4 - cos alpha4 = 0,
+
+a function for each of the four ways, which meet in pairs where the arm is stretched or its shoulder turns over. There
+are up to 16 solutions. Each shows as a change of sign, or as a place where f comes near 0 and turns back, on a grid of
+joint 6; Newton's method over all joints makes it exact.
+
+The point where axes 4 and 5 meet is the wrist for the configuration words; the hand points along the forearm if axis 6
+is nearest to the direction of axis 4. Two solutions may have the same words. Words may change on a straight line,
+because their borders are not singular.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +44,9 @@ REMEMBERED = 64  # poses whose solutions are
 
 
 class WristCircleArm(NumericArm):
-    """Documented in `arm.RobotArm`. `swapped`: as in `mapped_arm.MappedArm`.
+    """Six joints with a wrist circle. See `arm.RobotArm`; `swapped` as in `forms.MappedArm`.
 
-    A line goes on from joint to joint as that of any arm without a closed form, through whatever words.
+    A line continues from joints to near joints, whatever their words.
     """
 
     ways = ALL
@@ -40,7 +65,7 @@ class WristCircleArm(NumericArm):
         return tuple([self._best(T, way) for way in self.ways])
 
     def _best(self, T: Transform, way: Configuration) -> Joints | None:
-        """Of the solutions with these words one inside the limits, and the nearest to the middle of the ranges."""
+        """Return a solution with these words: one inside the limits, and nearest to the middle of the ranges."""
         found = (q for q in self.solutions(T) if self.configuration(q) == way)
         return min(found, key=lambda q: (bool(self._outside(q)), self.shortest_time(self.middle, q)), default=None)
 
@@ -56,7 +81,7 @@ class WristCircleArm(NumericArm):
         )
 
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
-        """What is asked for is kept strictly; the nearest of all others is taken."""
+        """Return the solution nearest to `near` that has the words in `asked`."""
         self.check_task(T)
         wanted = tuple([way for way in self.ways if way.has(asked)])
         found = self._inside_limits(T, wanted, near)

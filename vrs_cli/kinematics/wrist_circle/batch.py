@@ -1,8 +1,8 @@
-"""`WristCircleArm` over arrays: search the wrist's circle for many poses at once (formulas and names: `circle`).
+"""Search the wrist's circle for many poses at once (formulas and names: `wrist_circle.arm`).
 
-A grid of joint 6 shows changes of sign. What it may have stepped over is looked at more closely, and again: places
-where f comes near 0 and turns back, where the circle enters or leaves the reach, or nearly does, and where joint 1
-turns quickly, as it does where the circle passes next to its axis.
+A grid of joint 6 shows changes of sign. Places that the grid may step over are searched again with a finer grid: where
+f comes near 0 and turns back, where the circle enters or leaves the reach or nearly does, and where joint 1 turns
+quickly, as it does where the circle passes next to its axis.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Indices = NDArray[np.intp]
 
 
 class Arcs(NamedTuple):
-    """Parts of circles (K,): of the poses `rows`, in one of FOUR, from one value of joint 6 to another [rad]."""
+    """Parts of circles (K,): the number of the pose, one of the four ways, and an interval of joint 6 [rad]."""
 
     rows: Indices
     ways: Indices
@@ -42,14 +42,14 @@ class Arcs(NamedTuple):
 
 
 class SearchPlaces:
-    """What stands at values of joint 6 (K, M), of K poses each in one way of joints 1 to 3.
+    """The arm at values of joint 6 (K, M), for K poses, each in one way of joints 1 to 3.
 
-    `beyond`: by how much the wrist is out of reach there, at most 0 where it is in reach; f and joints are then those
-    of the arm stretched as far as it goes.
+    `beyond`: how far the wrist is out of reach there, at most 0 in reach; f and joints are then those of the stretched
+    arm.
     """
 
     def __init__(self, circle: Circle, T: Floats, ways: Indices, q6: Floats) -> None:
-        """T (K, 3, 4) of frame 6."""
+        """Compute f and joints 1 to 3 for poses T (K, 3, 4) of frame 6."""
         g, self.q6 = circle.arm, q6
         n, s, a = (T[:, None, :, k] for k in range(3))
         c6, s6 = np.cos(q6)[..., None], np.sin(q6)[..., None]
@@ -78,7 +78,7 @@ class SearchPlaces:
         self._sense = sin(circle.alpha4)
 
     def joints(self) -> Floats:
-        """(K, M, 6)."""
+        """Return all joints (K, M, 6)."""
         x4 = self._sense * np.cross(self.z3, self.z4)
         y4 = np.cross(self.z4, x4)
         q4 = np.arctan2((x4 * self.y3).sum(axis=-1), (x4 * self.x3).sum(axis=-1))
@@ -87,7 +87,7 @@ class SearchPlaces:
 
 
 def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
-    """Of poses (N, 3, 4) of frame 6: joints (K, 6), some next to every solution, and their poses (K,)."""
+    """Return joints (K, 6) that include some near every solution of poses (N, 3, 4), and the pose of each (K,)."""
     count, step = len(T), 2.0 * pi / GRID
     rows, ways = (part.ravel() for part in np.indices((count, len(FOUR))))
     ends = np.full(len(rows), pi + step)  # a step more at either end: as it were round
@@ -109,9 +109,7 @@ def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
 
 
 def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
-    """The pieces of arcs on which f changes its sign, or joint 1 turns quickly, and pairs of pieces that need a closer
-    look.
-    """
+    """Return the pieces of arcs on which f changes its sign, joint 1 turns quickly, or a finer grid is needed."""
     q6 = arcs.begin[:, None] + (arcs.end - arcs.begin)[:, None] * np.linspace(0.0, 1.0, pieces + 1)
     at = SearchPlaces(circle, T[arcs.rows], arcs.ways, q6)
     inside, positive = at.beyond <= 0.0, at.f > 0.0
@@ -134,7 +132,7 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
 
 
 def _quick(q1: Floats) -> Flags:
-    """(K, M) -> (K, M - 1): whether joint 1 turns far from one neighbour to the next."""
+    """Return whether joint 1 turns far between neighbours: (K, M) to (K, M - 1)."""
     return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
 
 
@@ -144,7 +142,7 @@ SAME = 1e-5  # [rad] two solutions that are one: rounding, where two are about t
 
 
 class WristCircleBatch(NumericBatch):
-    """`all_solutions` finds what `inverse` and `inverse_branch` choose from."""
+    """`WristCircleArm` over arrays; `inverse` and `inverse_branch` choose from `all_solutions`."""
 
     def __init__(
         self,
@@ -161,7 +159,7 @@ class WristCircleBatch(NumericBatch):
         self.middle = (self.lower + self.upper) / 2
 
     def all_solutions(self, T: Floats) -> tuple[Floats, Indices]:
-        """Of poses (N, 3, 4) all solutions (K, 6), whatever the limits, and their poses (K,) in order."""
+        """Return all solutions (K, 6) of poses (N, 3, 4), whatever the limits, and the pose of each (K,), in order."""
         found, rows = list[Floats](), list[Indices]()
         for begin in range(0, len(T), POSES):
             q, row = self._solutions(T[begin : begin + POSES])
@@ -187,17 +185,19 @@ class WristCircleBatch(NumericBatch):
         return q[first], rows[first]
 
     def solutions_of(self, T: Transform) -> tuple[Joints, ...]:
-        """All solutions of one pose, whatever the limits, each joint on the turn nearest to the middle of its range."""
+        """Return all solutions of one pose, whatever the limits, on the turns nearest to the middles of the ranges."""
         q, _ = self.all_solutions(np.reshape(T, (1, 3, 4)))
         return tuple(map(tuple, q.tolist()))
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Of the solutions with the same words one inside the limits, and the nearest to the middle of the ranges."""
+        """Return for each configuration a solution inside the limits, and nearest to the middle of the ranges."""
         _, every, inside = self.every_inverse(T)
         return every[:, : len(self.ways)], inside[:, : len(self.ways)]
 
     def every_inverse(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
-        """All solutions (N, m 8, 6), NaN where there are fewer: the best of each words, then the second best, ..."""
+        """Return all solutions (N, m 8, 6), NaN if there are fewer: the best of each configuration, then the second
+        best.
+        """
         q, rows = self.all_solutions(T)
         words = rows * len(self.ways) + self._indices(q)
         order = np.lexsort((self._duration(q, self.middle), ~self.inside(q), words))
@@ -222,9 +222,9 @@ class WristCircleBatch(NumericBatch):
         return best
 
     def _indices(self, q: Floats) -> Indices:
-        """(K, 6) -> (K,): the places of their words in ALL."""
+        """Return the places in ALL of the configurations of joints (K, 6)."""
         return np.array([self.configuration(tuple(row)).index for row in q.tolist()], dtype=np.intp)
 
     def _duration(self, q: Floats, near: Floats) -> Floats:
-        """(K, 6) -> (K,) [s]: `RobotArm._duration`."""
+        """Return `RobotArm.shortest_time` of rows (K, 6) [s]."""
         return np.asarray((np.abs(q - near) / np.array(self.model.max_velocity)).max(axis=-1))
