@@ -233,7 +233,9 @@ def turning(u: float, far: float, side: float, pace: HandPace) -> Turning:
 
 
 def turning_beside_axis(side: float, pace: HandPace) -> Turning:
-    """Return the bounds where u is 0 on the whole path: joint 1 follows the wrist centre, or stands if that is on it."""
+    """Return the bounds where u is 0 on the whole path: joint 1 follows the wrist centre, or stands if that is on
+    it.
+    """
     if side <= ON_BOUNDARY:
         return Turning(0.0, 0.0, 0.0, 0.0)
     return Turning(pace.across / side, pace.across_bend / side, 0.0, 0.0)

@@ -1,16 +1,16 @@
-"""The arm without a closed form, for any axes: `numeric.search` says how it is searched.
+"""Solve an arm with any axes by a numerical search (`numeric.search`).
 
-An arm with more joints than its task has parts can follow a straight line in endless ways: its joints follow guides.
-They are a function of the instant alone, exact, without integration: for each joint too many the sum of all joints,
-each by a weight, goes from what it is to an end by the law of the line (`segment.Guide`). This is the augmented task of
-Sciavicco and Siciliano ("A solution algorithm to the inverse kinematic problem for redundant manipulators", IEEE J.
-Robotics and Automation 4(4), 1988) with a constant linear task.
+A redundant arm can follow a straight line in infinitely many ways, so its joints follow guides. They are a function of
+time alone, exact, without integration: for each redundant joint, a weighted sum of all joints goes from its value at
+the start to its value at the end by the law of the line (`segment.Guide`). This is the augmented task of Sciavicco and
+Siciliano ("A solution algorithm to the inverse kinematic problem for redundant manipulators", IEEE J. Robotics and
+Automation 4(4), 1988) with a constant linear task.
 
-Weights and ends come from a walk along the line with the pseudo-inverse, the shortest way of the joints, and a part of
-the gradient towards the middle of their ranges in its null space (Liegeois, "Automatic supervisory control of the
-configuration and behavior of multibody mechanisms", IEEE Trans. Systems, Man and Cybernetics 7(12), 1977). The weights
-are the mean direction of the null space on the walk, in which the joints are free at its best; the ends are the sums
-where the walk ends. Walks with other parts of the gradient are tried where the first one leads out of a range.
+Weights and end values come from a walk along the line with the pseudo-inverse, the shortest joint motion, plus a part
+of the gradient towards the middle of the joint ranges in the null space (Liegeois, "Automatic supervisory control of
+the configuration and behavior of multibody mechanisms", IEEE Trans. Systems, Man and Cybernetics 7(12), 1977). The
+weights are the mean direction of the null space on the walk, in which the joints are freest; the end values are the
+sums at the end of the walk. If the first walk leaves a range, walks with other parts of the gradient are tried.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.S
 
 
 class NumericArm(RobotArm):
-    """Documented in `arm.RobotArm`. There is one way, without words."""
+    """An arm with any axes. See `arm.RobotArm`; it has one configuration, without words."""
 
     seed_step = 0.1
     method = "damped least squares within the limits"
@@ -74,7 +74,7 @@ class NumericArm(RobotArm):
 
     @cached_property
     def still_joints(self) -> tuple[int, ...]:  # type: ignore[override] # found when asked for
-        """Those that the others miss least."""
+        """Return the redundant joints that keep their values without a guide: those that the task needs least."""
         held: tuple[int, ...] = ()
         while self.model.joint_count - len(held) > self.model.task.size:
             rest = [i for i in self._all if i not in held]
@@ -82,7 +82,7 @@ class NumericArm(RobotArm):
         return held
 
     def _still(self, q: Joints) -> Demands:
-        """That the joints which are held are as they are in q."""
+        """Return demands that keep the still joints as they are in q."""
         return tuple([(tuple([float(i == k) for k in self._all]), q[i]) for i in self.still_joints])
 
     @cached_property
@@ -90,11 +90,13 @@ class NumericArm(RobotArm):
         return self._freedom(self._all) / MEASURED
 
     def _freedom(self, joints: Sequence[int]) -> float:
-        """How well these joints alone move the flange: the sum of Yoshikawa's measure over some poses."""
+        """Return how well these joints alone move the flange: the sum of Yoshikawa's measure over sample poses."""
         return sum([self._freedom_at(q, joints) for q in islice(some_joints(self.model), MEASURED)])
 
     def _freedom_at(self, q: Joints, joints: Sequence[int]) -> float:
-        """Of one pose; of an arm with too few joints, how well it does what it can."""
+        """Return how well these joints move the flange in one pose; with too few joints, how well they do what they
+        can.
+        """
         rows, _ = self.rows_that_count(q, self.jacobian(q), search.NO_TWIST)
         if joints != self._all:
             rows = [tuple(row[i] for i in joints) for row in rows]
@@ -149,7 +151,7 @@ class NumericArm(RobotArm):
     def _newton_of_parts(
         self, q: Joints, T: Transform, demands: Demands, twist: Twist, rates: Sequence[float]
     ) -> tuple[Joints, Joints] | None:
-        """`newton.newton` of a task of which not all counts."""
+        """Return one Newton step and the rates for a task of which some parts do not count (else: `search.newton`)."""
         rows, error = self.missing(q, T)
         _, wanted = self.rows_that_count(q, (), twist)
         error += [value - sum(map(mul, weights, q)) for weights, value in demands]
@@ -159,8 +161,9 @@ class NumericArm(RobotArm):
     # --- walks along a line ----------------------------------------------------------------------------------
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
-        """Those that keep far from the ends of ranges, or as far as the walk begins, in the order of `PARTS`; then the
-        others that arrive inside the ranges, the farther the sooner.
+        """Yield walks that keep a margin from the ends of the ranges, in the order of `PARTS`.
+
+        Then yield the others that arrive inside the ranges, the widest margin first.
         """
         found, enough = list[Walk](), min(MIN_MARGIN, self._margin(begin) - ROUNDING)
         free = len(begin) > self.model.task.size + len(asked)
@@ -177,7 +180,7 @@ class NumericArm(RobotArm):
         return self._walk(begin, poses, asked, PARTS[0])
 
     def _walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
-        """The walk with such a part of the gradient."""
+        """Return the walk with this part of the gradient."""
         q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
         axes = [_axis(joint, len(q)) for joint, _ in asked]
         others = [i for i in self.still_joints if i not in dict(asked)]
@@ -199,10 +202,10 @@ class NumericArm(RobotArm):
     def _walk_step(
         self, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], part: float
     ) -> tuple[Joints, list[Joints]]:
-        """The shortest step to a pose and to sums that are held, with a part of the gradient in the null space; and an
-        orthonormal basis of that, each direction next to one of some others.
+        """Return the shortest step to a pose and to the held sums, and an orthonormal basis of the null space.
 
-        The gradient is that of the sum of the squares of the joints' places in their ranges, of a range of 1 rad.
+        The step has a part of the gradient in the null space: the gradient of the sum of squares of the joints' places
+        in their ranges, for a range of 1 rad. Each direction of the basis is near one of `near`.
         """
         demands = (*held, *((unit, _dot(unit, q)) for unit in near))
         step, directions = Joints(), list[Joints]()
@@ -239,8 +242,8 @@ class NumericArm(RobotArm):
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Inside the limits: what is found from `near`, where that is one of many; else from the first starts that
-        find any.
+        """Return solutions inside the limits: the one near `near` for a redundant arm, else those of the first
+        starts.
         """
         if not self.unchanging.allows(T) or self.beyond(T):
             return []
@@ -281,7 +284,9 @@ class NumericArm(RobotArm):
     def _search(
         self, T: Transform, q: Joints, demands: Demands = (), *, bounded: bool
     ) -> tuple[Joints | None, tuple[float, float]]:
-        """Joints that reach T, and meet demands, from the start q; None, and the miss [m, rad], if they do not."""
+        """Return joints that reach T and meet the demands from the start q, or None and the remaining error [m,
+        rad].
+        """
         if not self.unchanging.allows(T):
             return None, (0.0, 0.0)
         held = list(q)
@@ -312,7 +317,7 @@ class NumericArm(RobotArm):
         return away <= LEVEL and turned <= STRAIGHT
 
     def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
-        """The damped step; again without the joints that it would push out of their range."""
+        """Return the damped step, without the joints that it would push out of their range."""
         damping, free = search.DAMPING * sum([e * e for e in error]) + search.LEAST_DAMPING, self._all
         limits = zip(self._all, q, self._limits, strict=True) if bounded else ()
         at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}
@@ -330,7 +335,7 @@ class NumericArm(RobotArm):
         return tuple([steps.get(i, 0.0) for i in self._all])
 
     def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
-        """Rows of the Jacobian that count, and what is missing in them [m, rad]."""
+        """Return the rows of the Jacobian that count, and the error in them [m, rad]."""
         have, J = self.forward_and_jacobian(q)
         return self.rows_that_count(q, J, search.missing(self.model.task, have, T))
 
@@ -341,13 +346,13 @@ class NumericArm(RobotArm):
         return hypot(*away), hypot(*turn) if self.model.task.turns else 0.0
 
     def singularity(self, q: Joints) -> Singularity:
-        """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
+        """Return as `elbow` the freedom of this pose beside the mean; which joints are singular is unknown."""
         mean = self._mean_freedom
         return Singularity(1.0, min(self._freedom_at(q, self._all) / mean, 1.0) if mean else 1.0, 1.0)
 
 
 def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
-    """By Gram and Schmidt, in their order."""
+    """Return an orthonormal basis of directions in their order (Gram and Schmidt)."""
     basis = list[Joints]()
     for direction in directions:
         rest = direction
@@ -359,7 +364,7 @@ def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
 
 
 def _axis(joint: int, count: int) -> Joints:
-    """The sum that is one joint alone."""
+    """Return the weights of the sum that is one joint alone."""
     return tuple([float(i == joint) for i in range(count)])
 
 

@@ -1,4 +1,4 @@
-"""`NumericArm` over arrays: many searches at once, each row by itself."""
+"""Run many searches of a numerical arm at once, each row by itself."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SINGULAR = 5e-9  # [m, rad] an error that steps do not lessen in a singular pose
 
 
 class NumericBatch(SerialBatch):
-    """Rows that do not converge are NaN."""
+    """`NumericArm` over arrays. Rows that do not converge are NaN."""
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, held: tuple[int, ...]) -> None:
         super().__init__(model, (NONE,), unchanging)
@@ -26,7 +26,7 @@ class NumericBatch(SerialBatch):
         self.counts = np.array(model.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """One way: what is found for each row from the first start that finds any."""
+        """Return for each pose the joints from the first start that finds any."""
         q, middle = np.full((len(T), self.joints), np.nan), (self.lower + self.upper) / 2
         for start in next(rounds(self.model, tuple(middle))):
             for bounded in (False, True):
@@ -38,7 +38,7 @@ class NumericBatch(SerialBatch):
         return q[:, None], self.inside(q)[:, None]
 
     def solutions(self, T: Transform, near: Joints, inside: Callable[[Joints, Joints], Joints | None]) -> list[Joints]:
-        """Of one pose, inside the limits on the turns nearest to `near`: from the first starts that find any."""
+        """Return joints of one pose inside the limits, nearest to `near`, from the first starts that find any."""
         for begin in rounds(self.model, near):
             poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
             for bounded in (False, True):
@@ -60,8 +60,9 @@ class NumericBatch(SerialBatch):
     def search(
         self, T: Floats, near: Floats, *, bounded: bool, guides: tuple[Floats, Floats] | None = None, steps: int = STEPS
     ) -> Floats:
-        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). `guides`: the weights (r, n) of sums of the joints, and what
-        these are (N, r).
+        """Return joints (N, n) for poses (N, 3, 4) from starts (N, n) or (n,).
+
+        `guides`: the weights (r, n) of sums of the joints, and their values (N, r).
         """
         q = np.array(np.broadcast_to(near, (len(T), self.joints)))
         found = np.full_like(q, np.nan)
@@ -91,7 +92,7 @@ class NumericBatch(SerialBatch):
         return found
 
     def _next_joints(self, q: Floats, J: Floats, error: Floats, *, bounded: bool) -> Floats:
-        """One damped step; where it pushes joints out of their range, again without these."""
+        """Return the joints after one damped step, without the joints that it would push out of their range."""
         still = np.zeros(q.shape, dtype=np.bool_)
         step = self._step(J, error, still)
         if bounded:
@@ -113,9 +114,9 @@ class NumericBatch(SerialBatch):
         return step
 
     def error(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
-        """Rows of the Jacobian that count, and what is missing in them: (N, m, n) and (N, m) [m, rad].
+        """Return the rows of the Jacobian that count (N, m, n) and the error in them (N, m) [m, rad].
 
-        Turns are those about the axes of the flange.
+        Turns are about the axes of the flange.
         """
         have, J = self.forward_and_jacobian(q)
         missing = self._missing(have, T)
@@ -126,7 +127,7 @@ class NumericBatch(SerialBatch):
         return self._that_count(have, J), missing[:, self.counts]
 
     def rows(self, q: Floats) -> Floats:
-        """Rows of the Jacobian that count (N, m, n)."""
+        """Return the rows of the Jacobian that count (N, m, n)."""
         return self.jacobian(q) if self.counts.all() else self._that_count(*self.forward_and_jacobian(q))
 
     def _that_count(self, have: Floats, J: Floats) -> Floats:
@@ -134,7 +135,7 @@ class NumericBatch(SerialBatch):
         return np.concatenate((J[:, :3], turned), axis=1)[:, self.counts]
 
     def _missing(self, have: Floats, T: Floats) -> Floats:
-        """(N, 6): the way and the turn from poses of the flange to others [m, rad]."""
+        """Return the way and the turn from poses of the flange to other poses (N, 6) [m, rad]."""
         if self.model.task is ArmTask.POINTING:
             a, b = have[..., 2], T[..., 2]
             turn = _as_long_as_angle(np.cross(a, b), (a * b).sum(axis=1))
@@ -146,13 +147,13 @@ class NumericBatch(SerialBatch):
 
 
 def with_guides(J: Floats, error: Floats, q: Floats, weights: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Rows of the Jacobian (N, m, n) and what is missing in them (N, m), with those of r guides: (N, m + r, ...)."""
+    """Return rows of the Jacobian (N, m, n) and the error (N, m) with those of r guides added: (N, m + r, ...)."""
     rows = np.broadcast_to(weights, (len(J), *weights.shape))
     return np.concatenate((J, rows), axis=1), np.concatenate((error, values - q @ weights.T), axis=1)
 
 
 def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
-    """(N, 3) as long as the sines of angles -> as long as the angles."""
+    """Return vectors (N, 3) as long as the angles whose sines they had as lengths."""
     sine = np.linalg.norm(v, axis=1)
     factor = np.arctan2(sine, cosine) / np.maximum(sine, 1e-12)
     half = (sine < 1e-12) & (cosine < 0.0)  # half a turn: about any axis, the next step sees which

@@ -1,24 +1,23 @@
-"""Whether the joints of an arm without a closed form lead from sample to sample of a way: proved, not sampled.
+"""Prove that the joints of an arm without a closed form are continuous from sample to sample of a path.
 
-Between two samples the cubic c(x) through their joints and rates, x from 0 to 1, is near the joints that are looked
-for, where F(x, q) = 0: what the flange misses, as the place and the vector of the sines of the turn. The theorem of
-Kantorovich (Ortega and Rheinboldt, "Iterative Solution of Nonlinear Equations in Several Variables", 1970, 12.6.2) at
-c(x): with beta >= |F'(c)^-1|, eta >= beta |F(c)| and |F'(p) - F'(q)| <= L |p - q|, there are such joints within 2 eta
-of c if beta L eta <= 1/2, and no others within 1 / (beta L). As this holds at every x, and c is exact at both samples,
-one continuous branch leads from one to the other.
+Between two samples the cubic c(x) through their joints and rates, x from 0 to 1, is near the joints that solve F(x, q)
+= 0: F is the error of the flange, as the place and the vector of the sines of the turn. The theorem of Kantorovich
+(Ortega and Rheinboldt, "Iterative Solution of Nonlinear Equations in Several Variables", 1970, 12.6.2) at c(x): with
+beta >= |F'(c)^-1|, eta >= beta |F(c)| and |F'(p) - F'(q)| <= L |p - q|, such joints exist within 2 eta of c if beta L
+eta <= 1/2, and no others within 1 / (beta L). As this holds at every x, and c is exact at both samples, one continuous
+branch leads from one to the other.
 
-|F(c(x))| is 1/384 of its fourth derivative by x at most, for it is 0 at both samples, and its slope is (the remainder
-of Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1). A turn by angles, those of joints and
-of the path, has derivatives by x that Faa di Bruno's formula bounds by the sums of theirs; those of the place are
-longer by the levers: how far the flange is from the axes at most.
+|F(c(x))| is at most 1/384 of its fourth derivative by x, because F and its slope are 0 at both samples (the remainder
+of Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1). A turn by the angles of joints and of
+the path has derivatives by x that Faa di Bruno's formula bounds by the sums of theirs; those of the place are longer by
+the levers, the greatest distances of the flange from the axes.
 
-beta: c is looked at in pieces of g of x each. On one the Jacobian J is as on the chord between those at its ends, but
-for g2 / 8 of its second derivative, and F' is J but for |F| times |J|. With A, the inverse of the mean of both ends,
-|1 - A F'| is |A| times half of their difference on the chord at most, and |F'^-1| is |A| / (1 - |1 - A F'|) at most
-(Neumann's series).
+beta: c is divided into pieces of g of x each. On a piece the Jacobian J is as on the chord between its ends, up to g2 /
+8 of its second derivative, and F' is J up to |F| times |J|. With A, the inverse of the mean of both ends, |1 - A F'| is
+at most |A| times half of their difference, and |F'^-1| at most |A| / (1 - |1 - A F'|) (Neumann's series).
 
-Of an arm with more joints than it takes F has a row for each guide too: the sum of the joints by its weights, less what
-that is to be. It is linear in the joints, so it adds nothing to L.
+For a redundant arm F has a row for each guide: the weighted sum of the joints less its value. It is linear in the
+joints and adds nothing to L.
 
 Lengths [m], sliding joints among them, are divided by `Continuation.length` [m], so that all is in rad; norms are
 Euclidean, that of the inverse Frobenius's.
@@ -44,7 +43,7 @@ SLOPES = 8.0 / 27.0  # of an error of the slopes at both ends: the same
 
 
 class Cubic(NamedTuple):
-    """Unknowns from one sample to the next (k, n), and their rates at both, by the part of the time between."""
+    """Cubics of the unknowns between samples: values (k, n) and rates at both ends, by the part of the time between."""
 
     begin: Floats
     end: Floats
@@ -52,27 +51,27 @@ class Cubic(NamedTuple):
     end_rate: Floats
 
     def bends(self) -> tuple[Floats, Floats, Floats]:
-        """The second derivatives at both ends, and the third (k, n)."""
+        """Return the second derivatives at both ends, and the third (k, n)."""
         way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
         bend, third = 6.0 * way - 4.0 * v - 2.0 * w, 6.0 * (v + w - 2.0 * way)
         return bend, bend + third, third
 
     def at(self, parts: Floats) -> Floats:
-        """(k, m, n): the unknowns at parts (m,) of the time."""
+        """Return the unknowns at parts (m,) of the time: (k, m, n)."""
         bend, _, third = self.bends()
         x = parts[:, None]
         halves = 0.5 * bend[:, None], third[:, None] / 6.0
         return np.asarray(self.begin[:, None] + x * (self.begin_rate[:, None] + x * (halves[0] + x * halves[1])))
 
     def most(self) -> tuple[Floats, Floats, Floats]:
-        """Bounds (k, n) of the sizes of the first three derivatives."""
+        """Return bounds (k, n) of the sizes of the first three derivatives."""
         before, after, third = (np.abs(bend) for bend in self.bends())
         rates = np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)) + third / 8.0
         return rates, np.maximum(before, after), third
 
 
 class Gaps(NamedTuple):
-    """The ways between neighbouring samples, by the part of their time: derivatives are by that."""
+    """The gaps between neighbouring samples; derivatives are by the part of the time between them."""
 
     way: Cubic  # of the joints (k, n) [rad, m] between the samples
     place: Floats  # (k,) bounds: of the fourth derivative of the place that is asked for [m]
@@ -88,9 +87,9 @@ class Gaps(NamedTuple):
 
 
 class Continuation:
-    """The proof for one arm, whose joints are as many as the parts of its task and its guides.
+    """The proof for one arm with as many joints as parts of its task and guides.
 
-    `sure`: how near [rad, m] joints are from which Newton's method leads to those of a line that is proved.
+    `sure`: from joints this near [rad, m] Newton's method leads to the proved joints of a line.
     """
 
     sure = 0.1
@@ -111,7 +110,7 @@ class Continuation:
         self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
     def prove(self, gaps: Gaps, pieces: int) -> Flags:
-        """(k,): of each gap."""
+        """Return for each gap whether it is proved (k,)."""
         n = float(self.turns.sum())
         missed, bend = self._bounds(gaps)
         q = gaps.way.at(np.linspace(0.0, 1.0, pieces + 1))  # the ends of the pieces
@@ -130,8 +129,9 @@ class Continuation:
         return np.asarray((beta * missed[:, None] <= least).all(axis=1))
 
     def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
-        """Joints (N, n) after one step of Newton's method to poses (N, 3, 4), and to sums of the joints, by their
-        weights (r, n), that are these (N, r).
+        """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4).
+
+        `guides`: the weights (r, n) of sums of the joints, and their values (N, r).
         """
         J, error = self.batch.error(q, T)
         if guides is not None:
@@ -139,7 +139,7 @@ class Continuation:
         return np.asarray(q + (inverse_or_nan(J) @ error[:, :, None])[:, :, 0])
 
     def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
-        """(k,): how much of F is missed on the cubic at most, and of the second derivative of J on it."""
+        """Return bounds (k,) of |F| on the cubic, and of the second derivative of J on it."""
         changes = np.stack(gaps.way.most()) / self.units  # (3, k, n)
         first, second, third = changes.sum(axis=2)  # bounds (k,) of the first three derivatives of the joints, together
         far1, far2, far3 = changes @ self.longest
@@ -154,18 +154,18 @@ class Continuation:
 
 
 def fourth_of_turn(first: Floats, second: Floats, third: Floats, fourth: Floats) -> Floats:
-    """A bound of the fourth derivative of a turn by angles, of whose derivatives, together, these are bounds."""
+    """Return a bound of the fourth derivative of a turn, from bounds of the derivatives of its angles together."""
     square = first * first
     return np.asarray(square * square + 6.0 * square * second + 3.0 * second * second + 4.0 * first * third + fourth)
 
 
 def norm(matrices: Floats) -> Floats:
-    """(..., m, n) -> (...): Frobenius's."""
+    """Return Frobenius norms (...) of matrices (..., m, n)."""
     return np.asarray(np.sqrt(np.einsum("...ij,...ij->...", matrices, matrices)))
 
 
 def inverse_or_nan(J: Floats) -> Floats:
-    """(..., m, n) -> (..., n, m), NaN of singular ones; of fewer columns than rows the pseudo-inverse."""
+    """Return inverses (..., n, m) of matrices (..., m, n); NaN if singular, pseudo-inverses if m > n."""
     if J.shape[-2] > J.shape[-1]:
         return np.asarray(np.linalg.pinv(J), dtype=np.float64)
     try:

@@ -1,16 +1,26 @@
-"""Any serial arm, without a closed form: damped least squares, within the limits of the joints.
+"""Search joints for a pose: by damped least squares, by Newton's method, and downhill to the nearest pose.
 
-Levenberg and Marquardt with the damping of Sugihara (2011), a part of the squared error: far from the goal a step
-follows the gradient, near it it is Newton's. A search within the limits holds the joints at a limit that would leave
-it, and may be caught there; one without limits passes, and three in four of what it finds are within the limits on
-another turn. So both are made. Starts: the joints that are near, then a fixed sequence of others in the joints' ranges,
-so that the same question always has the same answer: some first, and more where these find nothing.
+The search is that of Levenberg and Marquardt with the damping of Sugihara (2011), a part of the squared error: far from
+the goal a step follows the gradient, near it it is Newton's. A search within the limits holds joints at a limit that
+they would leave, and may get stuck there. A search without limits does not, and three in four of its results are within
+the limits on another turn. So both are made. Starts are the near joints, then a fixed sequence of others in the joints'
+ranges, so that the same question always has the same answer: a few first, and more if these find nothing. An arm with
+fewer than six joints reaches a pose if it misses it by less than three decimals show.
 
-An arm with fewer joints than six reaches a pose or does not; what misses by less than three decimals tell is reached.
+An arm with more joints than its task needs can be at one place in many ways. A MOVE takes the result from the joints
+where the arm is. On a straight line the joints follow guides (`numeric.arm`): they are then a function of pose and time
+alone.
 
-An arm with more joints than the task has parts can be at one place in many ways. A MOVE takes what the search finds
-from where the arm is. On a straight line the joints follow guides (`numeric.arm`), which makes it definite: they
-are then a function of the pose and the instant alone.
+`newton` writes one step of Newton's method, and the joint rates, as Python code for one arm. Everything is seen in the
+frame with the axis of the third joint, and velocities are those of its origin: there many entries of the Jacobian are
+constants, most of them 0 (Waldron, Wang and Bolin, "A Study of the Jacobian Matrix of Serial Manipulators", J.
+Mechanisms, Transmissions, and Automation in Design 107(2), 1985). Unknowns with constant pivots are eliminated once,
+when the code is written; the others when it runs.
+
+`Aim.nearest` minimises the squared distance of the tool from a pose and, with less weight, the turn. Each step is that
+of Levenberg and Marquardt within a box, by the primal active-set method (Nocedal and Wright, "Numerical Optimization",
+2006, 16.5): joints are held at their bounds one by one, and released if they would move inwards. It never goes uphill,
+so it never jumps; it ends at the nearest pose around, so that a dragged tool slides along the edge of the reach.
 """
 
 from __future__ import annotations
@@ -41,7 +51,9 @@ FEW_JOINTS = 2  # rounds of an arm that reaches few poses, and those by the firs
 
 
 def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
-    """Where searches begin: `near`, the middle of the ranges and some of a fixed sequence; then more of it."""
+    """Yield lists of joints where searches begin: `near`, the middle of the ranges and sample joints, then more
+    samples.
+    """
     others = some_joints(model)
     middle = tuple((low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True))
     first, *later = ROUNDS[:FEW_JOINTS] if model.joint_count < model.task.size else ROUNDS
@@ -50,7 +62,7 @@ def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
 
 
 def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
-    """From one pose to another [m, rad]: the way, and the turn about axes of the base."""
+    """Return the way and the turn from one pose to another [m, rad], about axes of the base."""
     if task is ArmTask.POINTING:
         turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
     else:
@@ -59,12 +71,12 @@ def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
 
 
 def turn_between(a: Vector, b: Vector) -> Vector:
-    """The shortest rotation vector that brings direction a to b."""
+    """Return the shortest rotation vector that brings direction a to b [rad]."""
     return as_long_as_angle(cross(a, b), dot(a, b))
 
 
 def rotation_vector(have: Transform, want: Transform) -> Vector:
-    """The rotation vector of R_want R_have^T, about axes of the base [rad]."""
+    """Return the rotation vector of R_want R_have^T, about axes of the base [rad]."""
     h, w = have, want
     x = 0.5 * (h.ny * w.nz - h.nz * w.ny + h.sy * w.sz - h.sz * w.sy + h.ay * w.az - h.az * w.ay)
     y = 0.5 * (h.nz * w.nx - h.nx * w.nz + h.sz * w.sx - h.sx * w.sz + h.az * w.ax - h.ax * w.az)
@@ -78,7 +90,7 @@ def rotation_vector(have: Transform, want: Transform) -> Vector:
 
 
 def as_long_as_angle(v: Vector, cosine: float) -> Vector:
-    """A rotation vector that is as long as the sine of its angle, made as long as the angle."""
+    """Return a rotation vector as long as its angle, from one as long as the sine of the angle."""
     sine = hypot(*v)
     if sine < 1e-12:  # no turn, or half a turn: about any axis, the next step sees which
         return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
@@ -96,9 +108,10 @@ Newton = Callable[[Joints, Transform, Demands, Twist, Sequence[float]], tuple[Jo
 
 @cache
 def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newton:
-    """`newton(q, T, demands, twist, rates)`: the step from joints q to the pose T of the flange, with the sums that are
-    demanded; and the rates of the joints at q for the twist of the flange and the rates of the sums. None where q is
-    singular. There are as many demands as joints more than six.
+    """Return `newton(q, T, demands, twist, rates)` for an arm: one Newton step, and the joint rates at q.
+
+    The step leads from q to the pose T of the flange and to the demanded sums, one for each joint beyond six; the rates
+    are those for a twist of the flange and rates of the sums. None if q is singular.
     """
     names: dict[str, Any] = {
         "cos": cos,
@@ -112,7 +125,7 @@ def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newto
 
 
 class _StepWriter(compiled.Writer):
-    """The arm from `SEEN_FROM` on, and back from there to its base; then the equations."""
+    """Writes the arm from `SEEN_FROM` to the flange and back to its base, then the equations."""
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
         super().__init__(links[SEEN_FROM:], IDENTITY, flange, SEEN_FROM)
@@ -123,7 +136,7 @@ class _StepWriter(compiled.Writer):
         self.all, self.guides = links, len(links) - 6
 
     def _joint_before(self, i: int, link: Link) -> None:
-        """The inverse of `_joint`."""
+        """Move the frame back over one joint and its link."""
         n, s, a, p = self.columns
         c, z, d = self.joint_entries(i, link)
         ca, sa = compiled.twist_entries(link)
@@ -170,7 +183,7 @@ class _StepWriter(compiled.Writer):
         )
 
     def _missing(self) -> tuple[compiled.Entry, ...]:
-        """The way of the origin, if it went with the flange, and the turn to the pose that is wanted."""
+        """Return the way of the origin, if it moved with the flange, and the turn to the wanted pose."""
         n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         *want, p = self.product((n, s, a, origin))
         *have, o = self.flange
@@ -185,7 +198,7 @@ class _StepWriter(compiled.Writer):
     # --- equations ---
 
     def _solve(self, table: Table) -> Table:
-        """The unknowns, each on both sides, of rows of coefficients and sides."""
+        """Return the unknowns for each right side of a table of coefficients and right sides."""
         n = len(table)
         entries = ((r, c, table[r][c]) for r in range(n) for c in range(n))
         r, c, pivot = next(
@@ -223,7 +236,7 @@ DAMPING_GROWTH = 10.0  # times as much, after a step that led uphill
 
 
 class Miss(NamedTuple):
-    """How far a tool is from a pose, in what counts for the robot [m, rad]."""
+    """The distance and the angle of a tool from a pose, in what counts for the robot [m, rad]."""
 
     away: float
     turned: float
@@ -233,8 +246,10 @@ class Miss(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """The joints, by how much they gain on where they began (1: they are there), and those that their bounds hold
-    back: below (-1), above (1).
+    """The result of a search for the nearest pose.
+
+    `gain`: how much nearer the joints are than at the start (1: there). `pressed`: for each joint -1 if its lower bound
+    holds it back, 1 if its upper one does, else 0.
     """
 
     joints: Joints
@@ -243,14 +258,14 @@ class Nearest(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Of the axis of joint 1, on which an arm stays: RIGHTY (-1) or LEFTY (1), and by how much at least [m]."""
+    """The side of axis 1 on which an arm stays: RIGHTY (-1) or LEFTY (1), and the least distance [m]."""
 
     arm: RobotArm
     sign: float
     margin: float
 
     def room(self, q: Joints) -> float:
-        """How far it is away from passing over [m]."""
+        """Return how far the arm is from changing sides [m]."""
         return self.sign * self.arm.outward(q) - self.margin
 
     def slope(self, q: Joints) -> Joints:
@@ -259,7 +274,7 @@ class Side(NamedTuple):
 
 
 class Aim:
-    """A pose of the flange for a tool, T_base_flange T_flange_tool; an arm that has a `side` stays on it."""
+    """A pose of a tool, T_base_flange T_flange_tool, that an arm approaches; with a `side` the arm stays on it."""
 
     def __init__(
         self, arm: RobotArm, T_base_flange: Transform, T_flange_tool: Transform = IDENTITY, side: Side | None = None
@@ -277,7 +292,7 @@ class Aim:
         return Miss(hypot(*error[: self.places]), turned)
 
     def nearest(self, q: Joints, lower: Joints, upper: Joints) -> Nearest:
-        """From joints q, which are within the bounds."""
+        """Return the nearest joints downhill from q, within the bounds."""
         rows, error = self._linear(q)
         first = cost = self._cost(q, error)
         damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), MAX_DAMPING_M2)
@@ -306,7 +321,7 @@ class Aim:
     def _step(
         self, q: Joints, rows: Sequence[Joints], error: Sequence[float], damping: float, lower: Joints, upper: Joints
     ) -> Joints:
-        """Where a step leads; one that would pass over to the other side is made along it."""
+        """Return the joints after one step; a step that would change sides goes along the border."""
         room = [(low - x, high - x) for x, low, high in zip(q, lower, upper, strict=True)]
         there = _move_within(q, bounded_step(rows, error, damping, room), lower, upper)
         if self.side is None or self.side.room(there) >= min(left := self.side.room(q), 0.0):
@@ -319,7 +334,7 @@ class Aim:
         return sum([e * e for e in error]) + (HEAVY * beyond) ** 2
 
     def _linear(self, q: Joints) -> tuple[list[Joints], list[float]]:
-        """The rows of the Jacobian that count and what the tool misses, both as lengths."""
+        """Return the rows of the Jacobian that count and the error of the tool, both as lengths."""
         arm, lever, places = self.arm, self.lever, self.places
         twist = missing(self.task, compose(arm.forward(q), self.tool), self.pose)
         rows, error = arm.rows_that_count(q, arm.jacobian(q, self.tool), twist)
@@ -338,7 +353,7 @@ def _move_within(q: Joints, change: Sequence[float], lower: Joints, upper: Joint
 def bounded_step(
     rows: Sequence[Sequence[float]], error: Sequence[float], damping: float, room: Sequence[tuple[float, float]]
 ) -> list[float]:
-    """The step d that makes |rows d - error|^2 + damping |d|^2 least, each d within its room, which holds 0."""
+    """Return the step d with the least |rows d - error|^2 + damping |d|^2, each d within its room, which contains 0."""
     columns = list(zip(*rows, strict=True))
     table = compiled.gram(columns)
     for k, row in enumerate(table):
@@ -375,7 +390,7 @@ def bounded_step(
 
 
 def positive(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> list[float]:
-    """x with rows @ x = wanted, for a symmetric matrix without negative eigenvalues or nearly so (Cholesky)."""
+    """Return x with rows @ x = wanted, for a symmetric matrix that is positive definite or nearly so (Cholesky)."""
     n = len(rows)
     lower: list[list[float]] = []
     y: list[float] = []

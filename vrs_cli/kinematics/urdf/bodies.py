@@ -1,8 +1,9 @@
-"""What a URDF file says of the masses and drives of an arm: one `LinkMasses` for each body that a joint of it moves.
+"""Read the looks, masses and drives of links from a URDF file, one body for each joint of the arm that moves it.
 
-A body has the masses of all its links: those that hang on it by fixed joints, and its closed hand. An inertia that is
-not given, or given as zeros, stays unknown. What a file says of drives is the effort of a joint's limits, and damping
-and friction of its dynamics, where they are above zero. Format: http://wiki.ros.org/urdf/XML/link.
+A body has the masses of all its links: those fixed to it, and its closed hand. An inertia that is not given, or given
+as zeros, stays unknown. A joint's drive has the effort of its limits, and the damping and friction of its dynamics, if
+they are above zero. Looks that cannot be understood are left out, because an arm moves without them. Format:
+http://wiki.ros.org/urdf/XML/link.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ USUAL_COLOUR = "grey"
 
 
 class LinkPlace(NamedTuple):
-    """Where a link is: in which body (0 is the base), T_body_link, and how it moves as the hand opens."""
+    """The place of a link: the number of its body (0 is the base), T_body_link, and its motion as the hand opens."""
 
     body: int
     T: Transform
@@ -137,9 +138,9 @@ def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
 def link_shapes(
     folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
 ) -> tuple[link_data.LinkShape, ...]:
-    """Return the looks of the links that have a place; files of meshes are seen from `folder`. `collision`: what stands
-    for the links when contacts are looked for instead, which is the looks of a link that has nothing else; empty if no
-    link has.
+    """Return the looks of the links that have a place; mesh files are looked for from `folder`.
+
+    `collision`: the shapes for contacts instead.
     """
     said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
     colours = {name: colour for name, colour in said if colour is not None}  # wherever they stand
@@ -207,7 +208,9 @@ def _colour(tree: Tree, material: Element) -> str | None:
 
 
 def mesh_path(folder: Path, name: str) -> Path:
-    """The file of a mesh: beside the URDF file, or of a package in a folder above it. Where none is, the likeliest."""
+    """Return the file of a mesh: beside the URDF file, or in a package in a folder above it; else the likeliest
+    path.
+    """
     try:
         address = urlsplit(name)
     except ValueError:

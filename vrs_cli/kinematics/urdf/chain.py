@@ -1,7 +1,10 @@
-"""Which joints of a tree of links are the arm, which are the fingers of its hand, and where its tip is.
+"""Choose the arm, the fingers of its hand and its tip in a tree of links, and measure the fingers.
 
-An arm goes from the root to where its fingers part, or to the end. Two long branches are two arms. What is decided here
-though the file does not say it is told in `notes`: whoever names base and tip decides for himself.
+An arm goes from the root to where its fingers part, or to the end. Two long branches are two arms. `notes` tell
+decisions that the file leaves open; a user who names base and tip decides them.
+
+Measured are which end of each finger's joint is closed, how wide the hand is when open, and the axis along which the
+fingers point: APPRO and DEPART go along the tip's Z, and in the files of many makers fingers point along another axis.
 """
 
 from __future__ import annotations
@@ -41,7 +44,7 @@ _WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECA
 
 @dataclass(frozen=True)
 class Choice:
-    """The joints from base to tip, those that are fixed too, and all joints that move the hand."""
+    """The joints from base to tip, fixed ones too, and all joints that move the hand."""
 
     base: str
     tip: str
@@ -51,9 +54,9 @@ class Choice:
 
 
 def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
-    """The arm of a file between two links; where one is not named, the one that the tree of links suggests.
+    """Return the arm of a file between two links; a link that is not named follows from the tree of links.
 
-    Raises FileDamaged where there are several.
+    Raises FileDamaged if there are several arms.
     """
     start = tree.root() if base is None else tree.check_link(base)
     notes: list[str] = []
@@ -89,7 +92,7 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
 
 
 def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
-    """The tips of all arms below a link that is moved by so many joints, each with what is to be said of it."""
+    """Return the tips of all arms below a link that so many joints move, each with its notes."""
     nexts = tree.nearest(link)
     while len(nexts) == 1 and not _is_hand(tree, link, joints):
         link, joints = nexts[0].child, joints + _counts(nexts[0])
@@ -120,7 +123,7 @@ def _counts(joint: Joint) -> bool:
 
 
 def _depth(tree: Tree, joint: Joint) -> int:
-    """How many joints the longest chain has that begins with this one."""
+    """Return the number of joints in the longest chain that begins with this one."""
     deepest, left = 0, [(joint, 0)]
     while left:
         joint, above = left.pop()
@@ -131,8 +134,10 @@ def _depth(tree: Tree, joint: Joint) -> int:
 
 
 def _is_hand(tree: Tree, link: str, joints: int) -> bool:
-    """Whether the branches on a link are fingers, `joints` of an arm before it: by their names, as all but one mimic
-    it, or as short ones at the end of an arm."""
+    """Return whether the branches on a link are fingers, with `joints` of an arm before it.
+
+    They are by their names, if all but one mimic it, or if they are short and at the end of an arm.
+    """
     if not joints:
         return False
     nexts = tree.nearest(link)
@@ -153,7 +158,7 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
 
 
 def _is_finger(joint: Joint) -> bool:
-    """By its names; a wrist may carry a jaw that is fixed to it."""
+    """Return whether a joint moves a finger, by its names; a wrist may carry a jaw that is fixed to it."""
     if _FINGER_LINK.search(joint.name):
         return True
     named = _FINGER_JOINT.search(joint.name) or _FINGER_LINK.search(joint.child)
@@ -164,13 +169,13 @@ def _is_finger(joint: Joint) -> bool:
 
 
 def _end(tree: Tree, link: str) -> str:
-    """Of the ends of what a chain moves last the one with the most usual name."""
+    """Return the end of the last moving body that has the most usual name."""
     ends = [held for held in tree.together(link) if not tree.below.get(held)] or [link]
     return min(ends, key=lambda end: _rank(end, TIPS))
 
 
 def _rank(link: str, names: Sequence[str]) -> int:
-    """How usual the name of a tip is; a name may have something before it."""
+    """Return how usual the name of a tip is (0: most usual); a name may have a prefix."""
     return next(
         (i for i, name in enumerate(names) if link == name or link.endswith((f"_{name}", f"/{name}"))), len(names)
     )
@@ -180,8 +185,10 @@ def _rank(link: str, names: Sequence[str]) -> int:
 
 
 def _without_vehicle(tree: Tree, way: Sequence[Joint]) -> tuple[list[Joint], list[Joint]]:
-    """A chain without the joints that it begins with and that drive or float, and these. What slides without end may
-    turn without end before and after that."""
+    """Split a chain into the arm and the joints before it that drive or float.
+
+    A vehicle that slides without end may turn without end before and after that.
+    """
     moving = [joint for joint in way if joint.moves]
     leading = list(
         takewhile(
@@ -205,15 +212,18 @@ NEARER = 1e-4  # [m] fingers that come nearer to each other by less do not
 
 
 class Travel(NamedTuple):
-    """A joint of the hand, closed and open [rad, m]."""
+    """The value of a joint of the hand when closed and when open [rad, m]."""
 
     closed: float
     open: float
 
 
 class Fingers(NamedTuple):
-    """The joints of a hand by their names; how much farther apart its tips are while it is open [m], 0 where the file
-    does not tell; the links that are its tips."""
+    """The fingers of a hand.
+
+    `travels`: joints by name. `width`: how much farther apart the tips are when open [m], 0 if unknown. `tips`: the
+    links at their ends.
+    """
 
     travels: Mapping[str, Travel]
     width: float
@@ -221,10 +231,10 @@ class Fingers(NamedTuple):
 
 
 def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | None = None) -> Fingers:
-    """The fingers that these joints move, as seen from the link that carries them.
+    """Return the fingers that these joints move, seen from the link that carries them.
 
-    A joint is closed at the end where the tips are nearer to each other; where that makes no difference, at the end
-    nearer to zero. `closed`, "lower" or "upper", says it for all.
+    A joint is closed at the end where the tips are nearer to each other; if that is the same, at the end nearer to
+    zero. `closed`, "lower" or "upper", decides it for all.
     """
     own = {joint.name: ends for joint in joints if not joint.mimics and (ends := _ends(tree, joint)) is not None}
     gauge = _Gauge(tree, link, joints)
@@ -244,7 +254,7 @@ def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | Non
 
 
 def _ends(tree: Tree, joint: Joint) -> tuple[float, float] | None:
-    """The limits of a joint; None for one that has no such ends, which stays at zero."""
+    """Return the limits of a joint; None for a joint without ends, which stays at zero."""
     found = tree.range(joint)
     if joint.type not in MOVING or found.lower is None or found.upper is None or found.endless:
         return None
@@ -252,7 +262,7 @@ def _ends(tree: Tree, joint: Joint) -> tuple[float, float] | None:
 
 
 def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
-    """What a joint at a value does to its child link, before which its origin comes."""
+    """Return the motion of a joint at a value, applied to its child link after the origin."""
     if not value:
         return IDENTITY
     if MOVING[joint.type] is JointKind.PRISMATIC:
@@ -261,7 +271,7 @@ def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
 
 
 class _Gauge:
-    """Where the tips of fingers are, as their joints stand."""
+    """Measures where the tips of fingers are for values of their joints."""
 
     def __init__(self, tree: Tree, link: str, joints: Sequence[Joint]) -> None:
         self.tree, self.link, self.joints = tree, link, joints
@@ -269,12 +279,12 @@ class _Gauge:
         self.tips = [self._tip(joint) for joint in joints if joint.child not in carrying]
 
     def _tip(self, joint: Joint) -> str:
-        """The farthest link that a joint holds: files often have one at the end of a finger."""
+        """Return the farthest link that a joint moves: files often have one at the end of a finger."""
         held = self.tree.together(joint.child)
         return max(held, key=lambda link: dist(transform.position(self._step(joint.child, link, {})), (0.0, 0.0, 0.0)))
 
     def all_values(self, own: Mapping[str, float]) -> dict[str, float]:
-        """Of all joints that have one, those that mimic others too."""
+        """Return the values of all joints, also of those that mimic others."""
         values, left = dict(own), [joint for joint in self.joints if joint.mimics and joint.type in MOVING]
         for _ in self.joints:  # one that mimics may be mimicked itself
             left = [joint for joint in left if joint.name not in values]
@@ -286,13 +296,15 @@ class _Gauge:
         return values
 
     def parting(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
-        """How much farther apart the two tips come that move most to each other or from each other [m]; 0 for one tip
-        alone. Links of a gear beside the fingers move less."""
+        """Return how much farther apart the two tips get that move most against each other [m]; 0 for one tip.
+
+        Links of a gear beside the fingers move less.
+        """
         rows = zip(self._distances(before), self._distances(after), strict=False)
         return max((b - a for a, b in rows), key=abs, default=0.0)
 
     def _distances(self, own: Mapping[str, float]) -> list[float]:
-        """Of each two tips."""
+        """Return the distance of each pair of tips."""
         values = self.all_values(own)
         try:
             places: list[Vector] = [transform.position(self._step(self.link, tip, values)) for tip in self.tips]
@@ -333,10 +345,10 @@ _OTHERS = (
 
 
 def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
-    """The axis of the tip that fingers point along, where it is clearly another than Z; `last`: a point of the last
-    joint, and places of the fingers' ends, as the tip sees them.
+    """Return the axis of the tip along which the fingers point, if it is clearly another than Z.
 
-    They point from the last joint to their ends and to the tip.
+    They point from the last joint to their ends and to the tip. `last`: a point of the last joint; `fingers`: the ends
+    of fingers, both in the frame of the tip.
     """
     ends = [transform.vector_difference(end, last) for end in fingers]
     if not ends:
@@ -352,7 +364,7 @@ def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
 
 
 def pointing_note(tip: str, turned: Turned) -> str:
-    """The note for users whose tip points along another axis than its fingers."""
+    """Return the note for a tip whose fingers point along another axis than Z."""
     angles = ", ".join(f"{round(degrees(angle), 3) + 0.0:g}" for angle in transform.to_oat(turned.turn))
     return (
         f"the fingers point along {turned.name} of {tip}, but APPRO and DEPART go along its Z: "

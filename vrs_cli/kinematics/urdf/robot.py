@@ -1,12 +1,16 @@
-"""A robot out of a URDF file: the serial chain of its joints from a base link to a tip link, and usual figures beside.
+"""Make a robot from a URDF file: the chain of joints between a base link and a tip link, and usual figures.
 
-Read are joints with their origins, axes and limits, the masses of links, and their looks: boxes, cylinders, spheres and
-files of meshes, each fixed in a body. Transmissions are left aside, nothing is fetched. Metres, radians, seconds,
-kilograms, as URDF has them.
+It has the joints with their origins, axes and limits, the masses of links, and their looks: boxes, cylinders, spheres
+and mesh files, each fixed in a body. Transmissions are ignored, nothing is fetched. Metres, radians, seconds and
+kilograms, as in URDF.
 
-A body is what one joint of the arm moves: all links that hang on it by fixed joints, those that the joints of its hand
-move, as they are while it is closed, and those that other joints move, as they are at zero. Looks that cannot be
-understood are left out, for an arm moves without them. Format: http://wiki.ros.org/urdf/XML/link.
+A body is what one joint of the arm moves: all links fixed to it, those of the closed hand, and those that other joints
+move, as they are at zero.
+
+If READY is singular or at the end of a range, as most arms are at zeros, another one is chosen (`better_ready`). A pose
+is near singular if the isotropy of its Jacobian is small: the geometric mean of the eigenvalues of J J^T over their
+arithmetic mean, 1 if the arm does all alike, 0 if it cannot do something (J. Kim, P. Khosla, "Dexterity measures for
+design and control of manipulators", IROS 1991). Lengths count as parts of half the reach.
 """
 
 from __future__ import annotations
@@ -71,8 +75,12 @@ USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg
 
 
 class UrdfArm(NamedTuple):
-    """What is chosen of a file: the joints that move, how far each moves for one of its own (a telescope more than
-    1), the links that have their axes (T_base_tip(q) = base . links . flange), and all that hangs on them."""
+    """The arm of a file.
+
+    `joints`: those that move. `scales`: how far each moves for one of its own units (a telescope more than 1). `chain`:
+    links with their axes, T_base_tip(q) = base . links . flange. `fingers`, `places`: the hand and all links that hang
+    on the arm.
+    """
 
     choice: Choice
     joints: tuple[Joint, ...]
@@ -85,10 +93,9 @@ class UrdfArm(NamedTuple):
 def robot_of(
     file: str, text: str, reader: ModelReader, table: Mapping[str, object], base: str | None, tip: str | None
 ) -> RobotModel:
-    """The robot of a URDF file between two links, with the figures that such a file has not: those of a TOML file's
-    table, else usual ones.
+    """Return the robot of a URDF file between two links, with missing figures from a TOML file's table or usual ones.
 
-    Raises FileDamaged, with the file and the element.
+    Raises FileDamaged with the file and the element.
     """
     robot = robot_element(file, text)
     if has_macros(file, robot):
@@ -145,7 +152,10 @@ def robot_of(
 
 
 def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transform = IDENTITY) -> UrdfArm:
-    """The links of a chain, `flange` (T_tip_flange) behind it. Raises FileDamaged for a joint that no arm has."""
+    """Return the links of a chain with `flange` (T_tip_flange) behind it.
+
+    Raises FileDamaged for a joint that no arm has.
+    """
     joints, axes, scales, T = list[Joint](), list[AxisLine](), list[float](), IDENTITY
     for joint in chosen.way:
         T = transform.compose(T, tree.origin(joint.element))
@@ -170,8 +180,9 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
 def _follows(
     tree: Tree, joint: Joint, axis: AxisLine, before: Sequence[Joint], axes: Sequence[AxisLine]
 ) -> Mimic | None:
-    """How a joint of a telescope goes with the one before it, of which it makes a longer one: as the file says, or like
-    that one where it slides along it, as far and as fast. None of a joint that moves by itself.
+    """Return how a telescope's joint follows the one before it; None for a joint that moves by itself.
+
+    It follows as the file says, or equally, if it slides along the same axis with the same limits and speed.
     """
     slides = before and tree.kind(joint) is tree.kind(before[0]) is JointKind.PRISMATIC
     along = transform.dot(axis.direction, axes[0].direction) if slides else 0.0
@@ -185,9 +196,9 @@ def _follows(
 
 
 def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, LinkPlace]:
-    """Where the links are that hang on the base, in the frames of the chain.
+    """Return the places of the links that hang on the base, in the frames of the chain.
 
-    T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed, and ever after.
+    T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed; it stays so.
     """
     steps = [link_transform(link, 0.0) for link in chain.links]
     steps[-1] = transform.compose(steps[-1], chain.flange)
@@ -220,7 +231,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
 
 
 def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
-    """Limits and rates: what a TOML file says of a joint (`own`) goes before what the URDF file does."""
+    """Return limits and rates of a joint: `own`, from a TOML file, comes before the URDF file."""
     kind = tree.kind(joint)
     *ends, rate = (None if x is None else scale * x for x in tree.range(joint))
     if kind is JointKind.REVOLUTE:
@@ -286,16 +297,17 @@ NEAR = 0.3  # of the reach: nearer to the first axis is too near
 
 
 class Ready(NamedTuple):
-    """Joints in which an arm may begin, and what is told of them."""
+    """Joints for READY, and the note about them."""
 
     joints: Joints
     note: str
 
 
 def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
-    """Another READY, in whole steps, for an arm that is singular there or has a joint at its end; None for one that is
-    not, or that is singular everywhere. The same arm has the same one, always. `ahead`: where its tool points, as the
-    flange sees it.
+    """Return another READY in whole steps for an arm that is singular there or has a joint at its end.
+
+    None for other arms, and for an arm that is singular everywhere. The same arm always has the same READY. `ahead`:
+    where its tool points, in the frame of the flange.
     """
     if model.joint_count > MAX_JOINTS:
         return None
@@ -312,7 +324,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
 
 
 class _Wanted:
-    """The worth of poses to begin from."""
+    """Rates poses as READY."""
 
     def __init__(self, model: RobotModel, ahead: Vector) -> None:
         self.model, self.rest, self.ahead = model, model.poses["ready"], ahead
@@ -321,7 +333,7 @@ class _Wanted:
         self.choices = [self._choices(i) for i in range(model.joint_count)]
 
     def fault(self) -> str:
-        """The fault of READY; empty if there is none."""
+        """Return the fault of READY; empty if there is none."""
         if self.isotropy(link_frames(self.model, self.rest)) <= SINGULAR:
             return "the arm is singular"
         rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)
@@ -345,7 +357,7 @@ class _Wanted:
         return list(dict.fromkeys(inside)) or [0.5 * (lower + upper)]
 
     def starts(self) -> Iterator[Joints]:
-        """READY as near as may be, and poses with some of its joints turned, spread evenly (a Weyl sequence)."""
+        """Yield READY rounded to whole steps, then poses with some joints turned, spread evenly (a Weyl sequence)."""
         near = [min(xs, key=lambda x: abs(x - rest)) for xs, rest in zip(self.choices, self.rest, strict=True)]
         yield tuple(near)
         roots = [sqrt(prime) for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)]
@@ -355,7 +367,7 @@ class _Wanted:
             yield tuple(x if part < 0.0 else xs[int(len(xs) * part)] for xs, part, x in rows)
 
     def improve(self, q: Joints) -> Joints:
-        """One joint after the other where it is worth most, until none can be bettered."""
+        """Return q with one joint after the other at its best value, until none gets better."""
         for _ in range(SWEEPS):
             before = q
             for i, xs in enumerate(self.choices):
@@ -365,7 +377,7 @@ class _Wanted:
         return q
 
     def level_tool(self, q: Joints) -> Joints:
-        """With the tool straight down, where one joint turns it so and that costs little."""
+        """Return q with the tool straight down, if one joint can do that at little cost."""
         turned = [(*q[:i], x, *q[i + 1 :]) for i, xs in enumerate(self.choices) for x in xs]
         down = [
             other

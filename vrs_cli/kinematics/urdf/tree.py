@@ -44,7 +44,7 @@ SOURCES = ("urdf", "xacro", "robots", "models")  # folders of a package that rob
 
 
 def has_macros(file: str, root: Element) -> bool:
-    """Whether a file is to be expanded before it is a robot."""
+    """Return whether a file has macros to expand before it is a robot."""
     if Path(file).suffix.lower() == ".xacro" or any(element.tag.startswith(XACRO) for element in root.iter()):
         return True
     if "xmlns:xacro" not in root.attrib:
@@ -54,7 +54,7 @@ def has_macros(file: str, root: Element) -> bool:
 
 
 def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
-    """The text of a file without macros. Raises FileDamaged, with the command where the package is not there."""
+    """Return the text of a file without macros. Raises FileDamaged, with the command to use without the package."""
     if find_spec("xacro") is None:
         hint = f"{how_to_install('xacro')}, or {expanding(file)}"
         raise FileDamaged(f"{file}: it holds xacro macros, and xacro is not installed", hint)
@@ -72,7 +72,7 @@ def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
 
 
 def _expand(file: str, *pairs: str) -> int:
-    """Write the text of a file without macros; else what is wrong and a hint, a line each. Returns the status."""
+    """Write the text of a file without macros, or what is wrong and a hint, one line each. Return the exit status."""
     with suppress(ImportError):
         import resource
 
@@ -98,21 +98,21 @@ def _expand(file: str, *pairs: str) -> int:
 
 
 def _behind(error: BaseException | None) -> Iterator[BaseException]:
-    """An error, and those that it was raised for."""
+    """Yield an error and the errors behind it."""
     while error is not None:
         yield error
         error = error.__context__
 
 
 class _NoPackage(BaseException):
-    """What xacro does not put into other words, as it does with exceptions."""
+    """A missing package; no Exception, because xacro rewords exceptions."""
 
 
 @contextmanager
 def _packages_beside(path: Path) -> Iterator[None]:
-    """While it is entered, $(find PACKAGE) is a folder above the file or beside one of these; else what ROS knows.
+    """While entered, let $(find PACKAGE) find folders above the file or beside one of these, then what ROS knows.
 
-    The package asks ROS alone, by a function that it has no other name for.
+    xacro asks ROS alone, by a private function that is replaced here.
     """
     from xacro import substitution_args
 
@@ -126,7 +126,7 @@ def _packages_beside(path: Path) -> Iterator[None]:
 
 
 def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
-    """Of a package, beside a file or as ROS knows it. Raises _NoPackage."""
+    """Return the folder of a package, beside a file or as ROS knows it. Raises _NoPackage."""
     beside = package_folder(path, name)
     try:
         return str(usual(name) if beside is None else beside)
@@ -135,8 +135,10 @@ def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
 
 
 def package_folder(path: Path, name: str) -> Path | None:
-    """The folder of a package, as seen from a file: one above it of that name, or beside one above it; else the package
-    that the file itself is in, whose folder may have another name."""
+    """Return the folder of a package: one above the file with that name, or beside one above it.
+
+    Else the folder of the package that the file itself is in, which may have another name.
+    """
     above = path.parents
     named = [folder for folder in above if folder.name == name]
     found = (*named, *(folder / name for folder in above if (folder / name).is_dir()))
@@ -162,7 +164,7 @@ _TEXT = "a robot description is an XML file"
 
 
 def robot_element(file: str, text: str) -> Element:
-    """The root of a URDF file. Raises FileDamaged."""
+    """Return the root of a URDF file. Raises FileDamaged."""
     if len(text) > MAX_FILE_CHARS:
         raise FileDamaged(f"{file}: {len(text)} characters", f"at most {MAX_FILE_CHARS} are read")
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -183,18 +185,17 @@ def robot_element(file: str, text: str) -> Element:
 
 
 def name_of(element: Element, key: str = "name") -> str:
-    """A name that an element gives, in one line: a reader of XML takes a line end in it for a blank."""
+    """Return an element's name in one line: XML readers take line ends in it for blanks."""
     return " ".join(element.get(key, "").split())
 
 
 def expanding(file: str) -> str:
-    """The command that expands the macros of a file."""
+    """Return the command that expands the macros of a file."""
     return f"expand it first: xacro {file} > arm.urdf"
 
 
 class Range(NamedTuple):
-    """Limits [rad, m] and velocity [rad/s, m/s] of a joint, as the file has them: `None` where it says nothing,
-    infinite where there is no end."""
+    """Limits [rad, m] and velocity [rad/s, m/s] of a joint in the file: None if missing, infinite if endless."""
 
     lower: float | None
     upper: float | None
@@ -202,12 +203,12 @@ class Range(NamedTuple):
 
     @property
     def endless(self) -> bool:
-        """Whether an end is said to be where no joint comes to."""
+        """Return whether a limit is so far that it means no end."""
         return any(end is not None and abs(end) >= ENDLESS for end in (self.lower, self.upper))
 
 
 class Mimic(NamedTuple):
-    """What a joint follows: it stands at factor * leader + offset."""
+    """How a joint follows another one: it stands at factor * leader + offset."""
 
     leader: str
     factor: float
@@ -216,7 +217,7 @@ class Mimic(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint between two links; what its element says is read when it is asked for."""
+    """A joint between two links; its element is read when it is needed."""
 
     element: Element
     name: str
@@ -234,7 +235,7 @@ class Joint:
 
 
 class Tree:
-    """Joints by their child link, which has one parent."""
+    """The joints of a file by their child link, which has one parent."""
 
     def __init__(self, file: str, robot: Element) -> None:
         self.file, self.robot, self.name = file, robot, name_of(robot) or "robot"
@@ -297,7 +298,7 @@ class Tree:
         return self.roots[0]
 
     def way(self, base: str, tip: str) -> list[Joint]:
-        """The joints from base to tip."""
+        """Return the joints from base to tip."""
         way: list[Joint] = []
         link = tip
         while link != base:
@@ -310,18 +311,18 @@ class Tree:
         return way[::-1]
 
     def together(self, link: str) -> list[str]:
-        """The links that fixed joints hold to a link, below it, itself first."""
+        """Return the links that are fixed to a link, below it, with the link itself first."""
         found = [link]
         for parent in found:
             found += [joint.child for joint in self.below.get(parent, ()) if not joint.moves]
         return found
 
     def nearest(self, link: str) -> list[Joint]:
-        """The next joints below a link that move."""
+        """Return the next moving joints below a link."""
         return [joint for held in self.together(link) for joint in self.below.get(held, ()) if joint.moves]
 
     def moving_below(self, joint: Joint) -> Iterator[Joint]:
-        """All joints that move behind a joint, itself first."""
+        """Yield a joint and all moving joints behind it."""
         left = [joint]
         while left:
             joint = left.pop()
@@ -353,7 +354,7 @@ class Tree:
         return Mimic(name_of(found, "joint"), factor, offset)
 
     def _limit(self, joint: Joint, values: Mapping[str, str], key: str) -> float | None:
-        """A number that may be infinite; None where there is none."""
+        """Return a number that may be infinite; None if it is missing."""
         if key not in values:
             return None
         with suppress(ValueError):
@@ -362,7 +363,7 @@ class Tree:
         return self.numbers(joint.element, f"limit {key}", values[key], 1)[0]
 
     def origin(self, element: Element) -> Transform:
-        """T_parent_child while the joint is 0: fixed axes, roll about x first (URDF)."""
+        """Return T_parent_child while the joint is 0: fixed axes, roll about x first (URDF)."""
         origin = element.find("origin")
         values: Mapping[str, str] = {} if origin is None else origin.attrib
         x, y, z = self.numbers(element, "origin xyz", values.get("xyz", "0 0 0"), 3)
@@ -373,7 +374,7 @@ class Tree:
         return at_position(turned, x, y, z)
 
     def axis(self, joint: Joint) -> Vector:
-        """In the frame of its child link."""
+        """Return the joint's axis in the frame of its child link."""
         axis = joint.element.find("axis")
         text = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
         x, y, z = self.numbers(joint.element, "axis xyz", text, 3)
@@ -383,7 +384,7 @@ class Tree:
         return x / length, y / length, z / length
 
     def numbers(self, element: Element, what: str, text: str, count: int) -> tuple[float, ...]:
-        """So many numbers of an attribute. Raises FileDamaged, with the element's name."""
+        """Return the numbers of an attribute, `count` of them. Raises FileDamaged with the element's name."""
         try:
             values = tuple(map(float, text.split()))
         except ValueError:
@@ -397,7 +398,7 @@ class Tree:
         return values
 
     def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:
-        """The error for a joint, and what would be right."""
+        """Return the error for a joint, and what would be right."""
         return FileDamaged(f"{self.file}: joint {name_of(joint) or '?'}: {what}", right)
 
 

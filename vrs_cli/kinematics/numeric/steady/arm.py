@@ -1,7 +1,7 @@
-"""An arm of four or five joints that takes its tool to a place exactly, turned as nearly as it can: `conditions`.
+"""Solve an arm of four or five joints: the place of its tool exact, its turn as near as possible (`conditions`).
 
-The turn that is asked for may be out of its reach; the joints follow from the pose all the same. So velocities need
-the pose that is asked for beside the one that the arm has.
+The desired turn may be impossible, but the joints still follow from the pose. So velocities need the desired pose
+beside the actual one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SAME_TURN = 1e-5  # [rad] two turns that are missing and are one: then the joint
 
 
 class SteadyArm(RobotArm):
-    """Documented in `arm.RobotArm`. There is one way, without words."""
+    """An arm of four or five joints. See `arm.RobotArm`; it has one configuration, without words."""
 
     seed_step = 0.1
     method = "damped least squares within the limits, the tool turned as nearly as can be"
@@ -43,11 +43,11 @@ class SteadyArm(RobotArm):
 
     @cached_property
     def unchanging(self) -> Unchanging:
-        """Nothing is forbidden: what the arm cannot do about a turn it does as nearly as it can."""
+        """Return no forbidden parts: the arm turns its tool as nearly as it can."""
         return Unchanging()
 
     def check_tool(self, T_flange_tool: Transform) -> None:
-        """Every tool is right: the place of its tip is what counts."""
+        """Accept every tool: only the place of its tip counts."""
 
     @cached_property
     def batch(self) -> SteadyBatch:
@@ -78,7 +78,9 @@ class SteadyArm(RobotArm):
         return float(Way(self.batch.conditions, q, T).at.angle[0])
 
     def _least(self, T: Transform, near: Joints) -> Joints | None:
-        """Of what is found within the limits that with the least turn, and of those the one that is reached soonest."""
+        """Return the joints with the least missing turn within the limits, of equal ones those that are reached
+        soonest.
+        """
         found = self.batch.least_turns(T, near)
         turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
         least = min((turned for _, turned in turned_near), default=inf)
@@ -86,7 +88,7 @@ class SteadyArm(RobotArm):
         return min(near_least, key=partial(self.shortest_time, near), default=None)
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
-        """The refusal of a place: of the range of a joint, or because it is beyond all of them."""
+        """Return the refusal of a place: out of the range of a joint, or out of reach."""
         found = self.batch.without_limits(T, near)
         if found:
             best = self._best_turns(found[0][0])
@@ -94,7 +96,7 @@ class SteadyArm(RobotArm):
         return self._out_of_reach(T, self.ways[0], "")
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
-        """Of the tip of the tool: where the flange would be is not asked for."""
+        """Return the refusal for the tip of the tool, because the flange's place is not prescribed."""
         start, (most, *_) = levers(self.model)
         tip, most = position(compose(T, self.tool)), most + length(position(self.tool))
         far = dist(tip, start)
@@ -139,7 +141,7 @@ class SteadyArm(RobotArm):
     # --- singularity -----------------------------------------------------------------------------------------
 
     def singularity(self, q: Joints) -> Singularity:
-        """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
+        """Return as `elbow` the freedom of this pose beside the mean; which joints are singular is unknown."""
         mean = self._mean_freedom
         return Singularity(1.0, min(self._freedom(q) / mean, 1.0) if mean else 1.0, 1.0)
 
@@ -148,7 +150,7 @@ class SteadyArm(RobotArm):
         return sum(map(self._freedom, islice(some_joints(self.model), MEASURED))) / MEASURED
 
     def _freedom(self, q: Joints) -> float:
-        """How well the joints move the place, times how well they turn the tool while it stays."""
+        """Return how well the joints move the tip, times how well they turn the tool with the tip at rest."""
         from vrs_cli.kinematics.numeric.steady.conditions import Way  # here: it brings numpy
 
         return Way(self.batch.conditions, q, self.forward(q)).freedom

@@ -1,14 +1,26 @@
-"""`SteadyArm` over arrays; one pose alone is a row too.
+"""Search many poses of a steady arm at once, and prove that its joints are continuous along a path.
 
 A search is sequential quadratic programming (Nocedal and Wright, "Numerical Optimization", 2006, chapter 18). Each step
-goes to the least of a quadratic model of 1 - cos phi among the joints that reach the place, as far as it is linear,
-within the limits and no joint farther than a radius. Joints at a limit are left out of the multipliers: these
-then belong to the side of the box on which the search goes on, and it converges with the square there too. A search
-that turns back takes shorter steps.
+goes to the least of a quadratic model of 1 - cos phi among the joints that reach the place (to first order), within the
+limits, with no joint farther than a radius. Joints at a limit are left out of the multipliers: these then belong to the
+side of the box on which the search continues, and it converges quadratically there too. A search that turns back takes
+shorter steps.
 
-The least of the model lies inside the box, on one of its sides, where one joint is at an end of its range, or on a
-corner, where two are. All of these are few, so all are tried at once: this finds the least also where the function does
-not bend upwards, and needs no steps from side to side (16.8 of the same book, for more than two variables).
+The least of the model is inside the box, on one of its sides, where one joint is at an end of its range, or on a
+corner, where two are. These are few, so all are tried at once: this finds the least also if the function does not bend
+upwards, and needs no steps from side to side (16.8 of the same book, for more than two variables).
+
+The proof is that of `numeric.continuation` with other unknowns, joints and multipliers x = (q, l); F is the residual of
+the conditions (`conditions`). F is the gradient of
+
+    G(q, l) = l . (p(q) - p) + 1 - cos phi,   cos phi = (trace(W^T R) - 1) / 2,
+
+so derivatives of the second part by joints are at most 1 each, because half the trace of a product of rotations and
+cross product matrices of unit axes is (they have rank 2), and those of the first part are at most the lever of the last
+of these joints, times the length of l. F is evaluated on the cubic c(x) at the ends of pieces. F and its slope are 0 at
+both samples, so its second derivative is at most 1/12 of its fourth (the remainder of Hermite's interpolation), and
+between the ends of a piece of g of the gap F is at most g2 / 96 of that from the chord. The second derivative of F'
+bounds F' between them likewise. As F' is regular on the whole way, the missing turn stays a least one.
 """
 
 from __future__ import annotations
@@ -58,14 +70,14 @@ OVER = 1e-9  # [rad, m] that a step may leave the box, by rounding
 
 
 class Found(NamedTuple):
-    """Joints (N, n), NaN where there are none, and the turns that are missing there (N,) [rad]."""
+    """Joints (N, n), NaN if there are none, and their missing turns (N,) [rad]."""
 
     joints: Floats
     turned: Floats
 
 
 class SteadyBatch(SerialBatch):
-    """Rows that do not converge are NaN."""
+    """`SteadyArm` over arrays. Rows that do not converge are NaN."""
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, T_flange_tool: Transform) -> None:
         super().__init__(model, (NONE,), unchanging)
@@ -74,7 +86,7 @@ class SteadyBatch(SerialBatch):
         self._planar = PlanarStarts(self, self.conditions.tip) if is_planar(self) else None
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """One way: that with the least turn of those that are found from all starts, within the limits."""
+        """Return for each pose the joints with the least missing turn from all starts, within the limits."""
         q = np.full((len(T), self.joints), np.nan)
         for first in range(0, len(T), POSES):
             pose, found = self._search_all(T[first : first + POSES])
@@ -84,20 +96,18 @@ class SteadyBatch(SerialBatch):
         return q[:, None], self.inside(q)[:, None]
 
     def least_turns(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """Joints within the limits for one pose, from all starts and from joints that are near, and the turns that are
-        missing there.
-        """
+        """Return joints within the limits for one pose, from all starts and from `near`, with their missing turns."""
         return _joints_and_turns(self._search_all(np.reshape(T, (1, 3, 4)), near)[1])
 
     def without_limits(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """`least_turns` of the first starts, whatever the limits."""
+        """Return `least_turns` of the first starts, whatever the limits."""
         pose, begin, bounded = self._first_starts(np.reshape(T, (1, 3, 4)), near)
         return _joints_and_turns(self.search(np.reshape(T, (1, 3, 4))[pose], begin, bounded & False, pose=pose))
 
     def _search_all(self, T: Floats, near: Joints | None = None) -> tuple[Rows, Found]:
-        """Search poses (N, 3, 4) within the limits; return the numbers of the poses, and what is found for each.
+        """Search poses (N, 3, 4) within the limits; return the number of the pose of each result, and the results.
 
-        Where starts are samples and none of the first ones leads to the pose itself, search from others too.
+        If starts are samples and none of the first ones leads to the pose itself, search from others too.
         """
         pose, begin, bounded = self._first_starts(T, near)
         found = self._within_limits(self.search(T[pose], begin, bounded, pose=pose))
@@ -132,13 +142,13 @@ class SteadyBatch(SerialBatch):
         return SampledStarts(self, self.conditions.tip)
 
     def _within_limits(self, found: Found) -> Found:
-        """Those within the limits, on the turns nearest to the middles of the ranges."""
+        """Return the results within the limits, on the turns nearest to the middles of the ranges."""
         joints = self.turned_near(found.joints, self.middle)
         inside = self.inside(joints)
         return Found(np.where(inside[:, None], joints, np.nan), np.where(inside, found.turned, np.inf))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
-        """From joints that are near, whatever their limits: by Newton's method, else downhill."""
+        """Return the joints that follow from near ones, whatever the limits: by Newton's method, else downhill."""
         conditions, near = self.conditions, np.broadcast_to(near, (len(T), self.joints))
         q = near.copy()
         found, rows = np.full_like(q, np.nan), np.arange(len(T))
@@ -166,19 +176,20 @@ class SteadyBatch(SerialBatch):
         return found
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        """The least turn downhill from joints that are near, within the limits."""
+        """Return the joints with the least missing turn downhill from `near`, within the limits."""
         found = self.search(np.reshape(T, (1, 3, 4)), np.array([near]), np.array([True])).joints[0].tolist()
         return None if isnan(found[0]) else tuple(found)
 
     def follow(self, T: Transform, near: Joints) -> Joints | None:
-        """`inverse_branch` of one pose."""
+        """Return `inverse_branch` of one pose."""
         q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
         return None if isnan(q[0]) else tuple(q)
 
     def search(self, T: Floats, near: Floats, bounded: Flags, *, steps: int = STEPS, pose: Rows | None = None) -> Found:
-        """(N, 3, 4) and starts (N, n): the least turn downhill from there; where `bounded` (N,), within the limits.
+        """Search poses (N, 3, 4) downhill from starts (N, n) to the least turn; rows in `bounded` (N,) within the
+        limits.
 
-        `pose` (N,): numbers of poses; of searches for one pose that meet only one goes on.
+        `pose` (N,): numbers of poses; of searches for one pose that meet only one continues.
         """
         lower, upper = (
             np.where(bounded[:, None], end, far) for end, far in ((self.lower, -np.inf), (self.upper, np.inf))
@@ -221,7 +232,7 @@ class SteadyBatch(SerialBatch):
         return found
 
     def _downhill(self, at: Terms, held: Flags, low: Floats, high: Floats) -> Floats:
-        """(N, n): steps to the least of the model between low and high; `held` joints are at a limit."""
+        """Return steps (N, n) to the least of the model between low and high; `held` joints are at a limit."""
         conditions, place = self.conditions, at.place
         radius = np.maximum(high, -low).max(axis=1)
         across = np.swapaxes(place, 1, 2)
@@ -240,7 +251,7 @@ class SteadyBatch(SerialBatch):
         return np.clip(to_place + least_in_box(ways, slope, curve, low - to_place, high - to_place), low, high)
 
     def _newton_step(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
-        """Newton's step (N, n) to where the conditions are met, and the multipliers there (N, 3)."""
+        """Return Newton's step (N, n) to where the conditions hold, and the multipliers there (N, 3)."""
         conditions, n = self.conditions, self.joints
         wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
         table = conditions.system(at, bend)
@@ -261,9 +272,9 @@ def _joints_and_turns(found: Found) -> list[tuple[Joints, float]]:
 
 
 def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats) -> Floats:
-    """Steps (N, n) of the joints to the least of slope . z + z . bend z / 2, with low <= ways z <= high.
+    """Return steps (N, n) of the joints to the least of slope . z + z . bend z / 2, with low <= ways z <= high.
 
-    `ways` (N, n, 2): what the two variables z do to the joints. Where no step stays in the box, the one that leaves it
+    `ways` (N, n, 2): the joints' change by the two variables z. If no step stays in the box, the one that leaves it
     least.
     """
     determinant = bend[:, 0, 0] * bend[:, 1, 1] - bend[:, 0, 1] ** 2
@@ -281,12 +292,12 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
 
 
 def _over(step: Floats, low: Floats, high: Floats) -> Floats:
-    """By how much steps (..., n) leave the box at most."""
+    """Return how far steps (..., n) leave the box at most."""
     return np.asarray(np.maximum(step - high, low - step).max(axis=-1))
 
 
 def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats, inside: Floats) -> Floats:
-    """(N, n): the best of the steps to the sides and corners, and of those inside the box."""
+    """Return the best of the steps to the sides and corners and of those inside the box (N, n)."""
     ends = np.stack((low, high), axis=2)  # (N, n, 2)
     z = np.concatenate((_least_on_sides(ways, slope, bend, ends), _corners(ways, ends)), axis=1)
     steps = np.concatenate((inside[:, None], z @ np.swapaxes(ways, 1, 2)), axis=1)
@@ -300,7 +311,7 @@ def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floa
 
 
 def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> Floats:
-    """(N, 2 n, 2): the variables that are least where one joint is at an end."""
+    """Return the variables that are least with one joint at an end: (N, 2 n, 2)."""
     size = (ways * ways).sum(axis=2)
     foot = (ways / np.where(size > FLAT, size, np.nan)[:, :, None])[:, :, None] * ends[..., None]  # (N, n, 2, 2)
     along = np.stack((-ways[:, :, 1], ways[:, :, 0]), axis=2)
@@ -312,7 +323,7 @@ def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> 
 
 
 def _corners(ways: Floats, ends: Floats) -> Floats:
-    """(N, 2 n (n - 1), 2): the variables with which two joints are at ends."""
+    """Return the variables with two joints at ends: (N, 2 n (n - 1), 2)."""
     first, second = np.array(list(combinations(range(ways.shape[1]), 2))).T
     a, b = ways[:, first], ways[:, second]
     determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
@@ -330,9 +341,9 @@ PROOF_ROUNDING = 1e-12
 
 
 class SteadyGaps(NamedTuple):
-    """The ways between neighbouring samples, by the part of their time.
+    """The gaps between neighbouring samples, by the part of their time.
 
-    `poses`: of the flange that are asked for (k, m, 3, 4), of the gaps in `which`, at these parts (m,) of their time.
+    `poses`: a function of the gaps `which` and parts (m,) of their time: the desired poses of the flange (k, m, 3, 4).
     """
 
     which: Rows
@@ -351,7 +362,7 @@ class SteadyGaps(NamedTuple):
 
 
 class SteadyContinuation:
-    """The proof for one arm and one place of the tip. `sure`: as of `numeric.continuation`."""
+    """The proof for one arm and one place of the tip. `sure` as in `numeric.continuation`."""
 
     sure = 0.0
 
@@ -370,7 +381,7 @@ class SteadyContinuation:
         self.units = np.concatenate((np.where(turning, 1.0, self.length), np.full(PLACES, 1.0 / self.length)))
 
     def prove(self, gaps: SteadyGaps, pieces: int) -> Flags:
-        """(k,): of each gap."""
+        """Return for each gap whether it is proved (k,)."""
         parts = np.linspace(0.0, 1.0, pieces + 1)
         poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
         ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
@@ -391,7 +402,7 @@ class SteadyContinuation:
         return np.asarray((beta * beta * curved[:, None] * off <= continuation.MAX_KANTOROVICH).all(axis=1))
 
     def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (none)
-        """Joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
+        """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
         conditions = self.conditions
         at = conditions.terms(q, T)
         bend = conditions.bend(at, conditions.multipliers(at))
@@ -400,7 +411,7 @@ class SteadyContinuation:
         return np.asarray(q + step[:, : self.n, 0])
 
     def _state(self, q: Floats, T: Floats, twist: Floats) -> tuple[Floats, Floats]:
-        """Joints and multipliers, and their rates, in units of the proof."""
+        """Return joints and multipliers, and their rates, in units of the proof."""
         conditions = self.conditions
         at = conditions.terms(q, T)
         multipliers = conditions.multipliers(at)
@@ -409,7 +420,9 @@ class SteadyContinuation:
         return np.concatenate((q, multipliers), axis=1) / self.units, rate / self.units
 
     def _bounds(self, gaps: SteadyGaps, cubic: continuation.Cubic) -> tuple[Floats, Floats, Floats]:
-        """(k,): of the fourth derivative of F on the cubic, of the second of F', and of how F' changes beside it."""
+        """Return bounds (k,): of F's fourth derivative on the cubic, of F's third one, and of how F' changes
+        beside it.
+        """
         pace = [order[:, : self.n].sum(axis=1) for order in cubic.most()]
         greatest = (
             np.maximum(np.abs(cubic.begin), np.abs(cubic.end)) + cubic.most()[1] / 8.0
@@ -427,7 +440,7 @@ class SteadyContinuation:
 
 
 def _of_turn(angles: list[Floats]) -> list[Floats]:
-    """Bounds of a turn and its derivatives up to the fourth, by those of its angles together (Faa di Bruno)."""
+    """Return bounds of a turn and its derivatives up to the fourth, from those of its angles (Faa di Bruno)."""
     first, second, third, *fourth = angles
     last = fourth[0] if fourth else np.zeros_like(first)
     square = first * first

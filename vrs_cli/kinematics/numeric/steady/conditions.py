@@ -1,24 +1,32 @@
-"""Conditions that make the joints of a short arm definite: the place exactly, the tool turned as nearly as can be.
+"""State the conditions for the joints of a short arm (exact place, nearest turn), and choose starts of searches.
 
-An arm of four or five joints reaches every place in its range, in many ways, but not every turn there. Of the ways the
-one is taken whose turn away from the pose that is asked for is the smallest. With the rotation R of the flange and W
-the one asked for, by the angle phi away from it,
+An arm of four or five joints reaches every place in its range in many ways, but not every turn there. It takes the way
+with the smallest turn away from the desired pose. With the rotation R of the flange and W the desired one, by the angle
+phi away from it,
 
     1 - cos phi = (3 - trace(W^T R)) / 2
 
-is least where its slope along the joints is nothing but a pull of the place, the multipliers l (Lagrange's conditions;
-Nocedal and Wright, "Numerical Optimization", 2006, 12.3 and 18.1):
+is least where its slope by the joints is a combination of the slopes of the place, with multipliers l (Lagrange's
+conditions; Nocedal and Wright, "Numerical Optimization", 2006, 12.3 and 18.1):
 
     P l - O e = 0,   p(q) - p = 0
 
-with the rows P and O of what each joint does to the place and the direction [m/rad, 1], and e the axis of the turn that
-is missing, as long as its sine. These are as many equations as unknowns: the joints are a function of the pose alone,
-so that a path which closes brings all joints back, and a pose that the arm can have is had exactly.
+with the rows P and O of the effect of each joint on place and direction [m/rad, 1], and e the axis of the missing turn,
+as long as its sine. These are as many equations as unknowns: the joints are a function of the pose alone, so a closed
+path brings all joints back, and a possible pose is reached exactly.
 
-How the joints go on where the pose moves follows from the derivatives of the conditions. With the unknowns x, joints
-and multipliers, F(x(t), t) = 0 at all times. Its first derivative gives x'; where x is replaced by its own Taylor
-polynomial of degree k - 1, the k-th derivative of F is -K x^(k), K = dF/dx. The first is exact; the others are taken
-from values of F at seven times, which are near enough to each other for ten decimals.
+The derivatives of the joints along a path follow from those of the conditions. With the unknowns x, joints and
+multipliers, F(x(t), t) = 0 at all times. Its first derivative gives x'; if x is replaced by its own Taylor polynomial
+of degree k - 1, the k-th derivative of F is -K x^(k), K = dF/dx. The first is exact; the others come from values of F
+at seven times, near enough to each other for ten decimals.
+
+Arms with parallel joints 2 to 4, as most arms for teaching, start from a table. For an angle of the last joint of five,
+joint 1 follows from the place of the tip: it turns the plane of joints 2 to 4 to the distance of the tip from it, in
+two ways. For each direction of the hand in that plane joints 2 and 3 are two bars that reach a point, in two ways
+(complex numbers are vectors of the plane). So all joints that reach a place are a table over the angle of the last
+joint and the direction of the hand, and each least turn is near an entry that is less than its neighbours. Axes need to
+be parallel only as nearly as those of a measured robot: a search makes the joints exact. Other arms start from those of
+many sample joints that bring the tip nearest to the place.
 """
 
 from __future__ import annotations
@@ -44,8 +52,10 @@ FEW = 20  # rows
 
 
 class Terms(NamedTuple):
-    """Of N joint vectors and poses: `place` and `turn` (N, n, 3), what each joint does; `away` (N, 3), the way that is
-    missing [m]; `sine` (N, 3) and `mixed` = R W^T (N, 3, 3), the turn that is missing.
+    """Terms of the conditions for N joint vectors and poses.
+
+    `place`, `turn` (N, n, 3): the effect of each joint. `away` (N, 3): the missing way [m]. `sine` (N, 3) and `mixed` =
+    R W^T (N, 3, 3): the missing turn.
     """
 
     place: Floats
@@ -56,13 +66,13 @@ class Terms(NamedTuple):
 
     @property
     def angle(self) -> Floats:
-        """(N,) the turn that is missing [rad]."""
+        """Return the missing turn (N,) [rad]."""
         cosine = 0.5 * (np.trace(self.mixed, axis1=1, axis2=2) - 1.0)
         return np.asarray(np.arctan2(np.linalg.norm(self.sine, axis=1), cosine))
 
 
 class SteadyConditions:
-    """The conditions of one arm, for the place of the tip of a tool."""
+    """The conditions of one arm for the place of a tool's tip."""
 
     def __init__(self, batch: SerialBatch, T_flange_tool: Transform) -> None:
         self.batch, self.tool, self.joints = batch, T_flange_tool, batch.joints
@@ -73,7 +83,7 @@ class SteadyConditions:
         self.before = (i[:, None] > i)[None, :, :, None]  # [i, k]: joint k comes before joint i
 
     def terms(self, q: Floats, T: Floats) -> Terms:
-        """Joints (N, n) and poses of the flange that are asked for (N, 3, 4)."""
+        """Return the terms for joints (N, n) and desired poses of the flange (N, 3, 4)."""
         if len(q) > FEW:
             have, J = self.batch.forward(q), self.batch.jacobian(q, self.tool)
         else:  # the formulas for floats are faster
@@ -91,17 +101,15 @@ class SteadyConditions:
         return Terms(columns[:, :, :3], columns[:, :, 3:], away, sine, mixed)
 
     def multipliers(self, at: Terms, free: Flags | None = None) -> Floats:
-        """(N, 3): those with which the conditions of the free joints (N, n), of all by default, are met as nearly as
-        can be.
-        """
+        """Return the multipliers (N, 3) that best meet the conditions of the free joints (N, n), of all by default."""
         pull, place = at.turn @ at.sine[:, :, None], at.place if free is None else at.place * free[:, :, None]
         across = np.swapaxes(place, 1, 2)
         return np.asarray(np.linalg.solve(across @ place + 1e-12 * np.eye(PLACES), across @ pull)[:, :, 0])
 
     def bend(self, at: Terms, multipliers: Floats) -> Floats:
-        """(N, n, n): the derivatives of P l - O e by the joints.
+        """Return the derivatives of P l - O e by the joints (N, n, n).
 
-        Of two joints the first one turns what the later one does: d O_i / d q_k = O_k x O_i, d P_i / d q_k = O x P.
+        Of two joints the first turns the effect of the later one: d O_i / d q_k = O_k x O_i, d P_i / d q_k = O x P.
         """
         moved = _cross(at.turn[:, self.first], at.place[:, self.later])
         turned = np.where(self.before, _cross(at.turn[:, None, :], at.turn[:, :, None]), 0.0)
@@ -111,7 +119,7 @@ class SteadyConditions:
         return np.asarray(pulled[..., 0] - direct)
 
     def system(self, at: Terms, bend: Floats) -> Floats:
-        """(N, n + 3, n + 3): the derivatives of all conditions by joints and multipliers."""
+        """Return the derivatives of all conditions by joints and multipliers (N, n + 3, n + 3)."""
         n, count = self.joints, len(bend)
         table = np.zeros((count, n + PLACES, n + PLACES))
         table[:, :n, :n] = bend
@@ -121,19 +129,19 @@ class SteadyConditions:
 
     @staticmethod
     def residual(at: Terms, multipliers: Floats) -> Floats:
-        """(N, n + 3): by how much the conditions are not met."""
+        """Return the residuals of the conditions (N, n + 3)."""
         slope = at.place @ multipliers[:, :, None] - at.turn @ at.sine[:, :, None]
         return np.concatenate((slope[:, :, 0], -at.away), axis=1)
 
     @staticmethod
     def wanted_rates(at: Terms, twists: Floats) -> Floats:
-        """(N, n + 3): what the conditions ask of the rates of the unknowns, for twists of the tool (N, 6)."""
+        """Return what the conditions ask of the unknowns' rates for twists of the tool (N, 6): (N, n + 3)."""
         trace = np.trace(at.mixed, axis1=1, axis2=2)[:, None, None]
         turned = 0.5 * (trace * np.eye(3) - np.swapaxes(at.mixed, 1, 2)) @ twists[:, 3:, None]
         return np.concatenate(((at.turn @ turned)[:, :, 0], twists[:, :3]), axis=1)
 
     def is_least(self, at: Terms, bend: Floats) -> Flags:
-        """(N,): whether every way that keeps the place turns the tool away, and not nearer."""
+        """Return whether every motion that keeps the place turns the tool away (N,)."""
         normal = np.swapaxes(at.place, 1, 2) @ at.place + 1e-12 * np.eye(PLACES)
         along = np.eye(self.joints) - at.place @ np.linalg.solve(normal, np.swapaxes(at.place, 1, 2))
         symmetric = 0.5 * (bend + np.swapaxes(bend, 1, 2))
@@ -142,7 +150,7 @@ class SteadyConditions:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """numpy's takes several times as long for a few."""
+    """Return cross products; numpy's take several times as long for few rows."""
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack((y * w - z * v, z * u - x * w, x * v - y * u), axis=-1)
@@ -159,11 +167,11 @@ LOST = 1e-12  # of the largest singular value of K: a lesser one is none
 
 
 class CannotFollow(Exception):
-    """The joints cannot follow at all: a singular pose."""
+    """Raised in a singular pose, where no joint rates follow the path."""
 
 
 class Way:
-    """One arm at joints q that belong to the pose T_base_flange that is asked for."""
+    """One arm at joints q that belong to the desired pose T_base_flange."""
 
     def __init__(self, conditions: SteadyConditions, q: Joints, T: Transform) -> None:
         self.conditions, self.q = conditions, np.array(q)
@@ -178,8 +186,9 @@ class Way:
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
 
     def rates(self, twist: Twist, poses: Callable[[float], Transform], order: int) -> tuple[Joints, ...]:
-        """The first `order` derivatives of the joints [rad/s, rad/s2, rad/s3], for the twist of the tool that is asked
-        for; `poses`: those of the flange that are asked for, by the time from now [s]. Raises CannotFollow.
+        """Return the first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] for the desired twist of the tool.
+
+        `poses`: the desired poses of the flange by the time from now [s]. Raises CannotFollow.
         """
         first = self._solve(self.conditions.wanted_rates(self.at, np.array([twist]))[0])
         if order == 1:
@@ -193,7 +202,7 @@ class Way:
         return self._of_joints(first), self._of_joints(second), self._of_joints(third)
 
     def _residuals(self, first: Floats, second: Floats, T: Floats, h: float) -> Floats:
-        """(7, n + 3): F at the seven times, where the unknowns go on by these derivatives."""
+        """Return F (7, n + 3) at seven times, with the unknowns continued by these derivatives."""
         t, n = (h * OFFSETS)[:, None], len(self.q)
         x = np.concatenate((self.q, self.multipliers[0])) + t * first + 0.5 * t * t * second
         return self.conditions.residual(self.conditions.terms(x[:, :n], T), x[:, n:])
@@ -228,7 +237,7 @@ ON_AXIS = 1e-6  # [m] of the tip from axis 1: joint 1 may stand anywhere
 
 
 def is_planar(batch: SerialBatch) -> bool:
-    """Whether joints 2 to 4 of an arm have parallel axes."""
+    """Return whether joints 2 to 4 of an arm have parallel axes."""
     if batch.joints not in (FIRST, FIRST + 1) or not batch.turning.all():
         return False
     points, ways = (np.array(rows) for rows in zip(*joint_axes(batch.model), strict=True))
@@ -240,7 +249,7 @@ def is_planar(batch: SerialBatch) -> bool:
 
 
 class PlanarStarts:
-    """Starts for one arm and the tip of one tool (3,), in the frame of the flange."""
+    """Starts from a table, for one arm and the tip of one tool (3,) in the frame of the flange."""
 
     def __init__(self, batch: SerialBatch, tip: Floats) -> None:
         model, self.tip = batch.model, tip
@@ -268,8 +277,9 @@ class PlanarStarts:
         )
 
     def of(self, T: Floats) -> Floats | None:
-        """(k, n): joints near those that bring the tip to the place of a pose (3, 4) and turn it least. No rows for a
-        place that is out of reach; None where joint 1 may stand anywhere.
+        """Return joints (k, n) near those that bring the tip to the place of a pose (3, 4) with the least turn.
+
+        No rows if the place is out of reach; None if joint 1 may stand anywhere.
         """
         out = T[:, :3] @ self.tip + T[:, 3] - self.point
         outward, sideways = out - self.axis * (self.axis @ out), np.cross(self.axis, out)
@@ -301,8 +311,8 @@ class PlanarStarts:
         return np.asarray(found[order][size[order] < within.min() + WORSE])
 
     def _reach(self, model: RobotModel) -> Iterator[tuple[float, float, float]]:
-        """Both signs of the angle between the bars, as far as joint 3 can have them, and how far the bars reach at
-        least and at most [m].
+        """Yield each sign of the angle between the bars in the range of joint 3, and the least and greatest reach
+        [m].
         """
         upper, fore = abs(self.upper), abs(self.fore)
         straight = np.angle(self.fore) - np.angle(self.upper)
@@ -317,8 +327,9 @@ class PlanarStarts:
                 yield sign, sqrt(square + twice * cos(most)), sqrt(square + twice * cos(least))
 
     def _in_plane(self, place: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats]:
-        """Joints 2 to 4 (rolls, 2, 2, bends, directions) for places of the tip from the shoulder (rolls, 2), and by how
-        much the bars are too short or too long to reach the wrist there [m].
+        """Return joints 2 to 4 (rolls, 2, 2, bends, directions) for places of the tip from the shoulder (rolls, 2).
+
+        Also return how much the bars are too short or too long to reach the wrist there [m].
         """
         upper, fore, hand = np.abs(self.upper), np.abs(self.fore), np.maximum(np.abs(self.hand), MIN_BAR_M)[..., None]
         far = np.maximum(np.abs(place), MIN_BAR_M)[..., None]
@@ -339,7 +350,7 @@ class PlanarStarts:
         return (q2, q3, self.signs[1] * (directions - q2 - self.signs[0] * q3)), apart
 
     def _residuals(self, q1: Floats, T: Floats, direction: Floats) -> Floats:
-        """The turn that the hand misses [rad]: from the trace of a product of rotations, one about the normal."""
+        """Return the missing turn of the hand [rad], from the trace of rotations, one of them about the normal."""
         back = rotation_about_batch(self.axis, q1.ravel())[:, :, :3].reshape(*q1.shape, 3, 3)
         rest = (self.hands @ T[:, :3].T)[:, None] @ back
         along = np.einsum("i,...ij,j->...", self.normal, rest, self.normal)
@@ -356,7 +367,7 @@ class PlanarStarts:
 
 
 def _least(missed: Floats) -> Flags:
-    """The entries of a table that are not above their neighbours."""
+    """Return the entries of a table that are not above their neighbours."""
     wide = np.pad(missed, ((1, 1), (0, 0), (0, 0), (0, 0), (1, 1)), constant_values=np.inf)
     least = np.isfinite(missed)
     for i in range(3):
@@ -371,7 +382,7 @@ TURN_COUNTS = 0.1  # [lengths of the arm/rad] of a turn that is missing, beside 
 
 
 class SampledStarts:
-    """Starts for one arm and the tip of one tool (3,), in the frame of the flange."""
+    """Starts from samples, for one arm and the tip of one tool (3,) in the frame of the flange."""
 
     def __init__(self, batch: SerialBatch, tip: Floats) -> None:
         self.tip, self.joints = tip, np.array(list(islice(some_joints(batch.model), SAMPLES)))
@@ -380,7 +391,7 @@ class SampledStarts:
         self.length = np.ptp(self.tips, axis=0).max() / 2.0
 
     def near(self, T: Floats, after: int, count: int) -> Floats:
-        """(count, n): samples that miss a pose (3, 4) least, after so many that miss it less."""
+        """Return `count` samples that miss a pose (3, 4) least, after `after` better ones: (count, n)."""
         away = np.linalg.norm(self.tips - (T[:, :3] @ self.tip + T[:, 3]), axis=1)
         cosine = 0.5 * (np.einsum("nij,ij->n", self.poses[:, :, :3], T[:, :3]) - 1.0)
         missed = away / self.length + TURN_COUNTS * np.arccos(np.clip(cosine, -1.0, 1.0))
