@@ -1,7 +1,8 @@
-"""Programs in RAPID as they are written: blocks, jumps, calls, reactions as traps, locations with confdata.
+"""Translate programs to RAPID as they are written: blocks, jumps, calls, reactions as traps, locations with confdata.
 
-What has no counterpart is a comment, and is named with its line. Transformations are robtargets, precision points
-jointtargets; arrays of RAPID begin at 1. The routines at the end of a module say in RAPID what VAL-II has as words.
+A statement without a counterpart becomes a comment and is reported with its line. Transformations are robtargets,
+precision points jointtargets; arrays of RAPID begin at 1. The routines at the end of a module do in RAPID what VAL-II
+has words for.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ viewonly waitrob waittime waituntil while with wobjdata world xor zonedata"""
 NUMBERED = re.compile(r"(l|again|next|out|temporary|soft|timer|(at_)?trap|d[io]|[vz]|tool|wobj|load)\d+|.*speed")
 
 IDLE_WORDS = """COARSE FINE NULL NONULL CPON INTON INTOFF OVERLAP NOOVERLAP SINGLE MULTIPLE ATTACH DETACH GLOBAL AUTO
-LOCAL CALIBRATE"""  # they change no place and no output
+LOCAL CALIBRATE"""  # words that change no place and no output
 PLAIN = frozenset(IDLE_WORDS.split())
 BREAKS = frozenset(("BREAK", "OPENI", "CLOSEI", "RELAXI", "TOOL", "BASE", "HALT", "STOP", "PAUSE", "DELAY"))
 MOVES = frozenset(("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY", "NEST", "ALIGN"))
@@ -216,12 +217,12 @@ TAKEN = frozenset((*RAPID_WORDS.split(), *re.findall(r"FUNC \w+ (\w+)", ROUTINES
 
 
 class NoCounterpart(Exception):
-    """A construct without a counterpart."""
+    """A construct of VAL-II without a counterpart in RAPID."""
 
 
 class BlockLine(Struct, frozen=True):
-    """A line before indented lines. `wanted`: the type of its operand; `idle`: an operand for a block whose own
-    has no counterpart, which is not carried out; `back`, `by`: how far the line, and those after it, are moved.
+    """A line before indented lines. `wanted`: the type of its operand; `idle`: the operand of a block that cannot be
+    translated and is not carried out; `back`, `by`: the change of indent before the line and after it.
     """
 
     line: str
@@ -232,14 +233,14 @@ class BlockLine(Struct, frozen=True):
 
 
 class Translated(Struct, frozen=True):
-    """A module of RAPID, and `unsaid`: (line, what) of what has no counterpart."""
+    """A module of RAPID. `unsaid`: (line, construct) for each construct without a counterpart."""
 
     text: str
     unsaid: tuple[tuple[int, str], ...]
 
 
 class RapidTranslator:
-    """Translates the programs of a memory. `run`: an execution of them, which tells in which configuration places were
+    """Translates the programs of a memory. `run`: an execution of them, which shows in which configuration places are
     reached; `given`: the memory before it.
     """
 
@@ -256,7 +257,7 @@ class RapidTranslator:
         self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names of data: of one routine, of all
         self.arrays = dict[Datum, list[int]]()  # their sizes, as far as indexes that are constants tell
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
-        self.changing = set[tuple[str, int]]()  # parameters that a program changes, or gives to one that does
+        self.changing = set[tuple[str, int]]()  # parameters that a program changes, or passes to one that does
         self.temporary = 0
         self._learn_from_calls()
 
@@ -312,7 +313,7 @@ class RapidTranslator:
             yield f"  {word} {TYPES[kind]} {name}{_braces(sizes)}{value};"
 
     def _sizes(self, datum: Datum) -> list[int]:
-        """Return the sizes of an array, as the run, or the text, has used it; none for what is no array."""
+        """Return the sizes of an array as the run or the text uses it; none for a variable that is no array."""
         scope, kind, key = datum
         least = self.arrays.get(datum, [])
         used = [index for index in self.memory.cells(kind, key) if index is not None and not scope] if least else []
@@ -341,7 +342,7 @@ class RapidTranslator:
         return f'"{value}"'
 
     def _joints_at(self, T: Transform) -> tuple[float, ...]:
-        """Return the joints in which the run has reached a place; those of a MOVE from where it began for others."""
+        """Return the joints at which the run has reached a place; for other places those of a MOVE from its start."""
         for move in self.run.moves:
             if distance(move.T_world_tool, T) < SAME:
                 return move.joints
@@ -356,7 +357,7 @@ class RapidTranslator:
         """Return the lines of a program, from PROC to ENDPROC."""
         program, key = analysis.program, analysis.program.key
         self.lines, self.level, self.of_routine = list[str](), 2, {}
-        self.left_out = set[int]()  # openers of blocks that could not be said
+        self.left_out = set[int]()  # openers of blocks without a counterpart
         self.analysis, self.parameters = analysis, {one.key: one for one in program.parameters}
         self.own = {own.key: own for own in analysis.own}
         openers = [program.steps[block.opener].statement for block in analysis.blocks]
@@ -447,15 +448,15 @@ class RapidTranslator:
         self._label("out", block)
 
     def _label(self, kind: str, block: Block) -> None:
-        """Write a label for EXIT or NEXT where one of them jumps there."""
+        """Write a label for EXIT or NEXT if one of them jumps there."""
         word = "EXIT" if kind == "out" else "NEXT"
         inside = self.analysis.program.steps[block.opener : block.closer]
         if any(isinstance(step.statement, ast.Instruction) and step.statement.word == word for step in inside):
             self.say(f"{kind}{block.opener}:")
 
     def _for(self, it: ast.For) -> None:
-        """Write a loop. FOR of RAPID has a variable of its own, and carries out its first value always (from memory of
-        the manual): WHILE stands for all others.
+        """Write a loop. FOR of RAPID has its own variable and always carries out its first value (from memory of the
+        manual), so that most loops are written as WHILE.
         """
         step = 1.0 if it.step is None else ast.plain_number(it.step)
         if not step:
@@ -469,14 +470,14 @@ class RapidTranslator:
         self._open(BLOCKS[ast.While], f"{name} {'<=' if step > 0.0 else '>='} {last}")
 
     def _store(self, value: str) -> str:
-        """Write a variable for a value, and return its name."""
+        """Write an assignment of a value to a new variable, and return its name."""
         self.temporary += 1
         self.say(f"temporary{self.temporary} := {value};")
         return f"temporary{self.temporary}"
 
     def _is_own(self, it: ast.For) -> bool:
-        """Return whether only FOR loops of this program use and set the variable of a loop, and the numbers of all of
-        these loops show that they are carried out.
+        """Return whether a loop can be a FOR of RAPID: only FOR loops of this program use its variable, and their
+        numbers show that each is carried out.
         """
         key, steps, around, within = it.variable.key, self.analysis.program.steps, set[int](), set[int]()
         if it.variable.indexes or key in self.parameters or key in self.own:
@@ -536,7 +537,7 @@ class RapidTranslator:
         self.say(*self._fill(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
 
     def _motion(self, place: int, it: ast.Instruction) -> None:
-        """Write the destination, and the motion there: with a corner unless the arm is to stand behind it."""
+        """Write a motion and its destination, with a rounded corner unless the arm has to stand after it."""
         first, tool = next(iter(it.arguments), None), "held\\WObj:=world"
         joints = it.word in ("READY", "DRIVE") or (first is not None and kind_of(first, self._kind) is Kind.PRECISION)
         form = FORMS.get(("joints" if joints else "to", it.word))
@@ -554,7 +555,7 @@ class RapidTranslator:
             self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
     def _stands(self, place: int) -> bool:
-        """Return whether the next step after a motion waits until the arm stands; False where a block decides it."""
+        """Return whether the next step waits until the arm stands; False if a block decides it."""
         following = [step.statement for step in self.analysis.program.steps[place + 1 :]]
         words = [one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following]
         return next((word for word in words if word in DECIDING), "BREAK") in BREAKS
@@ -571,7 +572,7 @@ class RapidTranslator:
         self.say(*[f"{name} := {percent};" for name in ("all_speed", "next_speed")[not it.modifiers.always :]])
 
     def _signal(self, word: str, it: ast.Expression | None) -> str:
-        """Return what sets a signal, or asks for it, as a number says."""
+        """Return the text that sets or reads a signal. Raises NoCounterpart."""
         value = ast.plain_number(it)
         if value is None:
             raise NoCounterpart(f"{word} of a number that is computed")
@@ -599,7 +600,7 @@ class RapidTranslator:
         self.say(f"TPWrite {shown};")
 
     def _call_text(self, called: ast.Expression | None) -> str:
-        """Return a call of a program of the file; what it needs before it is written."""
+        """Return the call of a program of the file; write first what it needs. Raises NoCounterpart."""
         callee = next((one.program for one in self.programs if one.program.key == getattr(called, "key", None)), None)
         if not isinstance(called, ast.ProgramCall) or callee is None:
             raise NoCounterpart("CALL of a program that is not in the file")
@@ -651,7 +652,9 @@ class RapidTranslator:
         return self._known_kind(self.analysis, variable) or Kind.REAL
 
     def _known_kind(self, analysis: Analysis, variable: ast.Variable) -> Kind | None:
-        """Return the kind of a variable as its program decides it; of a shared one also as others, or the file, do."""
+        """Return the kind of a variable as its program decides it; for a shared one also as other programs or the file
+        do.
+        """
         key, program = variable.key, analysis.program
         own = {*(one.key for one in program.parameters), *(one.key for one in analysis.own)}
         found = SIGIL_KINDS.get(variable.sigil) or self.kinds[program.key].get(key)
@@ -670,7 +673,7 @@ class RapidTranslator:
         return name + _braces([self._index(one) for one in it.indexes or ()])
 
     def _datum(self, it: ast.Variable) -> Datum:
-        """Return what a variable is, with a name of its own: of the routine, or of the module."""
+        """Return the identity of a variable, and give it a name of its own in the routine or the module."""
         own, program = self.own.get(it.key), self.analysis.program
         inner = it.key in self.parameters or it.key in self.loops or (own is not None and own.automatic)
         datum = (program.key if inner or own is not None else "", kind := self._kind(it), it.key)
@@ -691,7 +694,7 @@ class RapidTranslator:
         return str(int(it.value) + 1) if isinstance(it, ast.Number) else f"{self.value(it, 'num')} + 1"
 
     def value(self, it: ast.Expression | None, wanted: str) -> str:
-        """Return an expression as one of a type of RAPID. Raises NoCounterpart."""
+        """Return an expression as a value of a type of RAPID. Raises NoCounterpart."""
         if wanted == "minus":
             return self.value(_minus(it), "num")
         word, operands = "", tuple[ast.Expression | None, ...]()
@@ -722,7 +725,9 @@ class RapidTranslator:
         raise NoCounterpart(_describe(it))
 
     def _fill(self, form: tuple[str, list[str]], given: Sequence[ast.Expression | None], what: str) -> str:
-        """Return a form with its arguments; `what`: the construct, as it is named if it has more of them."""
+        """Return a form with its arguments. `what`: the construct, for the message if it has too many. Raises
+        NoCounterpart.
+        """
         types = " ".join(form[1]).split()
         if len(given) > len(types):
             raise NoCounterpart(what)
@@ -735,9 +740,9 @@ class RapidTranslator:
     # --- names ---
 
     def _learn_from_calls(self) -> None:
-        """Find the parameters that change, and the kinds that only arguments decide, until nothing is new.
+        """Find the parameters that programs change, and the kinds that only arguments decide, until nothing is new.
 
-        A parameter changes, too, where a program changes a shared variable that it has been given.
+        A parameter also changes if a program changes a shared variable that it was given.
         """
         programs, known = {one.program.key: one.program for one in self.programs}, -1
         writes: dict[str, set[str]] = {key: set() for key in programs}  # the shared variables that a program changes
@@ -764,7 +769,7 @@ BLOCKS: Mapping[type, BlockLine] = {
     ast.If: BlockLine("IF {} THEN"),
     ast.Else: BlockLine("ELSE", back=1),
     ast.While: BlockLine("WHILE {} DO"),
-    ast.For: BlockLine("WHILE {} DO"),  # where it cannot be said
+    ast.For: BlockLine("WHILE {} DO"),  # if it has no counterpart
     ast.Case: BlockLine("TEST {}", "num", "0", by=2),
     ast.Value: BlockLine("CASE {}:", "num", "1", back=1),
     ast.Any: BlockLine("DEFAULT:", back=1),
@@ -783,14 +788,14 @@ INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] =
 
 
 def _minus(it: ast.Expression | None) -> ast.Expression:
-    """Return the negative of a distance. Raises NoCounterpart for one that is left out."""
+    """Return the negative of a distance. Raises NoCounterpart if it is left out."""
     if it is None:
         raise NoCounterpart("a distance that is left out")
     return ast.Number(-it.value, "", span=it.span) if isinstance(it, ast.Number) else ast.Unary("-", it, span=it.span)
 
 
 def _free(name: str, taken: Collection[str]) -> str:
-    """Return an identifier for a name of VAL-II that is not taken, no word of RAPID and no name of a routine."""
+    """Return an identifier for a name that is not taken, no word of RAPID and no name of a routine."""
     plain = identifier(name.lower(), 28)
     while plain in TAKEN or plain in taken or NUMBERED.fullmatch(plain):
         plain += "_"
@@ -807,7 +812,9 @@ def _describe(it: ast.Expression | None) -> str:
 
 
 def _changed_keys(statement: ast.Statement, changing: set[tuple[str, int]]) -> Iterator[str]:
-    """Yield the keys of variables that a statement may change; `changing`: parameters of which that is known."""
+    """Yield the keys of variables that a statement may change. `changing`: the parameters that programs are known to
+    change.
+    """
     match statement:
         case ast.Assignment(target=target) | ast.For(variable=target):
             yield target.key

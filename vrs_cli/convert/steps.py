@@ -1,6 +1,6 @@
-"""The executed steps of a run: its timeline as one neutral list, which `writers` put into other languages.
+"""Read the executed steps of a run from its timeline as one neutral list, which `writers` put into other languages.
 
-Everything is read from the timeline: motions, standing still, and dated events. Metres, radians, seconds.
+The steps are motions, waits, and dated events. Units are metres, radians and seconds.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ SAMPLES = 9  # of the speeds in a segment
 
 
 class RunStep(Struct, frozen=True, kw_only=True):
-    """Something that happened at `time` [s]. `late`: how long after the begin of the motion written next (positive) or
-    before the end of the one written last (negative) it was [s].
+    """A step that happened at `time` [s]. `late`: how long it was after the begin of the next motion (positive), or
+    before the end of the last one (negative) [s].
     """
 
     time: float
@@ -40,11 +40,10 @@ class RunStep(Struct, frozen=True, kw_only=True):
 class MoveStep(RunStep, frozen=True):
     """A motion: joint-interpolated, or a straight line of the tool tip.
 
-    It ends at `joints`, where the tool is at `T_world_tool`, as seen from BASE; where it was cut short, that is the
-    place of the cut. `end`: when it ends [s], or the next one cuts it. `rounded`: the next one begins as it slows down.
-    `blend`: how near the tip comes before the next
-    motion begins [m]; 0 for a stop. `motion`: what was commanded. The greatest values on the way: `joint_rate`, a
-    fraction of what the joints can; `axis_speed` and `axis_acceleration` of the joint that goes farthest; `tip_speed`,
+    It ends at `joints`, with the tool at `T_world_tool` in BASE; if it was cut short, at the place of the cut. `end`:
+    when it ends or is cut [s]. `rounded`: the next motion begins as it slows down. `blend`: how near the tip comes to
+    the end before that [m]; 0 for a stop. `motion`: the command. Maxima on the way: `joint_rate`, a fraction of what
+    the joints can; `axis_speed` and `axis_acceleration` of the joint that goes farthest; `tip_speed`,
     `tip_acceleration` and `turn_speed` of the tool.
     """
 
@@ -65,7 +64,7 @@ class MoveStep(RunStep, frozen=True):
 
 
 class FramesStep(RunStep, frozen=True):
-    """TOOL and BASE that hold from now on."""
+    """A change of TOOL and BASE."""
 
     frames: Frames
 
@@ -78,7 +77,7 @@ class SignalStep(RunStep, frozen=True):
 
 
 class HandStep(RunStep, frozen=True):
-    """The hand begins to open or to close, as far as `opening` (from 0, closed, to 1), and takes `duration` [s]."""
+    """The hand begins to open or close to `opening` (0 closed, 1 open), and takes `duration` [s]."""
 
     opens: bool
     opening: float
@@ -86,7 +85,7 @@ class HandStep(RunStep, frozen=True):
 
 
 class InputStep(RunStep, frozen=True):
-    """A program has read an input, which was `on` or off then. `waited`: how long it had waited for that [s]."""
+    """A program has read an input that was `on` or off. `waited`: how long it had waited for that [s]."""
 
     number: int
     on: bool
@@ -100,7 +99,7 @@ class WaitStep(RunStep, frozen=True):
 
 
 class ExecutedRun(Struct, frozen=True):
-    """A run: where it began, and its steps. `inputs`: when inputs became on or off (time [s], signal, state)."""
+    """A run: its start and its steps. `inputs`: the changes of inputs (time [s], signal, state)."""
 
     arm: RobotArm
     start: Joints
@@ -120,7 +119,7 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
     start = segment_joints(arm, initial[0], 0.0)
     builder = StepBuilder(arm, timeline, motions, initial[0].motion.frames)
     inputs, on = list[tuple[float, int, bool]](), dict[int, bool]()
-    for event in timeline.events:  # a sensor of a cell has no events: what was read of it tells how it was
+    for event in timeline.events:  # a sensor of a cell has no events: its readings show its state
         if event.channel >= FIRST_INPUT and on.get(event.channel, False) is not event.value > 0.0:
             on[event.channel] = event.value > 0.0
             inputs.append((event.time, event.channel, event.value > 0.0))
@@ -128,16 +127,16 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
 
 
 class StepBuilder:
-    """Makes the steps of a timeline whose segments are given by motion."""
+    """Makes the steps of a timeline. `motions`: its segments by motion."""
 
     def __init__(self, arm: RobotArm, timeline: Timeline, motions: Sequence[Sequence[Segment]], frames: Frames) -> None:
         self.arm, self.timeline, self.motions, self.frames = arm, timeline, motions, frames
         self.opening = 0.0  # of the hand
-        self.clock = timeline.start  # up to which the steps tell what happened [s]
+        self.clock = timeline.start  # the time up to which steps are made [s]
         self.events = [e for e in timeline.events if e.observed is (e.channel >= FIRST_INPUT)]
 
     def steps(self) -> Iterator[RunStep]:
-        """Yield all steps in the order in which they are to be written."""
+        """Yield all steps in the order in which they are written."""
         moves, waiting = self._moves(), list(self.events)
         for segments, move in zip(self.motions, moves, strict=True):
             begin, end = segments[0].start, segments[-1].finish
@@ -159,8 +158,8 @@ class StepBuilder:
         yield from self._wait(self.timeline.last)
 
     def _belongs_before(self, event: Event, first: Segment, move: MoveStep | None) -> bool:
-        """Return whether an event is written before a motion. An output in the first half of a motion is; while the
-        robot only stands, the order of the commands decides.
+        """Return whether an event is written before a motion: an output in the first half of a motion is. If the robot
+        only stands, the order of the commands decides.
         """
         if abs(event.time - first.start) <= SAME_TIME:
             return move is not None or event.number <= first.motion.number
@@ -169,12 +168,12 @@ class StepBuilder:
         return event.time - move.time < move.end - event.time
 
     def _event(self, event: Event, move: MoveStep | None) -> Iterator[RunStep]:
-        """Yield what an event is, after the time that the robot stood still until then."""
+        """Yield the step of an event, after a wait for the time that the robot stood before."""
         if move is not None and event.time > move.time + SAME_TIME:
             yield from self._wait(move.time)
             yield self._step_of(event, late=event.time - move.time)
             return
-        if event.observed and event.duration == 0.0:  # it has just become so: the program waited for that
+        if event.observed and event.duration == 0.0:  # the input has just changed: the program waited for it
             yield self._step_of(event, waited=max(event.time - self.clock, 0.0))
             self.clock = max(self.clock, event.time)
             return
@@ -197,7 +196,7 @@ class StepBuilder:
             self.clock = until
 
     def _moves(self) -> list[MoveStep | None]:
-        """The motions as moves, None where the robot only stood."""
+        """Return the motions as moves; None for those in which the robot only stood."""
         found = list[MoveStep | None]()
         for index, segments in enumerate(self.motions):
             following = self.motions[index + 1] if index + 1 < len(self.motions) else None
@@ -231,7 +230,7 @@ class StepBuilder:
         )
 
     def _goal(self, motion: Motion, last: Segment, reached: Joints) -> Joints:
-        """The joints where a motion leads if nothing cuts it short; those `reached` where it has no goal."""
+        """Return the joints at the end of a motion that nothing cuts short, or those `reached` if it has no goal."""
         if motion.kind is MotionKind.JOINT and motion.goal is not None:
             return motion.goal
         if motion.pose is None or isinstance(last.path, JointPath):
@@ -243,11 +242,13 @@ class StepBuilder:
         return reached if found is None else found
 
     def _rates(self, segments: Sequence[Segment], begun: Joints, joints: Joints) -> tuple[float, ...]:
-        """The greatest speeds of a motion, as MoveStep has them."""
+        """Return the maximum speeds of a motion in the order of MoveStep."""
         arm, tool, limits = self.arm, segments[0].motion.frames.tool, self.arm.model.max_velocity
         farthest = max(range(len(joints)), key=lambda i: abs(joints[i] - begun[i]) / limits[i])
         most = [0.0] * 6
-        steady = [segment for segment in segments if segment.phase is not Phase.BLEND]  # no speed of the one before
+        steady = [
+            segment for segment in segments if segment.phase is not Phase.BLEND
+        ]  # without the speed of the motion before
         for segment in steady or segments:
             h, before = segment.duration / (SAMPLES - 1), None
             for k in range(SAMPLES if h > 0.0 else 0):
@@ -271,7 +272,7 @@ class StepBuilder:
 
 
 def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
-    """Yield the steps; of several readings of an input with only waits between, the last one, with all the waits."""
+    """Yield the steps with repeated readings of an input as one: the last one, with all the waits between them."""
     held: list[RunStep] = []  # a reading, and the waits after it
     for step in steps:
         first = held[0] if held else None
@@ -289,7 +290,7 @@ def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
 
 
 def _without_overlaps(moves: Sequence[MoveStep | None]) -> list[MoveStep | None]:
-    """The moves with blends of at most half the way to the corners before and after, as controllers want them."""
+    """Return the moves with blends of at most half the way to the neighbouring corners, as controllers want them."""
     found, places = list(moves), [None if move is None else tip(move.T_world_tool) for move in moves]
     for k, move in enumerate(moves):
         here = places[k]

@@ -1,8 +1,9 @@
-"""Executed steps in the languages of robot makers, and as a Python program: one class a target, listed in `TARGETS`.
+"""Write executed steps in the languages of robot makers, and as a Python program: one class for each language, listed
+in `TARGETS`.
 
-The facts of the languages are those that their makers publish: the script manual of Universal Robots (motion module,
-blends, digital inputs and outputs), the RAPID reference manuals of ABB (confdata, speeddata, zonedata, tooldata,
-wobjdata, MoveAbsJ, MoveL), KUKA's KRL reference (PTP, LIN, $APO, TRIGGER; C_DIS behind PTP from KSS 8.2 on).
+The facts of the languages are published by their makers: the script manual of Universal Robots (motion module, blends,
+digital inputs and outputs), the RAPID reference manuals of ABB (confdata, speeddata, zonedata, tooldata, wobjdata,
+MoveAbsJ, MoveL), KUKA's KRL reference (PTP, LIN, $APO, TRIGGER; C_DIS after PTP from KSS 8.2 on).
 """
 
 from __future__ import annotations
@@ -57,19 +58,19 @@ from vrs_cli.values.commands import (
     Target,
 )
 
-SLOW = 0.2  # of the greatest velocity of the joints: the way to where the run began
+SLOW = 0.2  # part of the maximum joint velocity, for the way to the start of the run
 UNNAMED = re.compile(r"\W+", re.ASCII)
 
 
 class Written(Struct, frozen=True):
-    """A program in another language, and `notes`: what that language cannot say, and what its reader must know."""
+    """A program in another language. `notes`: what the language cannot express, and what a reader must know."""
 
     text: str
     notes: tuple[str, ...]
 
 
 def number(value: float, decimals: int = 4) -> str:
-    """Return a number without zeros at its end; never -0."""
+    """Return a number as text without zeros at its end, and never as -0."""
     text = f"{value:.{decimals}f}".rstrip("0").rstrip(".")
     return "0" if text in {"-0", ""} else text
 
@@ -79,16 +80,17 @@ def numbers(values: Sequence[float], decimals: int = 4) -> str:
 
 
 def mm(T: Transform) -> Vector:
-    """Return the place of a pose in millimetres."""
+    """Return the position of a pose in millimetres."""
     return scaled_vector(tip(T), 1000.0)
 
 
 class StepWriter:
-    """Writes the steps of a run, one method a kind of step. `axes`: the robots that the language moves, R a joint that
-    turns, P one that slides; none given: all. `signal_count`: how many outputs and inputs it has; None: as VAL-II.
+    """Writes the steps of a run, with a method for each kind of step. `axes`: the robots that the language can move (R
+    a joint that turns, P one that slides); empty: all. `signal_count`: the number of outputs and inputs; None: as
+    VAL-II.
 
-    `words`: the lines of the language, by what they say. Those of signals have as {0} one of `states`, as {1} NOT for
-    an input that is off, and then the `address`.
+    `words`: the lines of the language by their meaning. Those for signals have one of `states` as {0}, NOT for an input
+    that is off as {1}, and then the `address`.
     """
 
     title: ClassVar[str]
@@ -113,14 +115,14 @@ class StepWriter:
 
     @classmethod
     def check(cls, model: RobotModel) -> None:
-        """Raise UsageError for a robot whose joints the language cannot tell."""
+        """Raise UsageError for a robot whose joints the language cannot move."""
         kind = "".join("P" if model.units.slides(joint) else "R" for joint in range(1, model.joint_count + 1))
         if cls.axes and kind not in cls.axes:
             what = f"{cls.title} moves robots with the joints {' or '.join(cls.axes)} (R turns, P slides)"
             raise UsageError(f"{what}, and {model.name} has {kind}", "--to python takes every robot")
 
     def write(self, stopped: str = "") -> Written:
-        """Write all steps; `stopped`: with which error the program stopped, behind them."""
+        """Write all steps. `stopped`: the error that stopped the program, which is written after them."""
         if not self.says_times:
             self.note(f"the joints are those of {self.arm.model.name}, axis by axis; places are in its frame")
         steps = self.run.steps
@@ -136,7 +138,7 @@ class StepWriter:
         )
 
     def step(self, step: RunStep, following: MoveStep | None) -> None:
-        """Write a step; `following`: the move that begins right after it, if one does."""
+        """Write a step. `following`: the move that begins right after it, or None."""
         match step:
             case MoveStep():
                 self._tell_of(step)
@@ -168,7 +170,9 @@ class StepWriter:
                 self.hand(step, following)
 
     def _tell_of(self, move: MoveStep) -> None:
-        """Say what the next move cannot say: its time, or that another cut it short."""
+        """Write a comment on a part of the next move that the language cannot express: its time, or that it was cut
+        short.
+        """
         motion = move.motion
         if motion.text:
             self.say(f"{self.remark} {motion.text}")
@@ -190,7 +194,7 @@ class StepWriter:
         self.notes[text] = None
 
     def cannot(self, text: str) -> None:
-        """Write what the language cannot say, as a comment and as a note."""
+        """Write a comment and a note on something that the language cannot express."""
         self.note(text)
         self.say(f"{self.remark} NOT SAID: {text}")
 
@@ -198,7 +202,7 @@ class StepWriter:
         self.lines.append(line.replace("\n", " "))
 
     def setting(self, name: str, line: str, request: Request | None = None) -> None:
-        """Write what stays, where it is another than before."""
+        """Write a setting if it has changed."""
         if self.told.get(name) != line:
             self.told[name] = line
             self.do(line, request)
@@ -209,7 +213,7 @@ class StepWriter:
     # --- what each language says in its own way ---
 
     def around(self) -> tuple[list[str], list[str]]:
-        """Return the lines before and behind the steps."""
+        """Return the lines before and after the steps."""
         raise NotImplementedError
 
     def move(self, step: MoveStep) -> None:
@@ -219,7 +223,7 @@ class StepWriter:
         raise NotImplementedError
 
     def address(self, place: int) -> tuple[object, ...]:
-        """Return how an output or input is called; `place` counts from 0."""
+        """Return the address of an output or input; `place` counts from 0."""
         return (place + 1,)
 
     def set_frames(self, before: Frames) -> None:
@@ -249,7 +253,7 @@ class StepWriter:
         self.say(line)
 
     def joint_texts(self, joints: Joints) -> list[str]:
-        """Return joints in degrees (mm where one slides)."""
+        """Return joints as text in degrees (mm if a joint slides)."""
         return [number(value, 6) for value in self.units.to_display(joints)]
 
     def heading(self) -> list[str]:
@@ -261,7 +265,7 @@ class StepWriter:
 
 
 def identifier(name: str, longest: int) -> str:
-    """Return a name that every language takes: letters, digits and underscores, a letter first."""
+    """Return a name that every language accepts: letters, digits and underscores, a letter first."""
     plain = UNNAMED.sub("_", name).strip("_")[: longest - 2] or "program"
     return plain if plain[0].isalpha() else f"p_{plain}"
 
@@ -270,7 +274,7 @@ def identifier(name: str, longest: int) -> str:
 
 
 class URScriptWriter(StepWriter):
-    """Metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's base."""
+    """Writes URScript: metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's base."""
 
     title, remark, axes = "URScript", "#", ("RRRRRR",)
     BANK = 8  # standard inputs and outputs, and as many configurable ones
@@ -323,7 +327,7 @@ class URScriptWriter(StepWriter):
 
 
 class KRLWriter(StepWriter):
-    """Millimetres and degrees; a frame is {X, Y, Z, A, B, C}, turned about z, the new y and the new x."""
+    """Writes KRL: millimetres and degrees; a frame is {X, Y, Z, A, B, C}, turned about z, the new y and the new x."""
 
     title, remark, indent, axes, max_name_chars = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
     NAMES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1")
@@ -368,7 +372,9 @@ class KRLWriter(StepWriter):
         self.say(f"{line}{' C_DIS' if step.blend else ''}")
 
     def switch(self, line: str, step: RunStep, following: MoveStep | None) -> None:
-        """An assignment to an output stops the advance run, and so a blend: between blended motions it is a TRIGGER."""
+        """Write a change of an output. An assignment would stop the advance run and so a blend: between blended motions
+        it is a TRIGGER.
+        """
         if following is not None and (step.late > 0.0 or (self.before is not None and self.before.blend)):
             line = f"TRIGGER WHEN DISTANCE=0 DELAY={round(1000.0 * max(step.late, 0.0))} DO {line}"
         self.say(line)
@@ -389,7 +395,7 @@ class KRLWriter(StepWriter):
 
 
 def zyx(T: Transform) -> tuple[float, float, float]:
-    """Return the angles about z, the new y and the new x that turn as T does [rad]; where B is 90 degrees, C is 0."""
+    """Return the angles about z, the new y and the new x of T's rotation [rad]; if B is 90 degrees, C is 0."""
     nx, sx, _, _, ny, sy, _, _, nz, sz, az, _ = T
     level = hypot(nx, ny)
     if level < 1e-9:
@@ -401,7 +407,7 @@ def zyx(T: Transform) -> tuple[float, float, float]:
 
 
 class RapidWriter(StepWriter):
-    """Millimetres, degrees and quaternions (w, x, y, z); data stand before the procedure, each once."""
+    """Writes RAPID: millimetres, degrees and quaternions (w, x, y, z); data stand before the procedure, each once."""
 
     title, remark, axes, indent = "RAPID", "!", ("RRRRRR", "RRRRRRR", "RRPR"), "    "
 
@@ -440,7 +446,7 @@ class RapidWriter(StepWriter):
         )
 
     def _datum(self, kind: str, value: str) -> str:
-        """Return the name of a value of this type, which the head of the module declares."""
+        """Return the name of a value of a type, which the head of the module declares."""
         same = sum(known == kind for known, _ in self.data)
         return self.data.setdefault((kind, value), f"{SHORT[kind]}{same + 1}")
 
@@ -459,7 +465,7 @@ NO_AXIS = "9E9"
 
 
 def external(axes: Sequence[str] = ()) -> str:
-    """Return the external axes of a target: a seventh joint is the first of them."""
+    """Return the external axes of a target. A seventh joint is the first of them."""
     return f"[{', '.join([*axes, *[NO_AXIS] * (6 - len(axes))])}]"
 
 
@@ -481,7 +487,7 @@ def robtarget(arm: RobotArm, T: Transform, joints: Joints) -> str:
 def confdata(arm: RobotArm, joints: Joints) -> tuple[int, int, int, int]:
     """Return cf1, cf4, cf6, cfx: the quarter turns of axes 1, 4 and 6, and the number of the configuration.
 
-    cfx counts 4 for a wrist behind axis 1 (RIGHTY), 2 for one behind the lower arm, 1 for a negative axis 5. ABOVE
+    cfx is a sum: 4 for a wrist behind axis 1 (RIGHTY), 2 for one behind the lower arm, 1 for a negative axis 5. ABOVE
     looks from the side to which the arm reaches, so that the second depends on the first.
     """
     quarters = [floor(q / 90.0 + 1e-9) for q in map(degrees, joints)]
@@ -494,12 +500,14 @@ def confdata(arm: RobotArm, joints: Joints) -> tuple[int, int, int, int]:
 
 
 def speeddata(tip_speed: float, turn_speed: float) -> str:
-    """Return the speed of the tip and of turning the tool [m/s, rad/s]; a joint motion has no other in RAPID."""
+    """Return the speeds of the tip and of the rotation of the tool [m/s, rad/s]; RAPID has no other for a joint
+    motion.
+    """
     return f"[{number(max(1000.0 * tip_speed, 1.0), 1)}, {number(max(degrees(turn_speed), 1.0), 1)}, 5000, 1000]"
 
 
 def zonedata(blend: float) -> str:
-    """Return a zone of a radius [m], in the proportions of z1 to z200."""
+    """Return a zone with a radius [m], in the proportions of z1 to z200."""
     r = 1000.0 * blend
     return f"[FALSE, {numbers((r, 1.5 * r, 1.5 * r, 0.15 * r, 1.5 * r, 0.15 * r), 2)}]"
 
@@ -516,8 +524,9 @@ def wobjdata(T: Transform) -> str:
 
 
 class PythonWriter(StepWriter):
-    """The robot of `vrs_cli` in Python. It has no continuous path, but times: a motion that rounds a corner begins when
-    the one before slows down. `engine` does what is written, and tells when that is.
+    """Writes a Python program for the robot of `vrs_cli`. Python has no continuous path, but times: a motion that
+    rounds a corner begins when the motion before it slows down. `engine` carries out what is written, and gives the
+    times.
     """
 
     title, remark, indent, says_times = "Python", "#", "", True
@@ -525,9 +534,9 @@ class PythonWriter(StepWriter):
     def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
         super().__init__(run, name, source)
         self.engine = Engine(self.arm.model, start=run.start)
-        self.later = 0.0  # than in the run [s]
+        self.later = 0.0  # how much later than in the run the next motion is [s]
         self.inputs = list(run.inputs)
-        self.taken = 0.0  # by the hand, of the wait that comes [s]
+        self.taken = 0.0  # the time of the hand in the next wait [s]
         self.told |= {
             "ACCEL": "ACCEL 100",
             "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",
@@ -579,7 +588,7 @@ class PythonWriter(StepWriter):
         self.say(f"robot.{'moves' if step.straight else 'move'}({', '.join([*target, *how])})")
 
     def _stamp(self, step: MoveStep) -> float | None:
-        """Return when a motion begins that cuts the one before it; None for others."""
+        """Return when a motion begins that cuts the motion before it; None for other motions."""
         before, slowing = self.before, slowing_segments(self.engine.timeline)
         if before is None or not (before.rounded or before.cut):
             return None
@@ -587,7 +596,7 @@ class PythonWriter(StepWriter):
         return rounding_begins(self.arm, slowing, step.motion.rounding) if rounds else step.time + self.later
 
     def _tell_inputs(self, until: float) -> None:
-        """Tell the inputs that change up to a time of the run [s]."""
+        """Note the inputs that change up to a time of the run [s]."""
         while self.inputs and self.inputs[0][0] <= until:
             t, signal, on = self.inputs.pop(0)
             self.signals.append(f"({number(t + self.later, 9)}, {signal}, {on})")
@@ -604,7 +613,7 @@ class PythonWriter(StepWriter):
             self.engine.perform(request)
 
     def wait(self, step: WaitStep) -> None:
-        """Write what is left of a wait, without the hand's time, and the time that the clock is past a cut motion."""
+        """Write the rest of a wait, without the time of the hand and the time since the end of a cut motion."""
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:
@@ -624,7 +633,9 @@ class PythonWriter(StepWriter):
         self.do(f"SIGNAL {'' if step.on else '-'}{step.number}{at}")
 
     def hand(self, step: HandStep, following: MoveStep | None) -> None:
-        """OPENI waits for the fingers, OPEN is done with the next motion, and AT a time nobody waits."""
+        """Write a change of the hand. OPENI waits for the fingers, OPEN goes with the next motion, and AT a time
+        nothing waits.
+        """
         word, width, time = "OPEN" if step.opens else "CLOSE", self.arm.model.hand_width, self._time(step, following)
         how_far = f" {number(1000.0 * width * step.opening, 6)}" if width else ""
         if step.duration:
@@ -638,7 +649,7 @@ class PythonWriter(StepWriter):
             self.do(f"{word}I{how_far} AT {number(self._begins(following) + step.late, 9)}")
 
     def _time(self, step: RunStep, following: MoveStep | None) -> float | None:
-        """Return the time of an event, as far from its motion as in the run; None for now, when the robot stands."""
+        """Return the time of an event, as far from its motion as in the run; None for now, if the robot stands."""
         if step.late or (following is not None and self._stamp(following) is not None):
             return max(self._begins(following) + step.late, 0.0)
         if self.engine.now < self.engine.end:
@@ -653,7 +664,7 @@ class PythonWriter(StepWriter):
 
 
 def frames_lines(before: Frames, frames: Frames) -> Iterator[str]:
-    """Yield the lines of the prompt that set TOOL and BASE where they are others than before."""
+    """Yield the lines of the prompt that set TOOL and BASE, if they have changed."""
     if frames.tool != before.tool:
         yield f"TOOL TRANS({', '.join(oat_numbers(frames.tool))})"
     if frames.base != before.base:

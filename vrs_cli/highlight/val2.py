@@ -1,4 +1,4 @@
-"""VAL-II for Pygments, so that documentation tools and rich colour it: the pieces of `render.scan` as its tokens."""
+"""Colour VAL-II for Pygments, and so for documentation tools and rich, with the pieces of `render.scan`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TOKENS: Mapping[Ink, Any] = {
 
 
 class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
-    """Programs, files and lines of the prompt."""
+    """A lexer for programs, files and lines of the prompt."""
 
     name = "VAL-II"
     aliases: ClassVar[list[str]] = ["val2", "val-ii", "vplus"]
@@ -42,7 +42,7 @@ class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
     url = "https://en.wikipedia.org/wiki/Variable_Assembly_Language"
 
     def get_tokens_unprocessed(self, text: str, *_: Any) -> Iterator[tuple[int, Any, str]]:
-        """Index, token and text of each piece; together they are the text."""
+        """Yield the index, token and text of each piece. Together the pieces are the text."""
         at = 0
         variables = variables_in(text.splitlines())
         for line in text.splitlines(keepends=True):
@@ -60,7 +60,7 @@ class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
 
 
 def _without_label(line: str) -> str:
-    """A step without the number before it."""
+    """Return a step without its label."""
     rest = line.lstrip(" \t")
     digits = rest.lstrip("0123456789")
     return digits if len(digits) < len(rest) and (not digits or digits[0] in " \t") else line

@@ -1,4 +1,5 @@
-"""A program file as an editor sees it: what is where, what may come next, what a word means. Pure: text in, values out.
+"""Read a program file for an editor: where names stand, what may come next, what a word means, and the colour of each
+piece of text. It takes text and returns values.
 
 Lines and columns count from 1, as everywhere in the language (`Span`); the server turns them into those of the editor.
 """
@@ -48,20 +49,20 @@ class SymbolKind(Enum):
 
 
 class Occurrence(Struct, frozen=True):
-    """A name where it stands; `key` is the same for the same thing. Lines count within the part."""
+    """A place where a name stands. `key` is the same for the same thing. Lines count within the part."""
 
     kind: SymbolKind
     key: str
     span: Span
 
     def is_same(self, other: Occurrence) -> bool:
-        """Whether both name the same thing."""
+        """Return whether both name the same thing."""
         return (self.kind, self.key) == (other.kind, other.key)
 
 
 @lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
 def occurrences(part: Part) -> tuple[Occurrence, ...]:
-    """All of a part, in the order of the text."""
+    """Return all names of a part, in the order of the text."""
     node = part.node
     entries = node.entries if isinstance(node, Section) else ()
     found = _of_program(part, node) if isinstance(node, Program) else (_variable(part, one.variable) for one in entries)
@@ -69,7 +70,7 @@ def occurrences(part: Part) -> tuple[Occurrence, ...]:
 
 
 def locals_of(part: Part) -> frozenset[str]:
-    """The keys of the variables that are a program's own."""
+    """Return the keys of the variables that belong to a program alone."""
     node = part.node
     if not isinstance(node, Program):
         return frozenset()
@@ -112,26 +113,26 @@ def _variable(part: Part, variable: ast.Variable) -> Occurrence:
 
 
 def _as_written(part: Part, name: str, span: Span) -> Span:
-    """The name alone, where the span of its tree holds parentheses or indexes too."""
+    """Return the place of a name alone, without the parentheses or indexes in the span of its tree."""
     at = part.lines[span.line - 1].lower().find(name.lower(), span.column - 1)
     begin = at + 1 if at >= 0 else span.column
     return Span(span.line, begin, begin + len(name))
 
 
 def heading_span(node: Program | Section) -> Span:
-    """The name in a heading."""
+    """Return the place of the name in a heading."""
     return Span(node.span.line, node.span.column, node.span.column + len(node.name))
 
 
 def label_span(part: Part, step: ast.Step) -> Span:
-    """The label before a statement."""
+    """Return the place of the label before a statement."""
     line, begin = step.span.line, step.span.column
     digits = _DIGITS.match(part.lines[line - 1], begin - 1)
     return Span(line, begin, digits.end() + 1 if digits is not None else begin)
 
 
 class Colour(Enum):
-    """The kinds of pieces, by the names of the Language Server Protocol."""
+    """The kinds of pieces, with the names of the Language Server Protocol."""
 
     KEYWORD = "keyword"
     FUNCTION = "function"
@@ -145,14 +146,16 @@ class Colour(Enum):
 
 
 class Modifier(Enum):
-    """What is true of a piece too. `OWN`: of AUTO, LOCAL, or a parameter; `BUILT_IN`: a function of VAL-II."""
+    """A further property of a piece. `OWN`: a variable of AUTO or LOCAL, or a parameter; `BUILT_IN`: a function of
+    VAL-II.
+    """
 
     OWN = "static"
     BUILT_IN = "defaultLibrary"
 
 
 class Piece(NamedTuple):
-    """Lines and columns count from 1, lines within the part."""
+    """A piece of text with its colour. Lines and columns count from 1, lines within the part."""
 
     line: int
     column: int
@@ -175,7 +178,7 @@ _OF_INK: Mapping[Ink, Colour] = {
 
 @lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
 def pieces(part: Part) -> tuple[Piece, ...]:
-    """All of a part, in the order of the text."""
+    """Return all pieces of a part, in the order of the text."""
     own, named, found = locals_of(part), dict[tuple[int, int], Piece](), list[Piece]()
     parameters = {one.key for one in part.node.parameters} if isinstance(part.node, Program) else set[str]()
     for one in occurrences(part):
@@ -214,7 +217,7 @@ _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".DOUBLES": 
 
 
 class Symbol(Struct, frozen=True):
-    """`span`: its name; it reaches from the line of its name to `last`."""
+    """A program, section, label or variable. `span`: the place of its name; `last`: its last line."""
 
     name: str
     kind: SymbolKind
@@ -225,7 +228,7 @@ class Symbol(Struct, frozen=True):
 
 
 class Mend(NamedTuple):
-    """What would mend a finding: `text` in place of a span. `sure`: it can alone be meant."""
+    """A correction of a finding: `text` in place of a span. `sure`: it is the only possible meaning."""
 
     finding: Diagnostic
     span: Span
@@ -234,8 +237,8 @@ class Mend(NamedTuple):
 
 
 class Document:
-    """A text, read once. `model`: the robot whose reach is checked; `inspector`: who has read the version before it.
-    `name`: of the file, for steps without a heading.
+    """A text, read once. `model`: the robot whose reach is checked; `inspector`: the one that has read the version
+    before; `name`: of the file, for steps without a heading.
     """
 
     def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None, name: str = "") -> None:
@@ -248,7 +251,7 @@ class Document:
 
     @cached_property
     def programs(self) -> Mapping[str, Program]:
-        """By key."""
+        """Return the programs of the text by their keys."""
         return {program.key: program for _, program in self._programs}
 
     @cached_property
@@ -258,18 +261,18 @@ class Document:
     # --- what is wrong ---
 
     def findings(self, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
-        """What `vrs check` finds. `beside`: what other files have."""
+        """Return what `vrs check` finds. `beside`: the contents of other files."""
         self._found = self._inspector.inspect(self._parts, beside)
         return self._found
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What was found last."""
+        """Return the last findings."""
         return self.findings() if self._found is None else self._found
 
     @property
     def mends(self) -> tuple[Mend, ...]:
-        """What can be mended: what is sure, and every name that may have been meant."""
+        """Return all possible corrections: the sure ones, and each name that may have been meant."""
         return tuple(mend for one in self.diagnostics if (mend := self._mend(one)) is not None)
 
     def _mend(self, finding: Diagnostic) -> Mend | None:
@@ -287,19 +290,19 @@ class Document:
 
     @property
     def colours(self) -> Iterator[Piece]:
-        """What each piece is, in the order of the text."""
+        """Yield the coloured pieces in the order of the text."""
         for placed in self._parts:
             yield from (piece._replace(line=piece.line + placed.above) for piece in pieces(placed.part))
 
     def canonical(self) -> str | None:
-        """The canonical text; None where lines cannot be read or blocks have no end."""
+        """Return the canonical text; None if a line cannot be read or a block has no end."""
         text = canonical_text(self.text)
         return text if isinstance(text, str) else None
 
     # --- what is where ---
 
     def _at(self, line: int) -> Placed | None:
-        """The part of a line, up to its `.END`."""
+        """Return the part that a line belongs to, up to its `.END`."""
         return next((one for one in self._parts if one.above < line <= one.above + one.part.last), None)
 
     def _program_at(self, line: int) -> Program | None:
@@ -308,19 +311,19 @@ class Document:
 
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
-        """Programs with their labels, sections with their variables."""
+        """Return the programs with their labels, and the sections with their variables."""
         return tuple(_symbol(placed, placed.part.node) for placed in self._parts if placed.part.node is not None)
 
     @cached_property
     def folds(self) -> tuple[tuple[int, int], ...]:
-        """First and last line of what can be folded: programs, sections, and the branches of blocks."""
+        """Return the first and last line of each foldable range: programs, sections, and branches of blocks."""
         read = (placed for placed in self._parts if placed.part.node is not None)
         return tuple(sorted((one.above + first, one.above + last) for one in read for first, last in _folds(one.part)))
 
     # --- names and where they stand ---
 
     def occurrence(self, line: int, column: int) -> Occurrence | None:
-        """The name at or right before a place; its span is one of the file."""
+        """Return the name at or right before a place, with its span in the file."""
         placed = self._at(line)
         if placed is None:
             return None
@@ -331,7 +334,9 @@ class Document:
         return None
 
     def references(self, line: int, column: int) -> tuple[Span, ...]:
-        """All places of the name there: a label's and a local variable's in its program, others in the whole file."""
+        """Return all places of the name at a place: of a label or a local variable in its program, otherwise in the
+        whole file.
+        """
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             return ()
@@ -343,7 +348,7 @@ class Document:
         )
 
     def is_local(self, asked: Occurrence, line: int) -> bool:
-        """Return whether a name in a line is that of a label, or of a variable of its program's own."""
+        """Return whether a name in a line is a label, or a variable that belongs to its program alone."""
         here = self._at(line)
         return asked.kind is SymbolKind.LABEL or (here is not None and self._own(asked, here))
 
@@ -351,14 +356,16 @@ class Document:
         return asked.kind is SymbolKind.VARIABLE and asked.key in locals_of(placed.part)
 
     def places(self, asked: Occurrence) -> tuple[Span, ...]:
-        """Where a name of all files stands here."""
+        """Return the places of a global name in this file."""
         parts = (placed for placed in self._parts if not self._own(asked, placed))
         return tuple(
             placed.span(one.span) for placed in parts for one in occurrences(placed.part) if one.is_same(asked)
         )
 
     def origin(self, asked: Occurrence) -> Span | None:
-        """Where a name of all files is defined here: a program's heading, a section, the first assignment."""
+        """Return where a global name is defined in this file: the heading of a program, a section, or the first
+        assignment.
+        """
         if asked.kind is SymbolKind.PROGRAM:
             found = next((one for one in self._programs if one[1].key == asked.key), None)
             return None if found is None else found[0].span(heading_span(found[1]))
@@ -366,14 +373,14 @@ class Document:
         return next((placed.span(variable.span) for placed, variable, *_ in given), None)
 
     def check_free(self, asked: Occurrence, new: str) -> None:
-        """Raises UsageError for a new name that something else has here, or that would be taken for a function."""
+        """Check that a new name is not used in this file, nor taken for a function. Raises UsageError."""
         wanted = replace(asked, key=key_of(new))
         if wanted != asked and self.places(wanted):
             raise UsageError(f"{new} is there already", "another name")
         self._check_renamed(asked, wanted, self.places(asked), new)
 
     def rename(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
-        """The new name as it is written, and where. Raises UsageError, InvalidName."""
+        """Return the new name as it is written, and its places. Raises UsageError, InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
@@ -387,7 +394,7 @@ class Document:
         return new, spans
 
     def _check_renamed(self, asked: Occurrence, wanted: Occurrence, spans: tuple[Span, ...], new: str) -> None:
-        """Whether the text with the new name means the same: HAND is a function where no variable has that name.
+        """Check that the text with the new name means the same: HAND is a function unless a variable has that name.
 
         Raises UsageError.
         """
@@ -406,7 +413,7 @@ class Document:
             raise UsageError(f"{new} would be the function in some places, the variable in others", "another name")
 
     def _scope(self, asked: Occurrence, here: Placed) -> tuple[Placed, ...]:
-        """The parts in which the name means the same."""
+        """Return the parts in which a name means the same."""
         if asked.kind is SymbolKind.LABEL or asked.key in locals_of(here.part):
             return (here,)
         if asked.kind is SymbolKind.PROGRAM:
@@ -418,8 +425,8 @@ class Document:
     def completions(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> list[Suggestion]:
-        """What may be typed at a place. `project`: the other files of the name space; `near`: all files whose programs
-        may be called.
+        """Return suggestions for a place. `project`: the other files of the name space; `near`: all files whose
+        programs may be called.
         """
         before = self.lines[line - 1][: column - 1] if line <= len(self.lines) else ""
         program = self._program_at(line)
@@ -434,7 +441,7 @@ class Document:
         return suggestions(before, self._names(project, near), in_program=True)
 
     def signature(self, line: int, column: int, near: Sequence[Document] = ()) -> Signature | None:
-        """What is being typed takes which arguments; None outside of programs."""
+        """Return the form of the statement or function that is being typed; None outside of programs."""
         if self._program_at(line) is None:
             return None
         before = self.lines[line - 1][: column - 1]
@@ -458,15 +465,15 @@ class Document:
 
     @cached_property
     def _given_names(self) -> Mapping[Kind, dict[str, str]]:
-        """The variables that are given a value here, by kind, each with the name of the section or program."""
+        """Return the variables that get a value here, by kind, each with the name of the section or program."""
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
         for _, variable, kind, owner in self._definitions():
             variables[kind].setdefault(variable.sigil + variable.name, owner)
         return variables
 
     def _definitions(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
-        """Yield every variable that the file gives a value, with its part, its kind, and the name of the section or
-        program: in sections, then in programs, the `first` before others.
+        """Yield every variable that gets a value in the file, with its part, its kind, and the name of the section or
+        program: first those in sections, then those in programs, with the part `first` before others.
         """
         sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, Section))
         for placed, section in sections:
@@ -488,8 +495,8 @@ class Document:
     def hover(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> tuple[str, Span] | None:
-        """Help on a word of the language, or what a name is, as Markdown; and the place of the word. `project`, `near`:
-        as in `completions`.
+        """Return help on a word of the language, or the meaning of a name, as Markdown, with the place of the word.
+        `project`, `near`: as in `completions`.
         """
         text, span = self._word(line, column) or ("", None)
         if span is None or text[0].isdigit():
@@ -511,7 +518,7 @@ class Document:
         return (found, span) if found else None
 
     def definition(self, line: int, column: int) -> Span | None:
-        """Where a program, a label or a variable is defined: a section first, then its first assignment."""
+        """Return where a program, a label or a variable is defined: in a section, else by its first assignment."""
         word, asked, here = self._word(line, column), self.occurrence(line, column), self._at(line)
         if word is None:
             return None
@@ -525,7 +532,7 @@ class Document:
         return variable if called is None else called[0].span(heading_span(called[1]))
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
-        """The word at or right before a place, outside texts and comments."""
+        """Return the word at or right before a place, outside texts and comments."""
         if not 1 <= line <= len(self.lines):
             return None
         for found in _WORD.finditer(blank_out(self.lines[line - 1])):
@@ -544,7 +551,7 @@ class Document:
         return f"```val2\n{shown}\n```\n`{word}` is first given a value in line {span.line}"
 
     def program_meaning(self, key: str) -> str:
-        """The heading of a program with its comment, as Markdown; "" for one that is not here."""
+        """Return the heading of a program with its comment, as Markdown; "" if it is not in this file."""
         program = self.programs.get(key)
         if program is None:
             return ""
@@ -552,7 +559,7 @@ class Document:
         return f"```val2\n.PROGRAM {_signature(program)}\n```{comment}"
 
     def place_meaning(self, word: str, asked: Occurrence) -> str:
-        """Where a variable of all files is given a value here, as Markdown."""
+        """Return the line that gives a global variable its value here, as Markdown."""
         span = self.origin(asked)
         shown = "" if span is None else self.lines[span.line - 1].strip()
         return f"```val2\n{shown}\n```\n`{word}` is given a value in {self.name}"
@@ -562,7 +569,9 @@ class Document:
         return next(((placed, program) for placed, program in self._programs if program.key == key), None)
 
     def _variable(self, name: str, line: int) -> Span | None:
-        """A parameter of the program round the place; a section's entry; the first assignment here, then elsewhere."""
+        """Return the place of a variable: a parameter of the program, an entry of a section, or the first
+        assignment.
+        """
         here, program, key = self._at(line), self._program_at(line), key_of(name)
         parameters = program.parameters if program is not None else ()
         own = ((here, parameter) for parameter in parameters if here is not None)
@@ -591,7 +600,7 @@ def _line(kind: SymbolKind, name: str, span: Span, detail: str = "") -> Symbol:
 
 
 def _folds(part: Part) -> Iterator[tuple[int, int]]:
-    """Lines of the part; the line that ends a block stays to be seen."""
+    """Yield the foldable lines of a part. The line that ends a block stays visible."""
     if part.last > 2:
         yield 1, part.last - 1
     if isinstance(part.node, Program):
@@ -622,7 +631,7 @@ def _signature(program: Program) -> str:
 
 
 def new_name(asked: Occurrence, name: str) -> str:
-    """A name as it can stand in place of another. Raises InvalidName."""
+    """Return a name in the form in which it can replace another. Raises InvalidName."""
     if asked.kind is SymbolKind.LABEL:
         if not name.isascii() or not name.isdigit() or float(name) > LABEL_HIGH:
             raise InvalidName(name, f"a label is a number from 0 to {LABEL_HIGH}")
@@ -637,7 +646,7 @@ def new_name(asked: Occurrence, name: str) -> str:
 
 
 def _help(word: str) -> str:
-    """The page of HELP on a word, as Markdown."""
+    """Return the page of HELP on a word, as Markdown."""
     try:
         entries = page(word.lstrip("#$") if word[0] in "#$" else word).entries
     except UsageError:

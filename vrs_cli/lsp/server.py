@@ -1,7 +1,7 @@
-"""The language server: what `document.Document` knows, in the words of the Language Server Protocol 3.17.
+"""Serve the Language Server Protocol 3.17 with the answers of `document.Document`.
 
-Nothing about VAL-II is decided here. Lines and columns count from 1 in a `Span` and from 0 in the protocol, where a
-character is as many units as the editor and pygls have agreed upon.
+The server decides nothing about VAL-II. Lines and columns count from 1 in a `Span` and from 0 in the protocol, where a
+character has as many units as the editor and pygls have agreed on.
 """
 
 from __future__ import annotations
@@ -54,18 +54,18 @@ _SYMBOLS: Mapping[SymbolKind, lsp.SymbolKind] = {
 
 
 class InvalidRequest(JsonRpcInvalidParams):
-    """A request that cannot be done; the editor shows the message."""
+    """A request that cannot be carried out; the editor shows the message."""
 
 
 class Question(Protocol):
-    """The parameters of whatever asks about a place."""
+    """The parameters of a request about a place."""
 
     text_document: lsp.TextDocumentIdentifier
     position: lsp.Position
 
 
 class UnreadMessage(NamedTuple):
-    """A message that cannot be read: the number of the request, if it has one, and why."""
+    """A message that cannot be read: the number of the request, if it has one, and the reason."""
 
     number: int | str | None
     error: lsp.ResponseError
@@ -73,7 +73,7 @@ class UnreadMessage(NamedTuple):
 
 
 class AnsweringProtocol(LanguageServerProtocol):
-    """Answers every request, also one that is no request of the protocol, or comes before or after its time."""
+    """Answers every request, also a malformed one, and one before `initialize` or after `shutdown`."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         """Read a message."""
@@ -86,7 +86,7 @@ class AnsweringProtocol(LanguageServerProtocol):
             raise
 
     def handle_message(self, message: Any) -> None:
-        """Answer a request, or take a notification."""
+        """Answer a request, or handle a notification."""
         number, method = getattr(message, "id", None), getattr(message, "method", None)
         if isinstance(message, UnreadMessage):
             self.refuse(message.number, message.error)
@@ -106,8 +106,8 @@ class AnsweringProtocol(LanguageServerProtocol):
 
 
 class Val2Server(LanguageServer):
-    """The texts of the workspace, each read once a version: those that are open as the editor has them, the others as
-    they are on the disk.
+    """The language server. It reads each version of a text once: open texts as the editor has them, others from the
+    disk.
     """
 
     def __init__(self, model: RobotModel) -> None:
@@ -123,7 +123,7 @@ class Val2Server(LanguageServer):
             self.feature(name, options)(partial(feature, self))
 
     def document(self, uri: str) -> Document:
-        """The text as it is now, or as it is on the disk where it is not open. Raises InvalidRequest."""
+        """Return a text: the editor's version if it is open, otherwise the file. Raises InvalidRequest."""
         texts = self._texts()
         if uri not in texts:
             try:
@@ -134,7 +134,7 @@ class Val2Server(LanguageServer):
         return self.files.document(uri)
 
     def take(self) -> None:
-        """Take the texts as they are now."""
+        """Use the present versions of all texts."""
         self.files.take(self._texts())
 
     def _texts(self) -> dict[str, str]:
@@ -142,11 +142,11 @@ class Val2Server(LanguageServer):
 
     @property
     def open_texts(self) -> dict[str, TextDocument]:
-        """Those that the editor has open, by address."""
+        """Return the texts that the editor has open, by address."""
         return {document.uri: document for document in self.workspace.text_documents.values()}
 
     def look(self) -> None:
-        """Read the program files of the workspace, and those beside open files, which have changed on the disk."""
+        """Read the program files of the workspace, and those beside open files, that have changed on the disk."""
         opened = {uris.to_fs_path(uri): uri for uri in self.open_texts}
         roots = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
         found = {path: uri for path, uri in opened.items() if path}
@@ -158,7 +158,7 @@ class Val2Server(LanguageServer):
                 self._on_disk[uri] = text
 
     def _text(self, path: str) -> str | None:
-        """The text of a file; None where it cannot be read."""
+        """Return the text of a file; None if it cannot be read."""
         stamped = stamp(Path(path))
         known = self._stamps.get(path)
         if known is None or known[0] != stamped:
@@ -171,14 +171,14 @@ class Val2Server(LanguageServer):
     # --- places ---
 
     def locate(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
-        """The text of a question as it is now, and the line and column, from 1, that it asks about."""
+        """Return the text that a request is about, with the line and column of its place, from 1."""
         uri = params.text_document.uri
         document = self.document(uri)
         found = self.workspace.position_codec.position_from_client_units([*document.lines, ""], params.position)
         return uri, document, (found.line + 1, found.character + 1)
 
     def range(self, uri: str, span: Span) -> lsp.Range:
-        """A span in the editor's units."""
+        """Return a span in the editor's units."""
         return lsp.Range(self._position(uri, span.line, span.column), self._position(uri, span.line, span.end))
 
     def _position(self, uri: str, line: int, column: int) -> lsp.Position:
@@ -189,12 +189,12 @@ class Val2Server(LanguageServer):
     # --- diagnostics ---
 
     def check_soon(self, uri: str) -> None:
-        """Check a text when the typing pauses."""
+        """Check a text after a pause in the typing."""
         self.forget(uri)
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.check, uri)
 
     def check(self, uri: str) -> None:
-        """Tell the editor all that is wrong with a text that it has open."""
+        """Send the editor all mistakes in a text that is open."""
         if uri not in self.open_texts:
             return
         self.document(uri)
@@ -204,7 +204,7 @@ class Val2Server(LanguageServer):
                 self.publish(one, found, self.open_texts[one].version)
 
     def on_open(self, uri: str) -> None:
-        """The editor has opened or saved a text."""
+        """Handle a text that the editor has opened or saved."""
         self.look()
         self.check(uri)
 
@@ -217,19 +217,19 @@ class Val2Server(LanguageServer):
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
 
     def forget(self, uri: str) -> None:
-        """No check that was to come."""
+        """Cancel the check of a text that is due."""
         waiting = self._waiting.pop(uri, None)
         if waiting is not None:
             waiting.cancel()
 
     def close(self, uri: str) -> None:
-        """The editor has the text open no more."""
+        """Handle a text that the editor has closed."""
         self.forget(uri)
         self.look()
         self.publish(uri, [])
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Answer what is no JSON; the editor shows all else."""
+        """Answer a message that is no JSON; let the editor show other errors."""
         if isinstance(error, ValueError):
             protocol = cast(AnsweringProtocol, self.protocol)
             protocol.refuse(None, JsonRpcParseError(str(error)).to_response_error())
@@ -237,13 +237,13 @@ class Val2Server(LanguageServer):
             super().report_server_error(error, source)
 
     def location(self, place: FileSpan) -> lsp.Location:
-        """A place in the editor's units."""
+        """Return a place in the editor's units."""
         return lsp.Location(place.uri, self.range(place.uri, place.span))
 
     # --- symbols ---
 
     def symbol(self, uri: str, symbol: Symbol) -> lsp.DocumentSymbol:
-        """A symbol with its children."""
+        """Return a symbol with its children."""
         name, lines, last = self.range(uri, symbol.span), self.document(uri).lines, symbol.last
         end = self._position(uri, last, len(lines[last - 1]) + 1 if last <= len(lines) else 1)
         whole = lsp.Range(lsp.Position(symbol.span.line - 1, 0), end)
@@ -254,7 +254,7 @@ class Val2Server(LanguageServer):
 
 
 def _program_files(roots: Iterable[str], opened: Iterable[str]) -> Iterator[str]:
-    """The program files below some folders, and those beside files that are open; nothing hidden."""
+    """Yield the program files below some folders, and those beside open files, without hidden ones."""
     for folder in sorted({os.path.dirname(path) for path in opened}):
         with suppress(OSError):
             yield from (os.path.join(folder, name) for name in sorted(os.listdir(folder)) if _is_program(name))
@@ -297,7 +297,7 @@ def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Locatio
 
 
 def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Sequence[lsp.TextEdit] | None:
-    """One edit of the whole text; none where it is canonical already or cannot be read."""
+    """Return one edit of the whole text; None if it is canonical already or cannot be read."""
     uri = params.text_document.uri
     document = server.document(uri)
     text = document.canonical()
@@ -344,7 +344,7 @@ def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.
 
 
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    """Raises InvalidRequest for a name that cannot be taken."""
+    """Rename what stands at a place. Raises InvalidRequest for a name that cannot be used."""
     server.look()
     uri, _, place = server.locate(params)
     try:
@@ -372,7 +372,7 @@ def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.Signa
 
 
 def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.CodeAction]:
-    """What mends the findings of these lines; and all that is sure in the whole text, in one action."""
+    """Return the corrections for findings in these lines, and one action with all sure corrections of the text."""
     uri, document = params.text_document.uri, server.document(params.text_document.uri)
     wanted, lines = params.context.only, range(params.range.start.line + 1, params.range.end.line + 2)
     found = []
@@ -388,7 +388,7 @@ def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.C
 
 
 def _is_wanted(kind: lsp.CodeActionKind, wanted: Sequence[lsp.CodeActionKind | str] | None) -> bool:
-    """Editors ask for kinds, and for those above them: source, and source.fixAll."""
+    """Return whether the editor wants actions of a kind. It may ask for kinds above it: source for source.fixAll."""
     asked = [one.value if isinstance(one, lsp.CodeActionKind) else one for one in wanted or ()]
     return wanted is None or any(kind.value == one or kind.value.startswith(f"{one}.") for one in asked)
 
@@ -408,7 +408,9 @@ LEGEND = lsp.SemanticTokensLegend([one.value for one in Colour], [one.value for 
 
 
 def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-    """Five numbers a piece: its line and its column from those of the one before, length, kind, modifiers as bits."""
+    """Return five numbers for each piece: line and column relative to the piece before, length, kind, modifiers as
+    bits.
+    """
     uri = params.text_document.uri
     kinds, modifiers = ({one: place for place, one in enumerate(of)} for of in (Colour, Modifier))
     data, line, column = list[int](), 0, 0

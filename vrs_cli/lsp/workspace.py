@@ -1,7 +1,7 @@
-"""The program files of a workspace: which of them are one name space, and where a name stands in all of these.
+"""Find which program files of a workspace belong together, and where a name stands in all of them.
 
-Files belong together where one names another in a comment (`; with: lib.v2`), or calls a program that it does not have
-and exactly one other file of its folder has. Pure: whoever makes it gives the texts by their addresses.
+Files are one name space if one names the other in a comment (`; with: lib.v2`), or calls a program that it does not
+have and exactly one other file of its folder has. The texts are given by their addresses.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class FileSpan(NamedTuple):
 
 
 class _Outline(NamedTuple):
-    """What links a text to others, found without reading it: the keys of its programs, those that it may call, and the
-    files that it names.
+    """The links of a text to others, found without parsing it: the keys of its programs, of those that it may call, and
+    the names of files in its comments.
     """
 
     programs: frozenset[str]
@@ -56,7 +56,7 @@ def _outline(text: str, name: str) -> _Outline:
 
 
 class Workspace:
-    """The texts by address, as they are now; `take` gives newer ones. A text that is not read again keeps its tree."""
+    """The present texts by address; `take` replaces them. A text that has not changed keeps its tree."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -66,14 +66,14 @@ class Workspace:
         self._links: dict[str, set[str]] | None = None
 
     def take(self, texts: Mapping[str, str]) -> None:
-        """The texts from now on."""
+        """Replace the texts."""
         self._texts, self._links = texts, None
         for gone in self._documents.keys() - texts.keys():
             del self._documents[gone]
             self._inspectors.pop(gone, None)
 
     def document(self, uri: str) -> Document:
-        """A text, read once. Raises KeyError for one that is not there."""
+        """Return a text, which is read once. Raises KeyError for an unknown address."""
         known, text = self._documents.get(uri), self._texts[uri]
         if known is None or known.text != text:
             inspector = self._inspectors.setdefault(uri, Inspector(self._model))
@@ -83,7 +83,7 @@ class Workspace:
     # --- which files belong together ---
 
     def project(self, uri: str) -> tuple[str, ...]:
-        """The addresses of one name space: this one, then the others in the order of their names."""
+        """Return the addresses of one name space: this one, then the others in alphabetical order."""
         if self._links is None:
             self._links = self._find_links()
         found, waiting = {uri}, [uri]
@@ -94,7 +94,7 @@ class Workspace:
         return (uri, *sorted(found - {uri}))
 
     def _find_links(self) -> dict[str, set[str]]:
-        """The files that each file is linked with."""
+        """Return for each file the files that it is linked with."""
         outlines = {other: _outline(text, _stem(other)) for other, text in self._texts.items()}
         folders = {other: _folder(other) for other in outlines}
         links: dict[str, set[str]] = {other: set() for other in outlines}
@@ -114,11 +114,11 @@ class Workspace:
         return links
 
     def others(self, uri: str) -> list[Document]:
-        """The other files of its name space."""
+        """Return the other files of its name space."""
         return [self.document(other) for other in self.project(uri)[1:]]
 
     def _near(self, uri: str) -> list[Document]:
-        """The other files whose programs may be called: those of its name space, then of its folder."""
+        """Return the other files whose programs may be called: those of its name space, then of its folder."""
         project = self.project(uri)[1:]
         folder = sorted(
             one for one in self._texts if _folder(one) == _folder(uri) and one not in project and one != uri
@@ -128,7 +128,7 @@ class Workspace:
     # --- what is wrong ---
 
     def diagnostics(self, uri: str) -> tuple[Diagnostic, ...]:
-        """What `vrs check` finds in a text that stands in its name space."""
+        """Return what `vrs check` finds in a text within its name space."""
         document, others, project = self.document(uri), self.others(uri), self.project(uri)
         first = (self.document(other) for other in project[1:] if other < uri)
         near = frozenset(
@@ -149,7 +149,7 @@ class Workspace:
     # --- names in all files ---
 
     def definition(self, uri: str, line: int, column: int) -> FileSpan | None:
-        """Where a name is defined: in its own file, else in another one of the name space."""
+        """Return where a name is defined: in its own file, or in another one of the name space."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         span = document.definition(line, column)
@@ -161,7 +161,7 @@ class Workspace:
         return None
 
     def references(self, uri: str, line: int, column: int) -> Iterator[FileSpan]:
-        """All places of a name, those of its own file first."""
+        """Yield all places of a name, first those of its own file."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         yield from (FileSpan(uri, span) for span in document.references(line, column))
@@ -170,7 +170,7 @@ class Workspace:
                 yield from (FileSpan(other, span) for span in self.document(other).places(asked))
 
     def rename(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
-        """The new name as it is written, and where. Raises UsageError, InvalidName."""
+        """Return the new name as it is written, and its places by address. Raises UsageError, InvalidName."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         new, spans = document.rename(line, column, name)
@@ -188,7 +188,7 @@ class Workspace:
         return new, found
 
     def symbols(self, query: str) -> Iterator[tuple[str, Symbol, str]]:
-        """Programs and variables of sections whose names hold a text, with the address and what holds them."""
+        """Yield programs and variables of sections whose names contain a text, with their address and section."""
         count, wanted = 0, query.lower()
         for uri in sorted(self._texts):
             for symbol in self.document(uri).symbols:
@@ -204,12 +204,12 @@ class Workspace:
     # --- what is near ---
 
     def near(self, uri: str) -> tuple[Sequence[Document], Sequence[Document]]:
-        """The other files of the name space, and all whose programs may be called."""
+        """Return the other files of the name space, and all files whose programs may be called."""
         return self.others(uri), self._near(uri)
 
 
 def normal(path: str) -> str:
-    """An address that a file name leads to, as addresses are compared."""
+    """Return the normal form of an address, in which addresses are compared."""
     scheme, sign, rest = path.partition("://")
     return f"{scheme}{sign}{normpath(rest)}".lower() if sign else normpath(path).lower()
 

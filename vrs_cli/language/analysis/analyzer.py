@@ -1,11 +1,12 @@
-"""The command analyzer: is a program, or a line, one that can be carried out? All findings at once, none raised.
+"""Check whether a program, or a line, can be carried out. All findings are returned, none is raised.
 
-It decides from its use whether a bare name is a real or a transformation, and checks every instruction against its row
-of the tables. `Surroundings` is what a program finds in memory (variables with a value, other programs, the names that
-these assign). It is made once for all programs of a file: to ask it about one program costs no walk through the others.
+The analyzer decides from its use whether a bare name is a real or a transformation, and checks every instruction
+against its row of the tables. `Surroundings` has what a program finds in memory: variables with a value, other
+programs, and the names that these assign. It is made once for all programs of a file, so that questions about one
+program need no walk through the others.
 
-Names that a reader could take for something else are warned of once: a variable that is called as a function or an
-instruction is. A function that needs arguments is not: `dx` and `DX(part)` are told apart at a glance.
+Names that look like something else are warned of once: a variable with the name of an instruction or of a function
+without arguments. `dx` and `DX(part)` are easy to tell apart, and give no warning.
 """
 
 from __future__ import annotations
@@ -81,14 +82,12 @@ from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
 
-MAX_COMPARED_NAMES = (
-    200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
-)
+MAX_COMPARED_NAMES = 200  # with more names, a word is compared only with those one typing mistake away
 
 
 class Surroundings:
-    """`known`: the kinds of the variables that have a value. `programs`: those in memory, by key. `elsewhere`: the keys
-    of programs that are not in memory and may be called all the same, for they are in a file near by.
+    """The memory around a program. `known`: the kinds of variables that have a value; `programs`: those in memory, by
+    key; `elsewhere`: the keys of programs in files near by, which may be called too.
     """
 
     def __init__(
@@ -102,12 +101,12 @@ class Surroundings:
 
     @cached_property
     def given_keys(self) -> frozenset[str]:
-        """The keys of all names that programs give a value."""
+        """Return the keys of all names that programs give a value."""
         return frozenset(self._givers)
 
     @cached_property
     def _givers(self) -> Counter[str]:
-        """Count the programs that give each name a value."""
+        """Return for each name the number of programs that give it a value."""
         return Counter(key for program in self.programs.values() for key in names_given_in(program))
 
     def given_elsewhere(self, key: str, program: Program) -> bool:
@@ -128,7 +127,7 @@ class Surroundings:
         return did_you_mean(variable.key, alike)
 
     def program_meant(self, name: str) -> str:
-        """`did you mean name?`, or ""."""
+        """Return `did you mean name?` with the name of a program, or ""."""
         near = self._programs_alike.of(name.lower()[:NAME_LENGTH])
         return did_you_mean(name, [self.programs[key].name for key in near])
 
@@ -142,19 +141,19 @@ class Surroundings:
 
 
 class Candidates:
-    """Names that a find_slips one may have meant."""
+    """Names that a mistyped name may have meant."""
 
     def __init__(self, names: Collection[str]) -> None:
         self._names = names
 
     def of(self, name: str) -> Collection[str]:
-        """Return the names to compare with: all where they are few, otherwise those one slip of the fingers away."""
+        """Return the names to compare with: all if they are few, otherwise those one typing mistake away."""
         if len(self._names) <= MAX_COMPARED_NAMES:
             return self._names
         return self.slips(name)
 
     def slips(self, name: str) -> Collection[str]:
-        """Return the names that are one slip of the fingers away."""
+        """Return the names that are one typing mistake away."""
         return dict.fromkeys(near for rest in _rests(name) for near in self._by_rest.get(rest, ()))
 
     @cached_property
@@ -167,7 +166,9 @@ class Candidates:
 
 
 def _rests(name: str) -> list[str]:
-    """A name, and what is left of it without one letter: names that share one are a slip of the fingers apart."""
+    """Return a name, and the name without each of its letters. Names that share one of these are one typing mistake
+    apart.
+    """
     return list(dict.fromkeys((name, *(name[:i] + name[i + 1 :] for i in range(len(name))))))
 
 
@@ -176,7 +177,7 @@ def _rests(name: str) -> list[str]:
 
 def names_given_in(program: Program) -> frozenset[str]:
     """Return the keys of all variables that a program gives a value, by itself or through a CALL."""
-    remembered = vars(program)  # of the program itself: a cache of this module would keep deleted programs in memory
+    remembered = vars(program)  # stored in the program: a cache of this module would keep deleted programs in memory
     if "names_given" not in remembered:
         own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
         doing = (one for one in program.statements if not declares(one))
@@ -195,9 +196,8 @@ def names_in(program: Program) -> frozenset[str]:
 
 
 def find_slips(names: NameFindings) -> dict[str, str]:
-    """Return the keys of the variables that a program gives a value and reads nowhere, each with a hint at what was
-    meant: the one that it reads and gives a value, and whose name is a slip of the fingers away (count of cuont), or a
-    part of a place (part.z beside part).
+    """Return hints for variables that get a value and are never read, by their keys. The hint names a variable that is
+    read and is one typing mistake away (count of cuont), or a place whose part seems meant (part.z beside part).
     """
     seen = names.first_read.keys() | names.declared | names.parameters | names.passed
     idle = [key for key in names.given - seen if len(key) > 2]
@@ -271,7 +271,7 @@ _WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "S
 
 
 def delays(program: Program) -> Iterator[Diagnostic]:
-    """Warn of the first such DELAY of a program."""
+    """Warn of the first DELAY that seems meant to pause the program."""
     statements = program.statements
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
@@ -290,7 +290,7 @@ def _shows_time(statement: Statement) -> bool:
 
 
 def _at_once(statement: Statement) -> bool:
-    """Return whether a step surely neither moves the arm, nor waits, nor leads elsewhere."""
+    """Return whether a step surely neither moves the arm, nor waits, nor leads to another step."""
     if isinstance(statement, ast.Assignment):
         return True
     if not isinstance(statement, ast.Instruction) or statement.word in _WAITS:
@@ -301,8 +301,8 @@ def _at_once(statement: Statement) -> bool:
 
 
 def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
-    """Warn of a BREAK that was meant to leave a loop: it is the last step of an IF in a loop, and no motion stands
-    before it there; or no motion stands in the program for which it could wait.
+    """Warn of a BREAK that was meant to leave a loop: the last step of an IF in a loop with no motion before it there,
+    or a BREAK in a program without motions.
     """
     inside = {step for block in blocks if block.kind in LOOPS for step in range(block.opener, block.closer)}
     steps = [step.statement for step in program.steps] if inside else []
@@ -324,7 +324,7 @@ def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
 
 
 def _may_move(statement: Statement | None) -> bool:
-    """Return whether a step is a motion, or calls what may be one."""
+    """Return whether a step is a motion, or calls a program that may have one."""
     return isinstance(statement, ast.Instruction) and (
         statement.word in _MAY_MOVE
         or (INSTRUCTIONS[statement.word].route is Route.MOTION and statement.word != "BREAK")
@@ -332,7 +332,7 @@ def _may_move(statement: Statement | None) -> bool:
 
 
 def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Diagnostic]:
-    """Warn of the first FOPENR of a program that reads, where no program looks at IOSTAT."""
+    """Warn of the first FOPENR of a program that reads a file, if no program uses IOSTAT."""
     steps = [one for one in program.statements if isinstance(one, ast.Instruction) and one.word in ("FOPENR", "READ")]
     first = next((one for one in steps if one.word == "FOPENR"), None)
     if first is None or all(one.word == "FOPENR" for one in steps):
@@ -347,8 +347,8 @@ def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Dia
 
 
 def endless(program: Program, blocks: Collection[Block], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of a loop without an end: no step in it changes a variable of its condition, nor leads elsewhere. A variable
-    that the program gives no value, or that another program gives one, may change meanwhile.
+    """Warn of a loop without an end: no step in it changes a variable of its condition or leads out of it. Variables
+    that other programs set, or that this program never sets, may change meanwhile.
     """
     for block in blocks:
         ends = program.steps[block.closer if block.kind is BlockKind.DO else block.opener].statement
@@ -368,7 +368,7 @@ def endless(program: Program, blocks: Collection[Block], surroundings: Surroundi
 
 
 def _goes_on(statement: Statement) -> bool:
-    """Return whether a step surely neither leaves the loops around it, nor waits for what may change variables."""
+    """Return whether a step surely neither leaves the loops around it nor waits."""
     if isinstance(statement, ast.Goto | ast.IfGoto | ast.BadLine):
         return False
     return not isinstance(statement, ast.Instruction) or not (
@@ -382,11 +382,11 @@ _MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPE
 # --- programs and lines ----------------------------------------------------------------------------------------------
 
 
-# names of a program that are compared with others: one without its locations has hundreds that it lacks
+# names that get such a hint: a program without its locations may lack hundreds of names
 MAX_HINTS = 10
 
 
-# instructions that make no sense at the prompt, whose program is over when they are done
+# instructions that make no sense at the prompt
 _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURNE", "IGNORE", "LOCK", "RUNSIG"}
 
 
@@ -433,7 +433,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
 def check_line(
     line: Statement | ProgramHeader, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
 ) -> tuple[Diagnostic, ...]:
-    """Check a line of the prompt, or (`in_program`) one step, whose block and labels are out of sight."""
+    """Check a line of the prompt, or (`in_program`) one step without its block and labels."""
     steps = _Steps({} if known is None else known)
     if isinstance(line, ProgramHeader):
         steps.header(line)
@@ -448,7 +448,7 @@ _ASSIGNMENT = re.compile(r"[ \t]*[#$]?[A-Za-z][\w.]*[ \t]*(?:\[[^\]]*\][ \t]*)?=
 
 
 def hidden_statement(statement: Statement, comment: str | None, end: int) -> Iterator[Diagnostic]:
-    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`: the second one is a comment, which ends at column `end`."""
+    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`: the second statement is a comment, which ends at column `end`."""
     if isinstance(statement, ast.DoInstruction):
         statement = statement.statement or statement
     word = statement.word if isinstance(statement, ast.Instruction) else ""
@@ -467,7 +467,7 @@ _GIVES = re.compile(rf"(?i)(?:(?:for|set|point|here)[ \t]+({_NAME})|({_NAME})[ \
 
 
 def _meant_to_give(line: str) -> Iterable[str]:
-    """The names that a line which cannot be read seems to give a value: int x = 5, x := 5, INPUT "how many", x."""
+    """Return the names that an unreadable line seems to give a value: int x = 5, x := 5, INPUT "how many", x."""
     words = re.findall(_NAME, re.sub(r'"[^"]*"?|;.*', " ", line))
     if words and own_word(words[0]) == "PROMPT":
         return words[1:]
@@ -475,14 +475,14 @@ def _meant_to_give(line: str) -> Iterable[str]:
 
 
 def other_sigil(variable: ast.Variable, known: Container[str]) -> str:
-    """Say that part has a value and #part has none, as a hint; "" where no name differs by its sigil alone."""
+    """Return a hint that the same name with another sigil has a value (part for #part), or ""."""
     bare = variable.key.lstrip("#$")
     other = next((sigil for sigil in ("", *SIGIL_KINDS) if sigil != variable.sigil and sigil + bare in known), None)
     return "" if other is None else f"did you mean {other}{variable.name}?"
 
 
 class _Steps(Expressions):
-    """One pass over the steps. `program` and `surroundings` are None for a line of the prompt."""
+    """Checks the steps of a program in one pass. `program` and `surroundings` are None for a line of the prompt."""
 
     def __init__(
         self, known: Mapping[str, Kind], program: Program | None = None, surroundings: Surroundings | None = None
@@ -498,7 +498,7 @@ class _Steps(Expressions):
     # --- lines ---
 
     def header(self, heading: Program | ProgramHeader) -> None:
-        """The parameters of a program."""
+        """Check the parameters of a program."""
         parameters = heading.parameters
         keys = [parameter.key for parameter in parameters]
         for place, parameter in enumerate(parameters):
@@ -509,7 +509,7 @@ class _Steps(Expressions):
                 self.fault(ArgumentMismatch, parameter.span, f"{parameter.name} is there twice")
 
     def statement(self, step: int, statement: Statement) -> None:
-        """A step of a program."""
+        """Check a step of a program."""
         self.step = step
         if declares(statement):
             self._count(statement, INSTRUCTIONS[statement.word])
@@ -521,7 +521,7 @@ class _Steps(Expressions):
             check(self, statement)
 
     def command(self, statement: Statement) -> None:
-        """A line of the prompt."""
+        """Check a line of the prompt."""
         self._command(statement)
         for variable in self.without_value():
             if hint := other_sigil(variable, self._known):
@@ -548,7 +548,7 @@ class _Steps(Expressions):
             self.fault(CannotInterpret, statement.span, "this works in programs only", ".PROGRAM name begins one")
 
     def _explain(self, it: ast.ExplainCommand) -> None:
-        """EXPLAIN: a motion, or a location where the topic is about one."""
+        """Check EXPLAIN: its argument is a motion, or a location if the topic needs one."""
         asked, row = it.statement, EXPLAINED.get(it.topic)
         end = Span(it.span.line, it.span.end, it.span.end + 1)
         if isinstance(asked, ast.Instruction) and not it.topic:
@@ -570,7 +570,7 @@ class _Steps(Expressions):
             self.fault(CannotInterpret, asked.span, "this is no motion", "EXPLAIN alone lists what there is")
 
     def finish(self, program: Program, around: Surroundings) -> None:
-        """Report what only the whole program shows: names that nothing gives a value."""
+        """Report mistakes that only the whole program shows: names that nothing gives a value."""
         lines = [one.text for one in program.statements if isinstance(one, ast.BadLine)]
         meant = {name.lower()[:NAME_LENGTH] for text in lines for name in _meant_to_give(text)}
         nowhere = [
@@ -642,7 +642,7 @@ class _Steps(Expressions):
             self.value(value, PLACE)
 
     def _is_new(self, value: Expression) -> bool:
-        """Return whether an expression is a variable that no step before gives a value or reads."""
+        """Return whether an expression is a variable that no earlier step sets or reads."""
         met = (self.given, self.parameters, self._known, self.first_read)
         return isinstance(value, ast.Variable) and not any(value.key in keys for keys in met)
 
@@ -666,7 +666,7 @@ class _Steps(Expressions):
         self.signal_number(statement.condition)
 
     def _wait(self, statement: ast.Instruction) -> None:
-        """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
+        """Check WAIT. WAIT 3 waits for a signal, as in VAL; as a condition a number would make no sense."""
         asked = statement.arguments[0] if statement.arguments else None
         of_val = self._program is None or waits_for_signals(self._program)
         number = None if asked is None or not of_val else ast.channel(asked)
@@ -679,7 +679,7 @@ class _Steps(Expressions):
             self.signal_number(asked)
 
     def _set(self, statement: ast.Instruction) -> None:
-        """A precision point takes joints, any other name a transformation."""
+        """Check SET: a precision point takes joints, another name a transformation."""
         target = statement.arguments[0] if statement.arguments else None
         kind = self.kind_of(statement.value) if statement.value is not None else None
         plain = isinstance(statement.value, ast.Number | ast.Variable)
@@ -731,7 +731,7 @@ class _Steps(Expressions):
                 self.warn(OldMeaning, statement.span, detail, hint)
 
     def _format(self, statement: ast.Instruction, row: Word) -> None:
-        """Warn of TYPE x, /F6.2: a format belongs to the values behind it."""
+        """Warn of TYPE x, /F6.2: a format is for the values after it."""
         last = statement.arguments[-1]
         if isinstance(last, ast.Format) and last.code in "DEFGHIO":
             hint = f"a format stands before its value: {row.name} /{last.code}..., x"
@@ -754,7 +754,7 @@ class _Steps(Expressions):
         return isinstance(given, ast.Number | ast.Binary)
 
     def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
-        """Answer BASE part and APPRO 50, part with the form of the instruction."""
+        """Add the form of the instruction to the findings on BASE part and APPRO 50, part."""
         last, given = self.diagnostics[-1], self.kind_of(expression)
         wrong = last.code == TypeMismatch.code and last.span == expression.span
         swapped = argument.shape in _PLACES and given is Kind.REAL and len(row.arguments) > 1
@@ -805,7 +805,7 @@ class _Steps(Expressions):
             self.warn(SpeedInPercent, speed.span, "SPEED takes percent", "half speed is SPEED 50")
 
     def _metres(self, place: ast.Call) -> None:
-        """Warn of TRANS(0.3, 0.45, -0.2): two coordinates at least have decimals, and all are small."""
+        """Warn of TRANS(0.3, 0.45, -0.2): at least two coordinates have decimals, and all are small."""
         given = [abs(ast.plain_number(one) or 0.0) for one in place.arguments[:3]]
         known = all(one is None or ast.plain_number(one) is not None for one in place.arguments[:3])
         if known and sum(not one.is_integer() for one in given) >= 2 and 0.1 <= max(given) < 2.0:
@@ -814,7 +814,7 @@ class _Steps(Expressions):
     # --- programs as arguments ---
 
     def _program_argument(self, expression: Expression) -> None:
-        """Check a program with its arguments. Variables go by reference: it may give them a value."""
+        """Check a program with its arguments. Variables are passed by reference, so that the program may set them."""
         if isinstance(expression, ast.ProgramCall):
             self._pass(expression.arguments)
             self._check_call(expression)

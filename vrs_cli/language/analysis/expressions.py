@@ -1,4 +1,4 @@
-"""Check expressions: their kinds, whether they fit where they stand, and whether VAL-II would group them otherwise."""
+"""Check expressions: their kinds, whether they fit in their places, and whether VAL-II would group them differently."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _STATES = ("ON", "OFF", "TRUE", "FALSE")
 
 
 class Expressions(NameFindings):
-    """Checks expressions, each by itself."""
+    """Checks expressions one by one."""
 
     _program_keys: Container[str] = ()  # of the programs in memory
     compared: list[tuple[ast.Variable, ast.Binary]]  # variables that a relation compares with 1, or another number
@@ -82,20 +82,20 @@ class Expressions(NameFindings):
             )
 
     def _signal(self, expression: Expression) -> None:
-        """The number of a signal. SIGNAL 1, ON names no state: ON is -1, which would turn signal 1 off."""
+        """Check the number of a signal. SIGNAL 1, ON is wrong: ON is -1, which would turn signal 1 off."""
         if isinstance(expression, ast.Call) and expression.name in _STATES:
             self.fault(IllegalSignal, expression.span, f"{expression.name} is no number of a signal", ON_AND_OFF)
         self.value(expression, REAL)
 
     def _unit(self, expression: Expression) -> None:
-        """The number of a unit. ATTACH may choose a unit and put its number in a variable."""
+        """Check the number of a unit. ATTACH may choose a unit and store its number in a variable."""
         if isinstance(expression, ast.Variable):
             self._define(expression, REAL)
         else:
             self.value(expression, REAL)
 
     def _location_variable(self, expression: Expression) -> None:
-        """The instruction defines the last name of a compound and reads the others."""
+        """Check a location to define: of a compound the last name is defined, the others are read."""
         if isinstance(expression, ast.Binary) and expression.operator == ":":
             self.value(expression.left, LOCATION)
             self._define(expression.right, LOCATION)
@@ -108,7 +108,7 @@ class Expressions(NameFindings):
             self.define(variable, wanted)
 
     def _checked_variable(self, expression: Expression) -> ast.Variable | None:
-        """Return a variable, which can be given a value; report anything else."""
+        """Return a variable that can be given a value; report anything else."""
         if isinstance(expression, ast.Variable):
             self.reference(expression)
             return expression
@@ -123,7 +123,7 @@ class Expressions(NameFindings):
             self.value(index, REAL)
 
     def _elements(self, expression: Expression) -> None:
-        """The first element of an array of reals, or the whole of it."""
+        """Check the first element of an array of reals, or the whole array."""
         variable = self._checked_variable(expression)
         if variable is not None:
             if variable.indexes is None:
@@ -144,7 +144,7 @@ class Expressions(NameFindings):
             self.fault(CannotInterpret, expression.span, "a name is wanted here")
 
     def _setting(self, expression: Expression) -> None:
-        """A bare name may be a word of the parameter (SCURVE)."""
+        """Check the value of a parameter. A bare name may be a word of the parameter (SCURVE)."""
         bare = isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil
         if not bare and not isinstance(expression, ast.BareWord):
             self.value(expression, PRINTED)
@@ -156,7 +156,7 @@ class Expressions(NameFindings):
     # --- values ---
 
     def value(self, expression: Expression, wanted: Kinds) -> None:
-        """Check the kind of a whole expression, and warn where VAL-II would group it otherwise."""
+        """Check the kind of a whole expression, and warn if VAL-II would group it differently."""
         outer, self._logical = self._logical, False
         self._kind(expression, wanted)
         if self._logical:
@@ -232,7 +232,7 @@ class Expressions(NameFindings):
         return self._operands(expression, REAL, Kind.REAL)
 
     def _warn_of_chain(self, left: ast.Binary, whole: ast.Binary) -> bool:
-        """Warn of 1 < x < 5, which compares a truth value with 5. Return whether it is one."""
+        """Warn of 1 < x < 5, which compares a truth value with 5. Return whether there is such a chain."""
         if left.operator in RELATIONS:
             first, middle, last = map(expression_text, (left.left, left.right, whole.right))
             hint = f"{first} {left.operator} {middle} AND {middle} {whole.operator} {last}"
@@ -242,8 +242,8 @@ class Expressions(NameFindings):
         return left.operator in RELATIONS
 
     def _check_comparison(self, relation: ast.Binary) -> None:
-        """Warn of SIG(1) == 1 and SIG(1) > 0, which are the same for TRUE and FALSE. Of a variable the whole program
-        decides whether it is a truth value. A relation in a relation is told by how it is grouped.
+        """Warn of SIG(1) == 1 and SIG(1) > 0, which are the same for TRUE and FALSE. Whether a variable is a truth
+        value is decided at the end of the program.
         """
         left, right = ast.plain_number(relation.left), ast.plain_number(relation.right)
         if (left is None) is (right is None):
@@ -269,14 +269,14 @@ class Expressions(NameFindings):
             self.warn(FixedCondition, condition.span, f"{condition.text} is a number here", hint)
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
-        """Check both operands. Return the kind of the result, or None where an operand is of the wrong kind."""
+        """Check both operands. Return the kind of the result, or None if an operand has a wrong kind."""
         found = len(self.diagnostics)
         self._kind(expression.left, wanted)
         self._kind(expression.right, wanted)
         return result if len(self.diagnostics) == found else None
 
     def _of_both(self, expression: ast.Binary) -> Kinds:
-        """+ and the relations take two reals or two strings."""
+        """Return the kinds for the operands of + and of relations: two reals or two strings."""
         return STRING if Kind.STRING in (self.kind_of(expression.left), self.kind_of(expression.right)) else REAL
 
     # --- functions ---
@@ -320,12 +320,12 @@ class Expressions(NameFindings):
     # --- kinds that are certain ---
 
     def kind_of(self, expression: Expression) -> Kind | None:
-        """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
+        """Return the kind of an expression if it is certain, without deciding or reporting anything."""
         return kind_of(expression, lambda it: (decided := self._decision(it)) and decided.kind)
 
 
 def is_truth(expression: Expression) -> bool:
-    """Return whether an expression is TRUE or FALSE, and no other number."""
+    """Return whether an expression can only be TRUE or FALSE."""
     if isinstance(expression, ast.Call):
         function = FUNCTIONS.get(expression.name)
         return function is not None and (expression.name in _STATES or function.summary.startswith("TRUE where"))
@@ -335,7 +335,9 @@ def is_truth(expression: Expression) -> bool:
 def count_mistakes(
     name: str, given: Sequence[Expression | None], row: WordRow, end: Span, whole: Span
 ) -> list[tuple[Span, str]]:
-    """The first argument that is missing, to be seen at the `end`, and the first that is too many."""
+    """Return the place and the message for the first missing argument, shown at the `end`, and for the first
+    extra one.
+    """
     found = []
     for at, argument in enumerate(row.arguments):
         if not argument.optional and (at >= len(given) or given[at] is None):
@@ -350,7 +352,7 @@ def count_mistakes(
 
 
 def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
-    """Say what MOVE 100, 200, 300 and DELAY 0,5 were meant as, as a hint; "" for what is usual."""
+    """Return a hint at the meaning of MOVE 100, 200, 300 and DELAY 0,5; "" for usual arguments."""
     numbers = [one for one in given if one is not None and ast.plain_number(one) is not None]
     if (
         len(given) == 2
@@ -372,7 +374,9 @@ def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
 
 
 def turns_of_pi(expression: Expression) -> int:
-    """The power of PI in an angle: 1 for PI / 2, which is in radians; 0 for x * 180 / PI, which converts them."""
+    """Return the power of PI in an angle: 1 for PI / 2, which is in radians; 0 for x * 180 / PI, which is in
+    degrees.
+    """
     match expression:
         case ast.Call(name="PI"):
             return 1
@@ -390,7 +394,7 @@ def turns_of_pi(expression: Expression) -> int:
 
 
 def _part_of_pi(value: float, text: str) -> bool:
-    """Return whether a decimal number is a usual part of PI (1.5708), or a multiple, as far as it is written."""
+    """Return whether a decimal number is a usual part or multiple of PI (1.5708), as far as it is written."""
     decimals = len(text.partition(".")[2])
     return decimals > 2 and any(abs(value - pi * part) < 10.0**-decimals for part in _PARTS)
 
@@ -429,8 +433,8 @@ SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
 
 
 def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
-    """Yield each part of an expression, between parentheses, that VAL-II groups otherwise: our reading and that of
-    VAL-II, both with parentheses, and the place.
+    """Yield each part of an expression that VAL-II groups differently: our reading and VAL-II's, both with parentheses,
+    and the place.
     """
     flat = tuple(_flat(expression))
     if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
@@ -446,7 +450,7 @@ def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
 
 
 def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Expression]:
-    """The signs and values of an expression as they stand in the source."""
+    """Yield the signs and values of an expression in the order of the source."""
     if not isinstance(expression, ast.Unary | ast.Binary) or (expression.grouped and not root):
         yield expression
         return
@@ -456,7 +460,7 @@ def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Express
     yield from _flat(expression.operand if isinstance(expression, ast.Unary) else expression.right, False)
 
 
-# A tree as its text, with parentheses round every part and the whole.
+# Print a tree as text with parentheses round every part and the whole.
 
 
 def _unary(sign: Token, operand: str) -> str:

@@ -1,9 +1,9 @@
-"""The result of an analysis; kinds of values; and the names of a program: which are reals, which transformations, which
-are read or assigned, and which belong to the program alone.
+"""Find the kinds of a program's names: which are reals or transformations, which are read or set, and which belong to
+the program alone.
 
 AUTO makes a set of variables for each activation of a program, LOCAL one for the program, which keeps its values
-between calls. All other variables are global, and GLOBAL says so. Declarations stand before the first other step
-(V+ Language User's Guide p.36; val2 section 1).
+between calls. All other variables are global, and GLOBAL says so. Declarations stand before the first other step (V+
+Language User's Guide p.36; val2 section 1).
 """
 
 from __future__ import annotations
@@ -54,19 +54,19 @@ class Block(Struct, frozen=True):
 
 LABELLED: Mapping[str, int] = {
     row.name: len(row.arguments) for row in INSTRUCTIONS.values() if row.form.endswith(" label")
-}  # instructions that may go to the label which is their last argument, and how many they have
+}  # instructions whose last argument is a label, and how many arguments they have
 LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 
 
 def loops_of(statement: ast.Instruction) -> int:
-    """Return the number after EXIT or NEXT: 1 if it is left out, 0 if it is no whole number from 1 on."""
+    """Return the number after EXIT or NEXT: 1 if it is left out, 0 if it is no whole number above 0."""
     given = statement.arguments[0] if statement.arguments else None
     number = 1.0 if given is None else given.value if isinstance(given, ast.Number) else 0.0
     return int(number) if number >= 1 and number.is_integer() else 0
 
 
 def label_of(statement: ast.Statement) -> int | None:
-    """The label that a statement may go to: GOTO, IF ... GOTO, and the instructions with one (IFSIG, GRASP)."""
+    """Return the label that a statement may go to: GOTO, IF ... GOTO, and instructions with a label (IFSIG, GRASP)."""
     if isinstance(statement, ast.Goto | ast.IfGoto):
         return statement.label
     if not isinstance(statement, ast.Instruction) or statement.word not in LABELLED:
@@ -76,7 +76,7 @@ def label_of(statement: ast.Statement) -> int | None:
 
 
 class Own(Struct, frozen=True, dict=True):
-    """A variable of a program's own; `automatic`: of AUTO; `array`: declared as one, or first used as one."""
+    """A variable of the program itself. `automatic`: declared by AUTO; `array`: declared or first used as an array."""
 
     variable: ast.Variable
     automatic: bool
@@ -88,13 +88,14 @@ class Own(Struct, frozen=True, dict=True):
 
 
 class Analysis(Struct, frozen=True):
-    """A program with what its text decides.
+    """A program with all that its text decides.
 
-    `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
-    `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
-    of the programs that are called, `functions`: those of variables that other programs could have, and that are
-    functions here, `alone`: those of variables that are told about unless other programs have them: what else in memory
-    the findings depend on. `own`: the variables of AUTO and LOCAL.
+    `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included. `labels`:
+    the step index of each label. `own`: the variables of AUTO and LOCAL.
+
+    The findings depend on other things in memory, given by keys. `needs`: names that other programs must give a value.
+    `calls`: programs that are called. `functions`: functions here that may be variables in other programs. `alone`:
+    variables that are reported unless other programs have them.
     """
 
     program: Program
@@ -125,9 +126,9 @@ STRING: Kinds = frozenset({Kind.STRING})
 LOCATION: Kinds = frozenset({Kind.LOCATION})
 PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
 PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
-BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # what a name without a sigil can be
+BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # the kinds of a name without a sigil
 
-# The arguments that are variables to be given a value.
+# Arguments that are variables to set.
 VARIABLES: Mapping[Shape, Kinds] = {
     Shape.VARIABLE: PRINTED,
     Shape.REAL_VARIABLE: REAL,
@@ -137,7 +138,7 @@ CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.StringConstant: Kind.
 
 
 def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind | None]) -> Kind | None:
-    """Return the kind of an expression, or None where `of_variable` knows none."""
+    """Return the kind of an expression, or None if `of_variable` does not know it."""
     match expression:
         case ast.Variable():
             return of_variable(expression)
@@ -162,7 +163,7 @@ _ARTICLES = {
 
 _NAMED = (ast.Variable, ast.Number, ast.StringConstant)
 _SAMPLES = {Kind.REAL: "x", Kind.STRING: "$s", Kind.LOCATION: "p", Kind.PRECISION: "#p"}
-_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # of a kind, and the kinds wanted in its place
+_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # by a kind and the kinds that are wanted
     (Kind.REAL, STRING): "$ENCODE(NAME) is one",
     (Kind.REAL, PLACE): "TRANS(x, y, z) is one",
     (Kind.REAL, LOCATION): "TRANS(x, y, z) is one",
@@ -176,7 +177,7 @@ _EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # of a kind, and the kinds want
 
 
 def with_article(kinds: Collection[Kind]) -> str:
-    """`a transformation or a precision point`."""
+    """Return kinds in words: `a transformation or a precision point`."""
     return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
 
 
@@ -191,9 +192,9 @@ def declares(statement: ast.Statement | None) -> TypeGuard[ast.Instruction]:
 
 
 def own_variables(program: Program) -> tuple[Own, ...]:
-    """Return what AUTO and LOCAL declare, each name once, in the order of the program.
+    """Return the variables of AUTO and LOCAL, each name once, in the order of the program.
 
-    A variable that is declared without an index is an array if the first step that names it gives it an index.
+    A variable that is declared without an index is an array if the first step that uses it gives it an index.
     """
     found: dict[str, Own] = {}
     first = takewhile(lambda one: declares(one) or isinstance(one, ast.BadLine), program.statements)
@@ -225,13 +226,13 @@ class Decision(NamedTuple):
 
 
 class NameFindings(DiagnosticCollector):
-    """The names met so far. `step` is where we are.
+    """The names found so far. `step` is the present step.
 
-    `known`: the kinds of the variables that have a value. At the prompt they decide; a program may run when they have
-    others, so there they only give rise to warnings. `kinds`: of the bare names whose use decides it. `given`: the keys
-    that are given a value; `passed`: those that are passed to a program; `own`: those that AUTO or LOCAL declares;
-    `first_read`: the first reading of each name; `assigned`: the first assignment to each simple bare name;
-    `functions`: the first call of each function that could be a variable.
+    `known`: the kinds of variables that have a value. At the prompt they decide. A program may run when they have other
+    values, so there they only give warnings. `kinds`: those of bare names whose use decides them. `given`: the keys
+    that get a value; `passed`: those that are passed to a program; `own`: those of AUTO or LOCAL; `first_read`: the
+    first reading of each name; `assigned`: the first assignment to each simple bare name; `functions`: the first call
+    of each function that could be a variable.
     """
 
     def __init__(self, known: Mapping[str, Kind], parameters: Iterable[ast.Variable], *, at_prompt: bool) -> None:
@@ -241,7 +242,7 @@ class NameFindings(DiagnosticCollector):
         self.given: set[str] = set()
         self.passed: set[str] = set()
         self.own: set[str] = set()
-        self._arrays: dict[str, bool] = {}  # of those: whether it is one, once that is known
+        self._arrays: dict[str, bool] = {}  # whether such a variable is an array, if known
         self.first_read: dict[str, ast.Variable] = {}
         self.assigned: dict[str, ast.Variable] = {}
         self.functions: dict[str, ast.Call] = {}
@@ -255,7 +256,7 @@ class NameFindings(DiagnosticCollector):
         self._spellings: dict[str, str] = {}
 
     def without_value(self) -> list[ast.Variable]:
-        """The first reading of each name that is given a value nowhere here."""
+        """Return the first reading of each name that gets no value here."""
         return [
             variable
             for key, variable in self.first_read.items()
@@ -263,7 +264,7 @@ class NameFindings(DiagnosticCollector):
         ]
 
     def check(self, variable: ast.Variable) -> None:
-        """Report a name that cannot be used as a name, and an array of the program's own used as none."""
+        """Report a name that is not allowed, and an array of the program itself that is used as none."""
         word, key, is_array = variable.name.upper(), variable.key, variable.indexes is not None
         if word in RESERVED and not variable.sigil:
             self.fault(InvalidName, variable.span, *why_reserved(word))
@@ -327,18 +328,18 @@ class NameFindings(DiagnosticCollector):
     # --- kinds of names ---
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        """Note that a variable is read as one of the kinds. Return its kind if that is decided."""
+        """Note that a variable is read as one of these kinds. Return its kind if that is decided."""
         self.first_read.setdefault(variable.key, variable)
         return self._decide(variable, wanted)
 
     def define(self, variable: ast.Variable, wanted: Kinds) -> None:
-        """Note that a variable is given a value of one of the kinds."""
+        """Note that a variable gets a value of one of these kinds."""
         self.given.add(variable.key)
         self._decide(variable, wanted, is_read=False)
 
     def _decide(self, variable: ast.Variable, wanted: Kinds, *, is_read: bool = True) -> Kind | None:
-        """Return the kind of a name. If nothing has decided it yet, this use does where it leaves one choice; a warning
-        tells if the variable has a value of the other kind now.
+        """Return the kind of a name. If it is not decided yet, this use decides it if it leaves one choice; warn if the
+        present value has the other kind.
         """
         key, name = variable.key, variable.name
         decided = self._decision(variable)
@@ -363,7 +364,7 @@ class NameFindings(DiagnosticCollector):
         return decided.kind
 
     def _decision(self, variable: ast.Variable) -> Decision | None:
-        """Return the kind that the sigil of a name, its uses or (at the prompt) its present value decide."""
+        """Return the kind that the sigil, the uses or (at the prompt) the present value of a name decide, or None."""
         if variable.key in self.kinds:
             return self.kinds[variable.key]
         kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
@@ -372,7 +373,7 @@ class NameFindings(DiagnosticCollector):
     def mismatch(
         self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None, *, is_read: bool = True
     ) -> None:
-        """Report an expression of a kind that is not wanted. `step`: the one that decided the kind."""
+        """Report an expression of a wrong kind. `step`: the one that decided the kind."""
         text = expression_text(expression)
         shown = text if len(text) <= MAX_SHOWN_CHARS else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""

@@ -1,5 +1,9 @@
-"""The blocks and labels of a program: which step belongs to which, what does not fit, and which steps nothing leads to
-(what stands after GOTO, RETURN, STOP, HALT and has no label)."""
+"""Pair the blocks and labels of a program, find steps that are never carried out, and refuse words that a dialect does
+not have.
+
+Every program of V+ is refused while the switch VPLUS is off. The column `where` of the tables says which dialect has a
+row; `IN_VAL2` and `IN_VAL` say what to write instead.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +47,7 @@ class _Open(Struct):
     span: Span
     middles: list[int] = field(default_factory=list)
     complete: bool = False  # ELSE or ANY has been: nothing but END may follow
-    vague: bool = False  # a line that cannot be read may begin it
+    vague: bool = False  # an unreadable line may begin it, which is doubtful
 
     @property
     def closing(self) -> str:
@@ -55,14 +59,14 @@ class _Open(Struct):
 
 
 class Structure(DiagnosticCollector):
-    """`blocks` in the order in which they end; `labels`: the step index of each label."""
+    """The structure of a program. `blocks` are in the order of their ends; `labels`: the step index of each label."""
 
     def __init__(self) -> None:
         super().__init__()
         self.blocks: list[Block] = []
         self.labels: dict[int, int] = {}
         self._open: list[_Open] = []
-        self._vague_ends = 0  # ends that were taken for those of vague blocks
+        self._vague_ends = 0  # ends taken for those of doubtful blocks
 
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
@@ -83,8 +87,8 @@ class Structure(DiagnosticCollector):
             )
 
     def end(self, program: Program) -> None:
-        """Report every block that is still open at the end of the program, but those whose end a vague block may have
-        taken; and labels that no step has. The first word of a line that could not be read may be one.
+        """Report blocks without an end, except for ends that a doubtful block may have taken, and labels that no step
+        has. The first word of an unreadable line may be a label.
         """
         missing = [block for block in self._open if not block.vague]
         for block in missing[: max(0, len(missing) - self._vague_ends)]:
@@ -122,7 +126,7 @@ class Structure(DiagnosticCollector):
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
 
     def _unread(self, index: int, line: ast.BadLine) -> None:
-        """A line that cannot be read begins, divides or ends a block all the same: its own mistake is enough."""
+        """Let an unreadable line begin, divide or end a block: its own error is enough."""
         words = _words(line.text)
         first, last = words[0], words[-1]
         if own_word(first) == "END":  # ENDFOR
@@ -142,7 +146,7 @@ class Structure(DiagnosticCollector):
                 self._open.append(_Open(kind, index, line.span, vague=not sure))
 
     def _innermost(self, kind: BlockKind) -> _Open | None:
-        """The innermost block; not one that a line may have begun, where it is no block of this kind."""
+        """Return the innermost block, after dropping doubtful ones of another kind."""
         while self._open and self._open[-1].vague and self._open[-1].kind is not kind:
             self._open.pop()
         return self._open[-1] if self._open else None
@@ -160,7 +164,7 @@ class Structure(DiagnosticCollector):
             block.complete = completes
 
     def _close(self, index: int, statement: Statement, word: str, openers: str) -> None:
-        """End the innermost block of that sort. Blocks inside it have no end of their own."""
+        """End the innermost block with this end. Blocks inside it have no end of their own."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
             hint = ".END ends the program" if not inside else ""
@@ -185,7 +189,7 @@ _OPENERS: Mapping[type, BlockKind] = {
     ast.Case: BlockKind.CASE,
 }
 
-# the words with which a line that cannot be read begins or ends, and the block that it opens or divides
+# the first or last words of unreadable lines, and the blocks that they open or divide
 _UNREAD_OPENERS: Mapping[str, BlockKind] = {kind.value: kind for kind in BlockKind}
 _UNREAD_LAST: Mapping[str, BlockKind] = {"THEN": BlockKind.IF, "DO": BlockKind.WHILE, "OF": BlockKind.CASE}
 _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
@@ -197,8 +201,8 @@ _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
 
 
 def _words(text: str) -> list[str]:
-    """A line in capitals, word by word: without its label, its texts and a comment. The first word is "" where that is
-    a variable.
+    """Return a line in capitals, word by word, without its label, texts and comment. The first word is "" if it is a
+    variable.
     """
     words = re.findall(r"[A-Z][\w.]*|\d+|\S", re.sub(r'"[^"]*"?|;.*', " ", text.upper()))
     if words and words[0].isdigit():
@@ -220,9 +224,8 @@ _ACTIONS: Mapping[type, Callable[[Structure, int, Any], None]] = {
 
 
 def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS, name: str = "") -> str | tuple[Diagnostic, ...]:
-    """Return the canonical text of a file, or its errors if a line cannot be read or a block has no beginning or no
-    end: a layout would show such a program as something that it is not. `dialect`: where the file says none. `name`:
-    of the file, for steps without a heading.
+    """Return the canonical text of a file; or its errors if a line cannot be read or a block has no begin or end, whose
+    layout would mislead. `dialect`: used if the file names none. `name`: of the file, for steps without a heading.
     """
     file, found = parse_file(text, dialect, name=name)
     unpaired = (
@@ -244,9 +247,9 @@ _CLOSERS = (ast.End, ast.Until, ast.Else, ast.Any, ast.Value)
 
 
 def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> Iterator[Diagnostic]:
-    """A warning at the first step of each run that cannot be carried out, naming what ends the way to it.
+    """Warn of the first step of each run that is never carried out, and say after which step it stands.
 
-    Conditions are not looked into: WHILE TRUE can end. The blocks and labels must fit (no errors).
+    Conditions are not evaluated: WHILE TRUE can end. The blocks and labels must be correct.
     """
     reached = _reachable_steps(program, blocks, labels)
     leaving, before_reached = "", True
@@ -271,7 +274,7 @@ def _leaves(statement: Statement | None) -> bool:
 
 
 def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
-    """The indexes of all steps that can be reached from the first one."""
+    """Return the indexes of all steps that can be reached from the first one."""
     jumps: dict[int, tuple[int, ...]] = {}  # where steps of blocks may go, beside or instead of the next step
     for block in blocks:
         after, inside = block.closer + 1, tuple(middle + 1 for middle in block.middles)
@@ -358,7 +361,7 @@ IN_VAL2: Mapping[str, str] = {
 }
 
 
-# what a VAL programmer writes
+# the way to write it in VAL
 IN_VAL: Mapping[str, str] = {
     "CALL": "GOSUB carries out a program",
     "SET": "SHIFT, INVERSE and FRAME define locations, HERE teaches them",
@@ -380,8 +383,8 @@ _BLOCKS: Mapping[type, str] = {
 
 
 def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
-    """Yield the refusal of each word and form of a program that its dialect has not; without `vplus`, of each that V+
-    alone has.
+    """Yield an error for each word and form that the dialect of a program does not have; without `vplus`, for each that
+    only V+ has.
     """
     check = _DialectCheck(program.dialect, "this program is in") if vplus else _DialectCheck(Dialect.VAL2)
     statements = () if check.dialect is Dialect.VPLUS else program.statements
@@ -389,8 +392,8 @@ def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
 
 
 def waits_for_signals(program: Program) -> bool:
-    """Return whether WAIT 3 is that of VAL, for the input 1003. In a program with anything that V+ alone has, a number
-    is a condition, which is always true: drivers that were published for V+ have such lines (probable).
+    """Return whether WAIT 3 waits for the input 1003, as in VAL. In a program with words of V+ a number is a condition,
+    which is always true: published drivers for V+ have such lines (probable).
     """
     remembered = vars(program)
     if "waits_for_signals" not in remembered:
@@ -400,7 +403,7 @@ def waits_for_signals(program: Program) -> bool:
 
 
 def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Iterator[Diagnostic]:
-    """Yield the same of a line of the prompt, in a session of this dialect."""
+    """Yield an error for each word and form in a line of the prompt that the dialect of the session does not have."""
     yield from _beyond(statement, _DialectCheck(dialect, "this session is in"), at_prompt=True)
     if not vplus:
         yield from _beyond(statement, _DialectCheck(Dialect.VAL2), at_prompt=True)
@@ -434,7 +437,7 @@ def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False)
 
 
 class _DialectCheck(NamedTuple):
-    """The dialect that decides, and `why`, in words; "" where the switch VPLUS does."""
+    """The dialect to check against, and the reason in words: `why` is "" for the switch VPLUS."""
 
     dialect: Dialect
     why: str = ""
@@ -444,7 +447,7 @@ class _DialectCheck(NamedTuple):
         return error(NotAvailable, span, f"{what} of {of.title}, and {why}", f"in {self.dialect.title}: {instead}")
 
     def check_row(self, name: str, where: str, span: Span) -> Iterator[Diagnostic]:
-        """The refusal of a row that the dialect has not."""
+        """Yield an error if the dialect does not have a row."""
         if not self.dialect.knows(where):
             of = Dialect.VAL2 if Dialect.VAL2.knows(where) else Dialect.VPLUS
             ways = {**IN_VAL2, **IN_VAL} if self.dialect is Dialect.VAL else IN_VAL2

@@ -1,8 +1,9 @@
-"""The tree of a VAL-II text: frozen values, one node class an idea, every node with its place in the source.
+"""Define the tree of a VAL-II text: frozen values, one class for each construct, each node with its place in the
+source.
 
-A program is a list of steps, one a line, as the VAL-II editor holds it. Blocks (IF ... END) are not nested nodes:
-the analyzer pairs their steps (`analyzer.Block`), the compiler turns the pairs into jumps. Names are kept as
-typed; two names are the same when their first 15 characters agree without regard to case (`key`).
+A program is a list of steps, one a line, as in the VAL-II editor. Blocks (IF ... END) are not nested nodes: the
+analyzer pairs their steps (`names.Block`), and the compiler turns the pairs into jumps. Names are kept as typed. Two
+names are the same if their first 15 characters agree without regard to case (`key`).
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from vrs_cli.language.words.values import INPUTS, NAME_LENGTH, OUTPUTS
 from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.values.diagnostics import Dialect, Span
 
-ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with three axes, as controllers write it
+ANGLES, AXES = 6, 12  # the count of numbers of a transformation: with three angles, or with three axes
 
 
 class Node(Struct, frozen=True, kw_only=True):
-    """A node that stands somewhere in the source."""
+    """A node of the tree with its place in the source."""
 
     span: Span
 
@@ -33,7 +34,7 @@ class Node(Struct, frozen=True, kw_only=True):
 
 
 class Number(Node, frozen=True):
-    """A numeric constant; `text` as typed (`^HFF`, `'A`, `1E-3`)."""
+    """A numeric constant; `text` is as typed (`^HFF`, `'A`, `1E-3`)."""
 
     value: float
     text: str
@@ -48,9 +49,9 @@ class StringConstant(Node, frozen=True):
 class Variable(Node, frozen=True):
     """`name`, `#name`, `$name`, `name[i]`, `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
 
-    `sigil` is "", "#" or "$". A bare name is a real or a transformation: the analyzer decides from its use.
-    `grouped`: it stands in parentheses, so that CALL passes a copy. `rest`: indexes that are left out after the others,
-    less the one of `name[]`: 1 in `name[i,]` (a row of an array) and `name[,]`, 2 in `name[i,,]`.
+    `sigil` is "", "#" or "$". A bare name is a real or a transformation; the analyzer decides from its use. `grouped`:
+    the variable stands in parentheses, so that CALL passes a copy. `rest`: the number of indexes left out at the end,
+    without the one of `name[]`: 1 in `name[i,]` (a row of an array) and `name[,]`, 2 in `name[i,,]`.
     """
 
     name: str
@@ -61,17 +62,17 @@ class Variable(Node, frozen=True):
 
     @property
     def key(self) -> str:
-        """The name under which the variable is stored: sigil, lower case, first 15 characters."""
+        """Return the name under which the variable is stored: sigil, lower case, first 15 characters."""
         return self.sigil + self.name.lower()[:NAME_LENGTH]
 
     @property
     def many(self) -> bool:
-        """Return whether it is an array, or a part of one, and no element."""
+        """Return whether this is an array or a part of one, not a single element."""
         return self.indexes == () or self.rest > 0
 
 
 class Unary(Node, frozen=True):
-    """`operator` is "-", "+", "NOT" or "COM"; `grouped` as in Binary."""
+    """An operation with one operand. `operator` is "-", "+", "NOT" or "COM"; `grouped` as in Binary."""
 
     operator: str
     operand: Expression
@@ -79,10 +80,11 @@ class Unary(Node, frozen=True):
 
 
 class Binary(Node, frozen=True):
-    """`operator` in canonical spelling: + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, and `:` (compound).
+    """An operation with two operands. `operator` is one of + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, or
+    `:` (compound).
 
-    `grouped` is true when the source had parentheses round this node (the printer keeps them; the analyzer warns
-    of relations beside AND/OR only when they are missing).
+    `grouped`: the source has parentheses round this node. The printer keeps them; the analyzer warns of relations
+    beside AND and OR only if they are missing.
     """
 
     operator: str
@@ -94,9 +96,9 @@ class Binary(Node, frozen=True):
 class Call(Node, frozen=True):
     """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`) or a constant (`PI`, `HERE`: no arguments).
 
-    `name` is upper case for a function of the table, otherwise as typed. An omitted argument is None.
-    `SHIFT(l BY x,y,z)` has the arguments (l, x, y, z). `parenthesised` tells `f()` from `f`; `grouped`: a constant
-    that stands in parentheses, as in Variable.
+    `name` is in upper case if the table has it, otherwise as typed. An omitted argument is None. `SHIFT(l BY x,y,z)`
+    has the arguments (l, x, y, z). `parenthesised` is True for `f()`, False for `f`; `grouped`: a constant stands in
+    parentheses, as in Variable.
     """
 
     name: str
@@ -106,16 +108,13 @@ class Call(Node, frozen=True):
 
     @property
     def variable(self) -> Variable:
-        """The variable of this name."""
+        """Return the variable of this name."""
         sigil = self.name[0] if self.name[0] in "#$" else ""
         return Variable(self.name[len(sigil) :].lower(), sigil, None, self.grouped, span=self.span)
 
 
 class ProgramCall(Node, frozen=True):
-    """A program where the table asks for one, with its arguments: `pick(a, 5)` after CALL. `name` is as typed.
-
-    `parenthesised` as in Call.
-    """
+    """A program with its arguments, as after CALL: `pick(a, 5)`. `name` is as typed; `parenthesised` as in Call."""
 
     name: str
     arguments: tuple[Expression | None, ...]
@@ -123,13 +122,13 @@ class ProgramCall(Node, frozen=True):
 
     @property
     def key(self) -> str:
-        """The name under which the program is stored."""
+        """Return the name under which the program is stored."""
         return self.name.lower()[:NAME_LENGTH]
 
 
 class Applied(Node, frozen=True):
-    """The argument of CALLS: a string that names a program, with that program's arguments: `$name[i](a, 5)`,
-    `"name"(a, 5)`, `$kind+"name"(a, 5)`.
+    """The argument of CALLS: a string that names a program, with arguments: `$name[i](a, 5)`, `"name"(a, 5)`,
+    `$kind+"name"(a, 5)`.
     """
 
     text: Expression
@@ -145,7 +144,7 @@ class Format(Node, frozen=True):
 
 
 class BareWord(Node, frozen=True):
-    """A bare word or raw text where the table asks for one: a file name, a switch, a program to be stored."""
+    """A word or text that is no expression: the name of a file, a switch, or a program to be stored."""
 
     text: str
 
@@ -157,15 +156,15 @@ Expression = Number | StringConstant | Variable | Unary | Binary | Call | Progra
 
 
 class Assignment(Node, frozen=True):
-    """`x = e`, `$s = e`."""
+    """The assignment `x = e` or `$s = e`."""
 
     target: Variable
     value: Expression
 
 
 class Modifiers(Struct, frozen=True):
-    """The words that may follow the arguments: `AT t` or `IN dt` (our time stamps), `ALWAYS`, and a unit (MMPS, IPS,
-    MONITOR); and what may stand before them: the `sort` of the variables of a declaration (REAL, DOUBLE, LOC).
+    """Words behind the arguments of an instruction: `AT t` or `IN dt` (a time), `ALWAYS`, a unit (MMPS, IPS, MONITOR);
+    and the `sort` of variables before those of a declaration (REAL, DOUBLE, LOC).
     """
 
     at: Expression | None = None
@@ -176,7 +175,7 @@ class Modifiers(Struct, frozen=True):
 
     @property
     def has_time(self) -> bool:
-        """Return whether AT or IN says when."""
+        """Return whether AT or IN gives a time."""
         return self.at is not None or self.within is not None
 
 
@@ -184,11 +183,11 @@ NO_MODIFIERS = Modifiers()
 
 
 class Instruction(Node, frozen=True):
-    """Any operation that is a row of the instruction or the monitor-command table and not a control word.
+    """An instruction or a monitor command, but not a word of blocks and jumps.
 
-    `word` is the full upper-case keyword, also when the source abbreviated it. An omitted argument is None, trailing
-    ones are absent. `value` is what follows `=` (`TIMER 1 = 0`, `SET a = b`, `POINT a = b`, `BITS 1,3 = v`).
-    `empty_group`: empty parentheses stand behind the word (`ATTACH ()`).
+    `word` is the whole keyword in upper case, also if the source abbreviates it. An omitted argument is None; arguments
+    that are missing at the end are absent. `value` stands after `=` (`TIMER 1 = 0`, `SET a = b`, `POINT a = b`, `BITS
+    1,3 = v`). `empty_group`: empty parentheses stand after the word (`ATTACH ()`).
     """
 
     word: str
@@ -199,14 +198,14 @@ class Instruction(Node, frozen=True):
 
 
 class DoInstruction(Node, frozen=True):
-    """The monitor command `DO statement`; a bare `DO` at the prompt (repeat the last) has no statement."""
+    """The monitor command `DO statement`. A bare `DO` at the prompt repeats the last one and has no statement."""
 
     statement: Statement | None
 
 
 class ExplainCommand(Node, frozen=True):
-    """The monitor command EXPLAIN: of a motion (an Instruction), of a location (Show), of a location by a `topic` (OAT,
-    IK), of the topic SPLICE, or bare: `topic` is then "" and `statement` None.
+    """The monitor command EXPLAIN. `statement` is a motion (an Instruction) or a location (Show), or None; `topic` is
+    OAT or IK for a location, SPLICE, or "".
     """
 
     topic: str
@@ -214,7 +213,7 @@ class ExplainCommand(Node, frozen=True):
 
 
 class Show(Node, frozen=True):
-    """An expression alone at the prompt: its value is shown."""
+    """An expression alone at the prompt, whose value is shown."""
 
     expression: Expression
 
@@ -224,7 +223,7 @@ class Goto(Node, frozen=True):
 
 
 class IfGoto(Node, frozen=True):
-    """`IF condition GOTO label`, or (`then`) VAL's `IF a EQ b THEN label`, whose condition is a relation."""
+    """`IF condition GOTO label`, or (with `then`) VAL's `IF a EQ b THEN label`, whose condition is a relation."""
 
     condition: Expression
     label: int
@@ -236,7 +235,7 @@ class If(Node, frozen=True):
 
 
 class Else(Node, frozen=True):
-    """`ELSE`."""
+    """The line `ELSE`."""
 
 
 class While(Node, frozen=True):
@@ -244,7 +243,7 @@ class While(Node, frozen=True):
 
 
 class Do(Node, frozen=True):
-    """`DO` alone in a program: the loop that ends in UNTIL."""
+    """`DO` alone on a line of a program: the loop that ends with UNTIL."""
 
 
 class Until(Node, frozen=True):
@@ -271,11 +270,11 @@ class Any(Node, frozen=True):
 
 
 class End(Node, frozen=True):
-    """`END` of a block."""
+    """The `END` of a block."""
 
 
 class BadLine(Node, frozen=True):
-    """A line that could not be read: kept as it stands, listed with `?`; its program is not executable."""
+    """A line that cannot be read. It is kept as typed and listed with `?`; its program cannot be executed."""
 
     text: str
 
@@ -327,17 +326,19 @@ class Program(Node, frozen=True, dict=True, weakref=True):
 
     @property
     def statements(self) -> tuple[Statement, ...]:
-        """The statements of its steps; blank lines and comments have none."""
+        """Return the statements of all steps, without blank lines and comments."""
         return tuple([step.statement for step in self.steps if step.statement is not None])
 
     @property
     def key(self) -> str:
-        """The name under which the program is stored."""
+        """Return the name under which the program is stored."""
         return self.name.lower()[:NAME_LENGTH]
 
 
 class ProgramHeader(Node, frozen=True):
-    """`.PROGRAM name(parameters) ;comment` at the prompt: what follows, up to `.END`, are its steps."""
+    """The line `.PROGRAM name(parameters) ;comment` at the prompt. The lines that follow, up to `.END`, are its
+    steps.
+    """
 
     name: str
     parameters: tuple[Variable, ...]
@@ -345,10 +346,10 @@ class ProgramHeader(Node, frozen=True):
 
 
 class Entry(Node, frozen=True):
-    """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (constant indexes) and its value.
+    """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (with constant indexes) and its value.
 
-    Locations: six numbers, mm and degrees as the file writes them, or twelve, the axes n, s, a and the position [mm];
-    reals: one; strings: `text`.
+    A location has six numbers, in mm and degrees as in the file, or twelve: the axes n, s, a and the position [mm]. A
+    real has one number, a string has `text`.
     """
 
     variable: Variable
@@ -358,10 +359,10 @@ class Entry(Node, frozen=True):
 
 
 class Section(Node, frozen=True):
-    """`.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`; `name` has its dot, in upper case.
+    """A section from `.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`; `name` has its dot, in upper case.
 
-    `remarks`: lines without a variable, each as the number of entries before it, and its comment (None: blank).
-    `whole`: every line of it can be read.
+    `remarks`: the lines without a variable, each as the number of entries before it and its comment (None: blank).
+    `whole`: all lines of the section can be read.
     """
 
     name: str
@@ -377,13 +378,13 @@ class Comment(Node, frozen=True):
 
 
 class File(Struct, frozen=True):
-    """A program file in its order; a bad line is one that stands outside programs and sections."""
+    """The parts of a program file in their order. A BadLine is a line outside programs and sections."""
 
     parts: tuple[Program | Section | Comment | BadLine, ...]
 
 
 def nodes(tree: object) -> Iterator[object]:
-    """A tree, or a tuple of trees, node by node, from its root."""
+    """Yield all nodes of a tree, or of a tuple of trees, from the root."""
     waiting = [tree]
     while waiting:
         node = waiting.pop()
@@ -395,7 +396,7 @@ def nodes(tree: object) -> Iterator[object]:
 
 
 def children(tree: Struct) -> Iterator[Expression]:
-    """The expressions right under a statement or an expression."""
+    """Yield the expressions directly below a statement or an expression."""
     for name in tree.__struct_fields__:
         child = getattr(tree, name)
         if isinstance(child, Modifiers):
@@ -405,15 +406,15 @@ def children(tree: Struct) -> Iterator[Expression]:
 
 
 def plain_number(expression: Expression | None) -> float | None:
-    """A number as it stands there, also behind a minus; None for anything else."""
+    """Return the value of a number, also of one with a minus; None for any other expression."""
     if isinstance(expression, Unary) and expression.operator == "-" and isinstance(expression.operand, Number):
         return -expression.operand.value
     return expression.value if isinstance(expression, Number) else None
 
 
 def channel(expression: Expression) -> int | None:
-    """The signal that a number stands for as an input channel of VAL (1 is the input 1001), negative for the inverse;
-    None for anything else.
+    """Return the signal for an input channel of VAL (1 is the input 1001), negative for the inverse; None if the
+    expression is no whole number.
     """
     if isinstance(expression, Unary) and expression.operator == "-":
         inner = channel(expression.operand)
@@ -425,7 +426,9 @@ def channel(expression: Expression) -> int | None:
 
 
 def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
-    """`SIG(...)` of these channels; what is no plain number is a signal number already."""
+    """Return `SIG(...)` for input channels of VAL. An expression that is no plain number is taken as a signal
+    number.
+    """
     signals = list[Expression]()
     for one in channels:
         number = None if one is None else channel(one)
@@ -438,7 +441,9 @@ def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
 
 
 def to_variable(expression: Expression) -> Expression:
-    """Return the variable of a constant's name, which is defined here."""
+    """Return the variable with the name of a constant, for an instruction that defines it; other expressions
+    unchanged.
+    """
     if isinstance(expression, Call) and not expression.parenthesised:
         return expression.variable
     if isinstance(expression, Binary) and expression.operator == ":":
@@ -449,14 +454,14 @@ def to_variable(expression: Expression) -> Expression:
 def begins_with_variable(items: Sequence[Expression | None]) -> bool:
     """Return whether the arguments of PROMPT begin with a variable to read, not with its text.
 
-    A string variable alone is read; before others it is the text.
+    A string variable alone is read; before other arguments it is the text.
     """
     first = to_variable(items[0]) if items and items[0] is not None else None
     return isinstance(first, Variable) and (first.sigil != "$" or len(items) == 1)
 
 
 def trim(items: list[Expression | None]) -> list[Expression | None]:
-    """Without what is left out at the end."""
+    """Return a list without the omitted items at its end."""
     while items and items[-1] is None:
         items = items[:-1]
     return items
@@ -466,27 +471,34 @@ def trim(items: list[Expression | None]) -> list[Expression | None]:
 
 Tree = TypeVar("Tree")
 
-# the key of the variable of that name
+# keys of variables, by the name of the function
 FUNCTION_NAMES = {name.lower(): name for name, row in FUNCTIONS.items() if row.constant and name not in RESERVED}
 DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
 _CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
 
 
 def resolve_program(program: Program) -> Program:
-    """Return the program with variables in place of functions that bear the name of one of its own variables."""
+    """Return a program in which names of functions that the program uses as variables are variables.
+
+    A bare name such as HERE, TOOL or HAND is a function without arguments, or a variable. It is the variable in a
+    program that gives it a value or declares it. The parser reads one line and takes it for the function; the whole
+    program decides here. `HAND()` is always the function.
+    """
     names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
     return replace(program, steps=_replace(program.steps, names)) if names else program
 
 
 def resolve_line(statement: Statement, known: Container[str]) -> Statement:
-    """Resolve one line. `known`: the keys of variables; at the prompt those that have a value."""
+    """Return a statement in which names of functions that are variables here are variables. `known`: the keys of
+    variables; at the prompt those that have a value.
+    """
     inner = statement.statement if isinstance(statement, DoInstruction | ExplainCommand) else statement
     names = variables_named_like_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
     return _replace(statement, names) if names else statement
 
 
 def variables_named_like_functions(parameters: Iterable[Variable], statements: Iterable[Statement | None]) -> set[str]:
-    """The keys of the variables that bear the name of a function, among those that a program has by these."""
+    """Return the keys of the variables of a program that have the name of a function."""
     named = {parameter.key for parameter in parameters}
     for statement in statements:
         named.update(variables_given_by(statement))
@@ -494,7 +506,7 @@ def variables_named_like_functions(parameters: Iterable[Variable], statements: I
 
 
 def variables_given_by(statement: Statement | None) -> Iterator[str]:
-    """The keys of the variables that a statement declares or gives a value to, by itself or through a CALL."""
+    """Yield the keys of the variables that a statement declares or gives a value, itself or through a CALL."""
     for variable in definitions(statement):
         yield variable.key
     for called in _arguments(statement, _CALLED):
@@ -503,7 +515,7 @@ def variables_given_by(statement: Statement | None) -> Iterator[str]:
 
 
 def definitions(statement: Statement | None) -> Iterator[Variable]:
-    """The variables that a statement itself declares or gives a value to."""
+    """Yield the variables that a statement itself declares or gives a value."""
     if isinstance(statement, Assignment):
         yield statement.target
     elif isinstance(statement, For):
@@ -515,7 +527,7 @@ def definitions(statement: Statement | None) -> Iterator[Variable]:
 
 
 def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterator[Expression]:
-    """The arguments of an instruction that have one of these shapes."""
+    """Yield the arguments of an instruction that have one of these shapes."""
     row = INSTRUCTIONS.get(statement.word) if isinstance(statement, Instruction) else None
     if row is not None and isinstance(statement, Instruction) and not row.operand_shapes.isdisjoint(shapes):
         for place, given in enumerate(statement.arguments):
@@ -525,7 +537,7 @@ def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterato
 
 
 def _replace(tree: Tree, names: Collection[str]) -> Tree:
-    """Return a tree with variables in place of the functions of these names that stand without parentheses."""
+    """Return a tree in which functions of these names without parentheses are variables."""
     if isinstance(tree, Call) and not tree.parenthesised and tree.name.lower() in names:
         return cast(Tree, tree.variable)
     if isinstance(tree, tuple):

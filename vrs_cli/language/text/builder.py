@@ -1,8 +1,9 @@
-"""Grammar rules to syntax trees: one method a rule of grammar/val2.lark, which the parser calls as it reduces.
+"""Build the syntax tree: one method for each rule of grammar/val2.lark, which the parser calls when the rule is
+complete.
 
 The parameters of a method are the children of its rule in their order, tokens among them, so that every span is exact.
-What the tables say of a word (which modifiers it takes, whether `=` may follow) is applied here, where the token still
-is; the analyzer checks the counts and kinds of arguments.
+The builder checks what the tables say of a word (which modifiers it takes, whether `=` may follow); the analyzer checks
+the number and the kinds of arguments.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ Items = list[Expression | None]  # expressions between commas, None for one that
 
 MAX_REAL = 3.4e38  # the largest single-precision real
 BINARY_DIGITS = 8
-FORMAT_DIGITS = 3  # of a width, or of a number of decimals or lines
+FORMAT_DIGITS = 3  # of the width or the decimals
 INDEXES = 3
 LAST_CHARACTER = 255  # of $CHR
 
@@ -43,7 +44,7 @@ def _span(children: Sequence[Any]) -> Span:
 
 
 def number_value(text: str) -> float | None:
-    """The value of a constant of the language, or None where it is none: `5`, `1E-3`, `^HFF`, `^B101`, `^17`, `'A`."""
+    """Return the value of a constant (`5`, `1E-3`, `^HFF`, `^B101`, `^17`, `'A`), or None if it is none."""
     try:
         if text[0] == "'":
             return float(ord(text[1]))
@@ -61,7 +62,7 @@ def number_value(text: str) -> float | None:
 
 
 def signed_number(text: str) -> float | None:
-    """`number_value` with a sign before it."""
+    """Return the value of a constant with a sign before it, or None."""
     value = number_value(text.lstrip("+-"))
     return -value if value is not None and text[0] == "-" else value
 
@@ -86,10 +87,10 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
 
 
 def _items(children: Sequence[Any], row: WordRow | None = None, places: int | None = None) -> Items:
-    """The expressions between commas; none after the last.
+    """Return the expressions between commas, without omitted ones at the end.
 
-    Of a `row`, a comma at the end leaves a place out: there must be one (`places`; None: the last repeats, none is left
-    out). Raises LineRefused.
+    For a `row`, a comma at the end leaves out an argument, which the row must have. `places`: how many it has (None:
+    the last one repeats, and may not be left out). Raises LineRefused.
     """
     signs = [child for child in children if type(child) is Token]
     if row is not None and signs and signs[-1] is children[-1] and (places is None or len(signs) >= places):
@@ -120,7 +121,7 @@ def _to_word(expression: Expression) -> Expression:
 
 
 def _to_indexed_word(expression: Expression) -> Expression:
-    """A switch or a parameter may have an index, as that of a robot: SCALE.ACCEL[1]."""
+    """Return a switch or a parameter as a word. It may have an index, as that of a robot: SCALE.ACCEL[1]."""
     if isinstance(expression, ast.Variable) and expression.indexes and not expression.sigil and not expression.rest:
         shown = [_index_text(index) for index in expression.indexes]
         if all(shown):
@@ -129,14 +130,14 @@ def _to_indexed_word(expression: Expression) -> Expression:
 
 
 def _index_text(index: Expression) -> str:
-    """A number or a name as it stands; "" for what is more than that."""
+    """Return a number or a name as text; "" for a longer expression."""
     if isinstance(index, ast.Variable):
         return index.name if index.indexes is None and not index.sigil else ""
     return index.text if isinstance(index, ast.Number) else ""
 
 
 def _to_setting(expression: Expression) -> Expression:
-    """A word that some parameter takes is not the variable of that name."""
+    """Return a word that some parameter takes as a BareWord, not as a variable."""
     word = _to_word(expression) if isinstance(expression, ast.Variable) else expression
     return word if isinstance(word, ast.BareWord) and word.text.upper() in _SETTINGS else expression
 
@@ -145,7 +146,9 @@ _SETTINGS = frozenset(word for row in PARAMETERS.values() for word in row.words)
 
 
 def _to_applied(expression: Expression) -> Expression:
-    """`$name(a)` looks like a function; arguments behind the last operand of a sum are those of the program."""
+    """Return the argument of CALLS: `$name(a)` looks like a function. After the last operand of a sum stand the
+    arguments of the program.
+    """
     if isinstance(expression, ast.Binary) and not expression.grouped:
         last = _to_applied(expression.right)
         if isinstance(last, ast.Applied):
@@ -173,7 +176,9 @@ _FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
 
 
 def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tuple[Expression | None, ...]:
-    """The expressions as the shapes of their places want them; the last place is that of all further ones."""
+    """Return the expressions in the form that the arguments of the table need; the last argument is also that of all
+    further ones.
+    """
     if not places:
         return tuple(items)
     last = len(places) - 1
@@ -187,7 +192,7 @@ def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tu
 
 
 class _Piece(NamedTuple):
-    """A part of an instruction: what `put` does with its children when the instruction is whole."""
+    """A part of an instruction. `put` adds its children to the instruction."""
 
     put: Callable[..., None]
     children: Children
@@ -195,7 +200,7 @@ class _Piece(NamedTuple):
 
 
 def _piece(put: Callable[..., None]) -> Callable[[Builder, Children], _Piece]:
-    """The method of a rule that makes a piece."""
+    """Return the method of a rule that makes a piece."""
     return lambda _builder, children: _Piece(put, children, _span(children))
 
 
@@ -209,7 +214,7 @@ _FIELDS = {  # of a modifier, by its token: the sort that the table allows, and 
 
 
 class _Given(Struct):
-    """The rest of an instruction behind its word, put together piece by piece."""
+    """The parts of an instruction after its word, collected piece by piece."""
 
     row: Word
     arguments: Items = []
@@ -237,7 +242,7 @@ class _Given(Struct):
             self._refuse_beyond(self.values, 1, "values", hint)
 
     def put_group(self, _open: Token, *given: _Piece | Token) -> None:
-        """Put what stands in parentheses: as many places as the table has, so that those after them keep theirs."""
+        """Add the arguments in parentheses, filled up with None so that those after them keep their places."""
         self.grouped = True
         items, most = (_items(given[0].children) if isinstance(given[0], _Piece) else []), self.row.group_size
         if self.row.takes_task:
@@ -272,7 +277,7 @@ class _Given(Struct):
         return ast.Instruction(row.name, arguments, value, modifiers, empty, span=span)
 
     def _in_order(self) -> Items:
-        """The arguments in the order of the table: those between commas, those with a leading word, the task."""
+        """Return the arguments in the order of the table: those between commas, those with a leading word, the task."""
         row, items = self.row, self.arguments
         if 0 < row.group_size < len(row.arguments) and not self.grouped and items:  # ACCEL (1) 50, or ACCEL 50
             items = [*[None] * row.group_size, *items]
@@ -310,7 +315,7 @@ N = TypeVar("N")
 
 
 class Grouping(Struct, Generic[N]):
-    """The tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*`, by precedence climbing."""
+    """Makes the tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*` by precedence climbing."""
 
     order: Order
     unary: Callable[[Token, N], N]
@@ -321,7 +326,7 @@ class Grouping(Struct, Generic[N]):
         return root
 
     def _climb(self, items: Sequence[Token | N], at: int, rank: int) -> tuple[N, int]:
-        """The tree that begins at an item and takes what binds tighter than `rank`, and where it ends."""
+        """Return the tree that begins at an item and takes all operators above `rank`, and the index after it."""
         first = items[at]
         if isinstance(first, Token):
             operand, at = self._climb(items, at + 1, self.order.prefix[first.value])
@@ -345,13 +350,14 @@ T = TypeVar("T")
 
 
 def _by_name(rule: Callable[..., T]) -> Callable[[Builder, Children], T]:
-    """Let a method take the span of its rule and the children of it, each by its name."""
+    """Pass a method the span of its rule and the children by position."""
     return lambda builder, children: rule(builder, _span(children), *children)
 
 
 def _node(kind: Callable[..., T], places: int = 0) -> Callable[[Builder, Children], T]:
-    """The method of a rule whose node has the rule's nodes as its first fields; so many of them, None where one is
-    left out."""
+    """Return the method of a rule that makes a node of its child nodes. `places`: the number of fields; missing ones
+    are None.
+    """
 
     def build(_builder: Builder, children: Children) -> T:
         nodes = [child for child in children if type(child) is not Token]
@@ -361,7 +367,7 @@ def _node(kind: Callable[..., T], places: int = 0) -> Callable[[Builder, Childre
 
 
 class Builder:
-    """The methods bear the names of the rules."""
+    """The methods have the names of the rules of the grammar."""
 
     def __init__(self) -> None:
         self._grouping: Grouping[Expression] = Grouping(ORDER, _unary, _binary)
@@ -398,7 +404,7 @@ class Builder:
 
     @_by_name
     def character(self, span: Span, name: Token, _open: Token, number: Token, _close: Token) -> ast.StringConstant:
-        """A part of a string in a section: `$CHR(34)` for what cannot stand in quotes."""
+        """Return a part of a string in a section: `$CHR(34)` is a character that cannot stand in quotes."""
         code = number_value(number.text)
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
             raise refusal(
@@ -480,7 +486,7 @@ class Builder:
         return ast.BareWord(children[0].value, span=children[0].span)
 
     def name(self, children: Children) -> ast.Call | ast.Variable:
-        """A constant, or a variable."""
+        """Return a constant, or a variable."""
         token: Token = children[0]
         known = FUNCTIONS.get(token.text.upper())
         if known is not None and known.constant:
@@ -488,7 +494,7 @@ class Builder:
         return _variable(token, None, token.span)
 
     def variable(self, children: Children) -> ast.Variable:
-        """Return a variable, if only that may stand there: the name of a constant is a name like others."""
+        """Return a variable also for the name of a constant, where only a variable may stand."""
         name = self.name(children)
         return name.variable if isinstance(name, ast.Call) else name
 
@@ -533,8 +539,8 @@ class Builder:
 
 
 class ValBuilder(Builder):
-    """Groups as VAL-II's own table of operators does. Where ours is another, parentheses say it from then on, so that
-    the tree and its text mean the same in every dialect.
+    """Builds trees by the order of operators of VAL-II. If V+ would group an expression differently, the tree gets
+    parentheses, so that the tree and its text mean the same in every dialect.
     """
 
     def __init__(self) -> None:
@@ -550,7 +556,7 @@ class ValBuilder(Builder):
 
 
 def _with_parentheses(expression: Expression, *, outermost: bool = False) -> Expression:
-    """Each operation in parentheses, but the outermost."""
+    """Return an expression with each operation in parentheses, except the outermost."""
     grouped = not outermost
     if isinstance(expression, ast.Binary) and not expression.grouped:
         left, right = map(_with_parentheses, (expression.left, expression.right))
@@ -561,7 +567,7 @@ def _with_parentheses(expression: Expression, *, outermost: bool = False) -> Exp
 
 
 def _check_by(name: str, given: Sequence[Any]) -> None:
-    """BY stands after the first argument of the functions that have it, and nowhere else."""
+    """Check that BY stands after the first argument of a function that takes it. Raises LineRefused."""
     signs = [child for child in given if type(child) is Token]
     for place, sign in enumerate(signs):
         if (sign.type == "BY") != (place == 0 and name in WITH_BY):

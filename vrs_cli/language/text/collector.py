@@ -1,4 +1,4 @@
-"""Give memory back without holding others: the cycle collector pauses, and long programs are freed in parts."""
+"""Free memory without blocking other threads: pause Python's cycle collector, and free long programs in parts."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from queue import SimpleQueue
 from threading import Thread
 from weakref import finalize
 
-COLLECT_AFTER, COLLECTIONS = 10_000, 5  # new values that are looked at together, and how often before they are old
-FREED_AT_ONCE = 10_000  # elements of a long sequence, which may be trees: about 5 ms
+COLLECT_AFTER, COLLECTIONS = 10_000, 5  # new values before a collection, and collections before values are old
+FREED_AT_ONCE = 10_000  # elements of a long sequence that are freed at once: about 5 ms
 
 
 @contextmanager
 def pause_collector() -> Iterator[None]:
-    """Pause the collector: nothing made in the block is part of a cycle, so nothing is kept that would be freed. Where
-    others wait, nothing is paused: all that was made would be looked at together after the block.
+    """Pause the cycle collector while a block makes values without cycles. In a process that serves others nothing is
+    paused: the collector would look at all new values together after the block.
     """
     if _leave_alone in gc.callbacks:
         yield
@@ -33,9 +33,10 @@ def pause_collector() -> Iterator[None]:
 
 @contextmanager
 def collect_in_small_parts() -> Iterator[None]:
-    """While others wait for this process: what has outlived two collections is looked at no more, so that none takes
-    long, however much there is (0.2 s for a million values). A cycle of values that old stays until the block ends,
-    and longer where the caller has frozen objects: they stay frozen.
+    """Let the cycle collector skip values that have survived two collections, so that no collection takes long (0.2 s
+    for a million values) while others wait.
+
+    Cycles of such old values stay in memory until the block ends; if the caller has frozen objects, they stay longer.
     """
     thresholds, frozen_by_caller = gc.get_threshold(), gc.get_freeze_count()
     gc.set_threshold(COLLECT_AFTER, COLLECTIONS)
@@ -52,8 +53,8 @@ def collect_in_small_parts() -> Iterator[None]:
 
 
 def free_in_parts(owner: object, *parts: Sequence[object]) -> None:
-    """In such a process: when `owner` is gone, free the elements of its long sequences a part at a time, in a thread of
-    its own. The interpreter would free them in one call, which holds all threads (85 ms for 180,000 steps).
+    """Free the elements of the long sequences of `owner` in parts, in another thread, when `owner` is gone. The
+    interpreter would free them in one call, which blocks all threads (85 ms for 180,000 steps).
     """
     if _leave_alone in gc.callbacks and any(len(part) > FREED_AT_ONCE for part in parts):
         finalize(owner, _unused.put, parts).atexit = False

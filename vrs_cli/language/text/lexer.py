@@ -1,6 +1,6 @@
-"""One line of VAL-II as tokens, with the decisions that only the start of the statement and the tables allow.
+"""Split a line of VAL-II into tokens. The kind of a token depends on the first word of the statement and on the tables.
 
-The patterns of the terminals stand in grammar/val2.lark and come in as an argument; its head names the decisions.
+The patterns of the terminals come from grammar/val2.lark, whose head lists the decisions.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ MAX_TOKENS = 400  # tokens of a line; a VAL-II line holds far fewer
 
 
 class Token(Struct, eq=False):
-    """A terminal: `value` is the word in full or the sign in its one spelling; `text` is as typed.
+    """A terminal of the grammar: `value` is the whole word, or the usual spelling of a sign; `text` is as typed.
 
-    `row`: what the tables say of a WORD.
+    `row`: the row of the tables for a WORD.
     """
 
     type: str
@@ -71,19 +71,19 @@ class Token(Struct, eq=False):
 
 
 def label_value(text: str, span: Span) -> int:
-    """The number of a label. Raises LineRefused."""
+    """Return the number of a label. Raises LineRefused."""
     value = float(text) if text.isdigit() else inf  # a float may have any number of digits
     if value > LABEL_HIGH:
         raise refusal(InvalidNumber, span, text, f"labels are 0 to {LABEL_HIGH}")
     return int(value)
 
 
-# Words that link, where an expression has just ended.
+# Words that link after an expression, by their type.
 _LINKS = {
     **{word: word for word in ("THEN", "GOTO", "TO", "STEP", "DO", "OF", "BY", "AT", "IN", "ALWAYS")},
     **dict.fromkeys(("MMPS", "IPS", "MONITOR"), "UNIT"),
 }
-_MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}  # what a row allows, by type of token
+_MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}  # the modifier of a row, by type of token
 _SPELLINGS = {"=<": "<=", "=>": ">="}
 _PREFIXES = frozenset({"NOT", "COM"})
 _SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
@@ -93,7 +93,7 @@ _BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP: of the numb
 
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
-# What few lines have is compiled when one has it: a short program runs in the time that these take.
+# Patterns that few lines need are compiled on first use, to keep the start short.
 VAL_IF = rf"(?i)\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$"
 _TASK = r"\s*(\d+)(?=\s*[A-Za-z])"
 _QUALIFIER = r"[ \t]*(/[A-Za-z])\b"
@@ -101,8 +101,8 @@ _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 SORT = rf"(?i)[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])"
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
 _FOREIGN_ASSIGNMENT = r"[ \t]*(?:\[.*\][ \t]*)?(:=|[-+*/]=(?!=)|(?:\+\+|--)(?=[ \t]*(?:;|$)))"
-_VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # what begins an expression, where no word stands
-_OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign after a name that begins no argument
+_VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # the begin of an expression
+_OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign that begins no argument, after a name
 _NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)^%]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
 _ELEMENT = r"\(.*\)[ \t]*=(?!=)"
@@ -113,24 +113,24 @@ _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+
 
 
 class Patterns(NamedTuple):
-    """`next`: blanks and a token; `format`: a format code, which few programs have."""
+    """`next`: the pattern of blanks and a token; `format`: that of a format code, which few programs have."""
 
     next: re.Pattern[str]
     format: str
 
 
 def patterns_of(terminals: Mapping[str, str]) -> Patterns:
-    """`terminals`: the pattern of each terminal that has one, by name."""
+    """Compile the patterns. `terminals`: the pattern of each terminal by its name."""
     names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
     choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
     return Patterns(re.compile(f"[ \t]*(?:{choices})"), terminals["FORMAT"])
 
 
 class Lexer:
-    """The tokens of one line, found from left to right. Its methods raise LineRefused.
+    """Finds the tokens of one line from left to right. Its methods raise LineRefused.
 
-    `_at`: the index of what is not yet read; `_ends`: the tokens with which an expression ends; `_row`: the row of the
-    word at the start, while its arguments are read.
+    `_at`: the index of the next unread character; `_ends`: the types of tokens that end an expression; `_row`: the row
+    of the first word, while its arguments are read.
     """
 
     def __init__(self, patterns: Patterns, text: str, line: int, at: int = 0) -> None:
@@ -153,7 +153,7 @@ class Lexer:
     # --- the kinds of lines ---
 
     def step(self) -> list[Token]:
-        """A program line: `[label] [statement] [;comment]`."""
+        """Return the tokens of a program line: `[label] [statement] [;comment]`."""
         match = _LABEL.match(self._text)
         if match is not None:
             self._add("LABEL", match[1], *match.span(1))
@@ -163,8 +163,9 @@ class Lexer:
         return self.tokens
 
     def prompt(self, names: Container[str]) -> list[Token]:
-        """A monitor command, a statement, or an expression whose value is shown. `names`: the keys of what is
-        defined."""
+        """Return the tokens of a line of the prompt: a monitor command, a statement, or an expression whose value is
+        shown. `names`: the keys of variables that have a value.
+        """
         self._defined = names
         if not self._at_end():
             if self._shows(names):
@@ -174,7 +175,7 @@ class Lexer:
         return self.tokens
 
     def header(self) -> list[Token]:
-        """Read what follows `.PROGRAM`: a name and parameters."""
+        """Return the tokens after `.PROGRAM`: a name and parameters."""
         at, example = self._at, ".PROGRAM pick.place(part)"
         if self._at_end():
             raise self._refusal(InvalidName, at, at + 1, "a program name is missing", example)
@@ -184,7 +185,7 @@ class Lexer:
         return self.tokens
 
     def entry(self) -> list[Token]:
-        """A line of a section of variables: a variable and its value, whose numbers have their signs."""
+        """Return the tokens of a line of a section: a variable and its value, whose numbers have their signs."""
         self._ends = frozenset()
         while not self._at_end():
             number = re.compile(_ENTRY_NUMBER).match(self._text, self._at)
@@ -197,8 +198,8 @@ class Lexer:
     # --- the start of a statement ---
 
     def _shows(self, names: Container[str]) -> bool:
-        """Return whether a line of the prompt is an expression. A full word of a command or an instruction comes before
-        a name that is defined, and that before a word cut short.
+        """Return whether a line of the prompt is an expression. The whole word of a command or an instruction has
+        precedence over a variable, and a variable over an abbreviated word.
         """
         word = _WORD.match(self._text, self._at)
         if word is None:
@@ -293,7 +294,7 @@ class Lexer:
         raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), at_prompt))
 
     def _other_form(self, word: str, end: int, at_prompt: bool) -> str:
-        """Say what an unknown first word may have been meant as."""
+        """Return a hint at the meaning of an unknown first word."""
         rest = self._before_comment(end).strip()
         if word.upper() in COMMANDS:
             return "a monitor command, typed at the prompt"
@@ -348,7 +349,7 @@ class Lexer:
             self._arguments(row)
 
     def _read_explain(self) -> None:
-        """Read what EXPLAIN is to explain: a topic with its location, an instruction, or an expression."""
+        """Read the argument of EXPLAIN: a topic with its location, an instruction, or an expression."""
         word = _WORD.match(self._text, self._at)
         name, at = ("", self._at) if word is None else (word[0].upper(), word.end())
         rows, function = rows_for(name, PROGRAM_WORDS) if name else (), FUNCTIONS.get(name)
@@ -371,7 +372,7 @@ class Lexer:
             if rest:
                 self._add("REST", rest, self._at, self._at + len(rest))
         elif row.raw:
-            while not self._at_end():  # words as they stand; where no value follows, a relation is one too (HELP ==)
+            while not self._at_end():  # words as typed; without a value after them also a relation (HELP ==)
                 relation = re.compile(_RELATION).match(self._text, self._at) if row.value is None else None
                 raw = relation or re.compile(_RAW).match(self._text, self._at)
                 if raw is None:
@@ -392,7 +393,7 @@ class Lexer:
     # --- what follows ---
 
     def _group(self) -> None:
-        """Read the parenthesis of READ (lun) $s, after which a value may begin."""
+        """Read the parentheses of READ (lun) $s, after which a value may begin."""
         self._skip_blanks()
         if not self._text.startswith("(", self._at):
             return
@@ -405,7 +406,7 @@ class Lexer:
             self.tokens[-1].type = "RGROUP"
 
     def _task(self) -> None:
-        """Read the number in EXECUTE 2 pick: a group without its parentheses."""
+        """Read the number in EXECUTE 2 pick as a group without parentheses."""
         qualifier = re.compile(_QUALIFIER).match(self._text, self._at)
         if qualifier is not None:
             raise self._refusal(
@@ -455,7 +456,7 @@ class Lexer:
                 self._add("COMMA" if comma else kind, text, start, end)
 
     def _number_hint(self, start: int) -> str:
-        """Say what was meant by letters and signs behind a number."""
+        """Return a hint at the meaning of letters and signs after a number."""
         text = self._text[start : self._end_of_run(start)]
         if "^" in text:
             return POWER
@@ -468,7 +469,7 @@ class Lexer:
         return "a name begins with a letter" if text[0].isdigit() and re.search("[A-Za-z]", text) else ""
 
     def _type_of_name(self, text: str, end: int) -> tuple[str, str]:
-        """The type and the value of a word inside a line, which ends at an index."""
+        """Return the type and the value of a word inside a line. `end`: the index after it."""
         row, word, operand = self._row, text.upper(), self._operand
         if (
             row is not None
@@ -485,7 +486,7 @@ class Lexer:
         return (link, word) if link else ("NAME", text)
 
     def _link(self, row: Word | None, word: str, operand: bool) -> str | None:
-        """The type of a word that links, where it does."""
+        """Return the type of a word that links (THEN, TO, AT), or None."""
         if operand:
             if row is not None and (word in row.leads or (word == row.comma and self._place() is not None)):
                 return "LEAD" if word in row.leads else "COMMA"
@@ -493,14 +494,14 @@ class Lexer:
         assert row is not None
         before = self.tokens[-1].type
         if word in row.leads and before == "COMMA":
-            return "LEAD"  # what stood before it is left out: IFSIG 1,,, THEN 10
+            return "LEAD"  # the arguments before it are omitted: IFSIG 1,,, THEN 10
         if row.required_count or before != "WORD":
             return None
         link = _LINKS.get(word, "")
         return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
 
     def _names_program(self, row: Word, text: str, end: int) -> bool:
-        """Return whether a word, where a value is wanted, is the name of a program by the table."""
+        """Return whether a word is the name of a program, because the table wants one there."""
         if text[0] in "#$%" or self._text[end : end + 1] == "[":
             return False
         before, place = self.tokens[-1].type, self._place()
@@ -510,7 +511,7 @@ class Lexer:
         return argument is not None and argument.shape is Shape.PROGRAM
 
     def _place(self) -> int | None:
-        """Count the commas before; None inside parentheses or brackets."""
+        """Return the number of commas before; None inside parentheses or brackets."""
         depth = commas = 0
         for token in self.tokens:
             depth += _DEPTH.get(token.type, 0)
@@ -529,12 +530,12 @@ class Lexer:
     # --- characters ---
 
     def _add(self, type: str, value: str, start: int, end: int, row: Word | None = None) -> None:
-        """Keep what stands there as a token, and go on behind it."""
+        """Add a token, and continue after it."""
         self._at = end
         self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
 
     def _end_of_run(self, at: int) -> int:
-        """Return the end of a run of characters of names and numbers."""
+        """Return the end of a run of letters, digits and signs of numbers."""
         match = _GLUED.match(self._text, at)
         return at if match is None else match.end()
 
@@ -547,7 +548,7 @@ class Lexer:
         return match[0] if match is not None else ""
 
     def _at_end(self) -> bool:
-        """Return whether only a comment is left; it is read."""
+        """Return whether only a comment is left; read it."""
         self._skip_blanks()
         if self._text.startswith(";", self._at):
             self._token()
@@ -557,7 +558,7 @@ class Lexer:
         return refusal(kind, Span(self._line, start + 1, end + 1), detail, hint)
 
     def _refuse_foreign_comment(self, at: int, signs: str = FOREIGN_COMMENT) -> None:
-        """A comment as other languages write it."""
+        """Refuse a comment in the form of another language."""
         sign = re.compile(signs).match(self._text, at)
         if self._text.startswith("#(", at):
             raise self._refusal(CannotInterpret, at, at + 1, "#", FOREIGN_FUNCTIONS["PPOINT"])
@@ -567,7 +568,7 @@ class Lexer:
             raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", hint)
 
     def _unreadable(self) -> LineRefused:
-        """Explain a text with which no token begins."""
+        """Return the error for a text with which no token begins."""
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
         self._refuse_foreign_comment(at)

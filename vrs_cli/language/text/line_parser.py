@@ -1,5 +1,9 @@
-"""One line of a text to its tree, by the grammar of the language (grammar/val2.lark); or why it does not fit: which of
-VAL-II's texts the mistake deserves, and what would be right.
+"""Parse one line of VAL-II by grammar/val2.lark, or explain why it does not fit and what would be right.
+
+The tokens are parsed by the LALR(1) algorithm (Aho, Sethi, Ullman: Compilers, 4.7). Lark makes the parse table of the
+grammar. The table is kept in the user's cache, so that most runs load no Lark, and `TableParser` follows it twice as
+fast as Lark does. Lark has the table in a private attribute. If a release has another table there, `LarkParser` parses
+through Lark's public interface and gives the same trees.
 """
 
 from __future__ import annotations
@@ -35,29 +39,31 @@ from vrs_cli.language.words.word import MODIFIERS, Shape, Word
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
 from vrs_cli.version import __version__
 
-END = "$END"  # the terminal behind the last
-FORM = f"vrs {__version__}, table 1"  # of the kept file
+END = "$END"  # the terminal after the last token
+FORM = f"vrs {__version__}, table 1"  # of the cache file
 CHECKSUM = 4  # bytes
 
 
 class DoesNotFit(Exception):
-    """`token` does not fit the grammar (None: the end of the line); the terminals `accepted` would, in its place."""
+    """The first token that does not fit the grammar (None: the end of the line), and the terminals `accepted` there."""
 
     def __init__(self, token: Token | None, accepted: frozenset[str]) -> None:
         self.token, self.accepted = token, accepted
 
 
 class TokenParser(Protocol):
-    """`terminals`: the pattern of each terminal of the grammar."""
+    """A parser of tokens. `terminals`: the pattern of each terminal of the grammar."""
 
     terminals: dict[str, str]
 
     def parse(self, tokens: Sequence[Token], start: str) -> Any:
-        """Return what the builder makes of the tokens. Raises DoesNotFit, and LineRefused if the builder does."""
+        """Return the tree that the builder makes of the tokens. Raises DoesNotFit, and LineRefused from the builder."""
 
 
 def token_parser(grammar: str, starts: tuple[str, ...], builder: object) -> TokenParser:
-    """`builder`: has a method for each rule, which is called with the list of the rule's children."""
+    """Return a parser of a grammar. `builder`: has a method for each rule, which takes the list of the rule's
+    children.
+    """
     table = table_of(grammar, starts)
     return LarkParser(grammar, starts, builder) if table is None else TableParser(table, builder)
 
@@ -66,8 +72,10 @@ def token_parser(grammar: str, starts: tuple[str, ...], builder: object) -> Toke
 
 
 class Rule(NamedTuple):
-    """`name`: the builder's method. `origin`: the symbol that the rule makes. `helpers`: for each child, whether it is
-    a list whose items take its place. `alone`: an only child is the result, without a call of the method."""
+    """A rule of the grammar. `name`: the builder's method; `origin`: the symbol that the rule makes; `helpers`: for
+    each child, whether it is a list whose items take its place; `alone`: a single child is the result, without the
+    method.
+    """
 
     name: str
     origin: str
@@ -76,8 +84,9 @@ class Rule(NamedTuple):
 
 
 class Table(NamedTuple):
-    """`states`: for each symbol the next state or, below 0, the inverse (~) of the index of the complete rule. `starts`
-    and `ends`: the states in which a start symbol begins and is complete. `terminals`: their patterns."""
+    """A parse table. `states`: for each symbol the next state, or the inverse (~) of the index of a complete rule;
+    `starts` and `ends`: the first and last states of each start symbol; `terminals`: their patterns.
+    """
 
     states: dict[int, dict[str, int]]
     rules: list[Rule]
@@ -87,7 +96,7 @@ class Table(NamedTuple):
 
 
 def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
-    """Return the table of a grammar, kept or new; None if this Lark shows no table of the form that we know."""
+    """Return the table of a grammar, from the cache or from Lark; None if this Lark has a table of another form."""
     file = _file()
     kept = _load_table(file, grammar) if file else None
     if kept is not None:
@@ -110,7 +119,7 @@ def _lark(grammar: str, starts: tuple[str, ...], builder: object = None) -> Any:
 
 
 def _table(lark: Any) -> Table:
-    """Read the table that this Lark has made. Raises AttributeError and others where it has another form."""
+    """Read the table that Lark has made. Raises AttributeError and others if it has another form."""
     made = lark.parser.parser._parse_table
     rules = {rule: number for number, rule in enumerate(lark.rules)}
     states = {
@@ -130,7 +139,7 @@ def _table(lark: Any) -> Table:
 
 
 def _is_sound(table: Table, starts: tuple[str, ...]) -> bool:
-    """Whether each start symbol has its states, and each entry leads to a state or a rule that exists."""
+    """Return whether each start symbol has its states, and each entry leads to a state or a rule that exists."""
     entries = [to for row in table.states.values() for to in row.values()]
     bounds = (*table.starts.values(), *table.ends.values())
     return (
@@ -157,7 +166,7 @@ def _load_table(file: Path, grammar: str) -> Table | None:
 
 
 def _save_table(file: Path, grammar: str, table: Table) -> None:
-    """Write it as a whole or not at all."""
+    """Write the table to a file, as a whole or not at all."""
     data = marshal.dumps((FORM, grammar, table.states, list(map(tuple, table.rules)), *table[2:]))
     new = file.with_suffix(f".{os.getpid()}")
     with suppress(OSError):
@@ -167,7 +176,7 @@ def _save_table(file: Path, grammar: str, table: Table) -> None:
 
 
 def _file() -> Path | None:
-    """The path of the kept table, in a folder of the user's own; None for a user without a home."""
+    """Return the path of the cached table; None for a user without a home folder."""
     base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     with suppress(RuntimeError):
         return (Path(base) if base else Path.home() / ".cache") / "vrs" / "grammar.table"
@@ -178,7 +187,7 @@ def _file() -> Path | None:
 
 
 class TableParser:
-    """Follows the table."""
+    """Parses tokens by the table."""
 
     def __init__(self, table: Table, builder: object) -> None:
         self.table, self.terminals = table, table.terminals
@@ -204,7 +213,9 @@ class TableParser:
         raise AssertionError("the end of a line is never shifted")
 
     def _accepted_terminals(self, at: list[int], start: str) -> frozenset[str]:
-        """The terminals that may follow. A state names some of which only a reduction shows that they may not."""
+        """Return the terminals that may follow. Some terminals of a state turn out to be impossible after a
+        reduction.
+        """
         return frozenset(
             symbol for symbol in self.table.states[at[-1]] if symbol.isupper() and self._fits(at.copy(), symbol, start)
         )
@@ -220,7 +231,7 @@ class TableParser:
         return to is not None
 
 
-# When a rule is complete, one symbol (its origin) is made of so many values, by a function.
+# A complete rule: the symbol that it makes (its origin), of how many values, by which function.
 _Reduction = tuple[str, int, Callable[[list[Any]], Any]]
 
 
@@ -248,7 +259,7 @@ def _with_children_of_helpers(build: Callable[[list[Any]], Any], helpers: tuple[
 
 
 class LarkParser:
-    """Parses through `Lark.parse_interactive`, with the builder as Lark's transformer."""
+    """Parses tokens through `Lark.parse_interactive`, with the builder as Lark's transformer."""
 
     def __init__(self, grammar: str, starts: tuple[str, ...], builder: object) -> None:
         self._lark = _lark(grammar, starts, builder)
@@ -268,7 +279,9 @@ class LarkParser:
             raise DoesNotFit(refused, self._accepted_terminals(tokens[:fed], start)) from None
 
     def _accepted_terminals(self, tokens: Sequence[Token], start: str) -> frozenset[str]:
-        """Feed the tokens that fit again: when Lark refuses one, it has already reduced rules on its behalf."""
+        """Return the terminals that may follow these tokens. They are fed again, because Lark has reduced rules for the
+        token that it refused.
+        """
         parser = self._lark.parse_interactive(start=start)
         for token in tokens:
             parser.feed_token(token)
@@ -286,7 +299,7 @@ def grammar_dir() -> Path:
 
 
 class LineParser:
-    """The grammar, ready to parse lines. `builder`: makes their trees; without one, by our order of operators."""
+    """Parses lines. `builder`: makes their trees; by default with the order of operators of V+."""
 
     def __init__(self, builder: Builder | None = None) -> None:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
@@ -295,7 +308,7 @@ class LineParser:
         self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self.new_step)
 
     def new_step(self, text: str, line: int) -> Step:
-        """Read a step, and do not remember it. Raises LineRefused."""
+        """Parse a step without remembering it. Raises LineRefused."""
         tokens = Lexer(self._patterns, text, line).step()
         label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
         comment = _pop_comment(tokens)
@@ -305,7 +318,9 @@ class LineParser:
         return Step(label_value(label.text, label.span) if label else None, statement, _text(comment), span=span)
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
-        """Raises LineRefused."""
+        """Parse a line of the prompt; None for a blank one. `names`: the keys of variables that have a value. Raises
+        LineRefused.
+        """
         tokens = Lexer(self._patterns, text, 1).prompt(names)
         _pop_comment(tokens)
         if not tokens:
@@ -318,7 +333,7 @@ class LineParser:
         return ast.DoInstruction(statement, span=statement.span)
 
     def header(self, text: str, line: int, at: int) -> ProgramHeader:
-        """`at`: the index after `.PROGRAM`. Raises LineRefused."""
+        """Parse the heading of a program. `at`: the index after `.PROGRAM`. Raises LineRefused."""
         tokens = Lexer(self._patterns, text, line, at).header()
         comment = _pop_comment(tokens)
         header: ProgramHeader = self._parse(tokens, "header")
@@ -327,7 +342,9 @@ class LineParser:
         return replace(header, comment=_text(comment), span=Span(line, header.span.column, comment.span.end))
 
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
-        """A variable with its value, the text of a comment line, or None for a blank one. Raises LineRefused."""
+        """Parse a line of a section: return a variable with its value, the text of a comment, or None for a blank line.
+        Raises LineRefused.
+        """
         usual = usual_entry(text, line)
         if usual is not None:
             return usual
@@ -338,7 +355,7 @@ class LineParser:
         return replace(cast(ast.Entry, self._parse(tokens, "entry")), comment=comment)
 
     def numbers(self, text: str) -> tuple[tuple[float, ...], str | None] | None:
-        """Numbers alone, and the text of a comment behind them. None for another line."""
+        """Return the numbers of a line that has nothing else, and the text of its comment; None for another line."""
         line, semicolon, comment = text.partition(";")
         if _numbers().fullmatch(line) is None:
             return None
@@ -347,7 +364,7 @@ class LineParser:
         return (numbers, comment if semicolon else None) if len(numbers) == len(found) else None
 
     def _parse(self, tokens: list[Token], start: str) -> Any:
-        """The tree of a line. Raises LineRefused."""
+        """Return the tree of a line. Raises LineRefused."""
         try:
             return self._parser.parse(tokens, start)
         except DoesNotFit as error:
@@ -373,7 +390,7 @@ _USUAL = (
 
 
 def usual_entry(text: str, line: int) -> Entry | None:
-    """Read a usual line. Return None if the grammar has to read it."""
+    """Read a line of a section in its usual form, without the grammar. Return None for another form."""
     match = _usual().fullmatch(text)
     if match is None or match["name"].upper() in OPERATOR_WORDS:
         return None
@@ -418,7 +435,7 @@ _MOVES = [row for row in INSTRUCTIONS.values() if row.arguments and row.argument
 
 class Complaint:
     """Explains why a line does not fit the grammar. `token`: the first that does not fit (None: the end of the line);
-    `accepted`: the terminals that would fit in its place.
+    `accepted`: the terminals that would fit there.
     """
 
     def __init__(self, tokens: Sequence[Token], token: Token | None, accepted: frozenset[str], start: str) -> None:
@@ -455,7 +472,7 @@ class Complaint:
     # --- explanations, each a diagnostic or None ---
 
     def _no_operand(self) -> Diagnostic | None:
-        """An operator, a comma or a linking word with nothing after it."""
+        """Explain an operator, a comma or a linking word with nothing after it."""
         last = self._last
         if last is None or self._type in _BEGINS_VALUE or last.type in _ENDS_VALUE:
             return None
@@ -468,7 +485,7 @@ class Complaint:
             hint = "VALUE 1: begins a case" if self._head.type == "CASE" else form
             return self._say(CannotInterpret, "a : ends no line", hint, last)
         if last.type != "COMMA" and END in self._accepted:
-            return None  # nothing need follow
+            return None  # nothing has to follow
         if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
             return None
         if self._type == "EQUAL" and last.text == ":":
@@ -523,7 +540,7 @@ class Complaint:
         return self._say(IllegalExpression, "= has no place here", hint)
 
     def _missing_link(self) -> Diagnostic | None:
-        """IF without THEN, and its like."""
+        """Explain IF without THEN, and the like."""
         head, last = self._head, self._last
         if head is None or last is None or head is last or head.type not in CONTROL:
             return None
@@ -542,7 +559,7 @@ class Complaint:
         return self._say(CannotInterpret, detail, f"the form is {CONTROL[head.type].form}")
 
     def _instruction_in_place_of_value(self) -> Diagnostic | None:
-        """WHY DRIVE 1, 500."""
+        """Explain an instruction after a command that takes none: WHY DRIVE 1, 500."""
         head, last = self._head, self._last
         if head is None or head.row is None or last is None or self._before[-2:-1] != [head]:
             return None
@@ -554,7 +571,7 @@ class Complaint:
         )
 
     def _neighbours(self) -> Diagnostic | None:
-        """Two values with nothing between them."""
+        """Explain two values with nothing between them."""
         last = self._last
         if last is None or last.type not in _ENDS_VALUE or self._type not in _VALUES | set(_OPENING):
             return None
@@ -581,7 +598,7 @@ class Complaint:
         return self._say(IllegalExpression, self._said, hint or missing + form)
 
     def _meant_beside(self, last: Token, row: Word | None) -> str:
-        """Say what was meant by MOVE Z 100, 30 DEG and f"x={x}", as a hint."""
+        """Return a hint at the meaning of two values side by side, as in MOVE Z 100, 30 DEG and f"x={x}"."""
         if last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES and row in _MOVES:
             return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
         if self._start == "header" and len(self._before) == 1:

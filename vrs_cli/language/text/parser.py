@@ -1,7 +1,9 @@
-"""Text to syntax trees, by the one grammar of the language (grammar/val2.lark): lines, files, and the parts of a file.
+"""Parse VAL-II text to syntax trees by one grammar (grammar/val2.lark): lines, files, and the parts of a file.
 
-What cannot be read is a diagnostic, never another exception: of a line (`LineRefused`), or of a file, where every line
-is read for itself and all findings come together.
+Mistakes are diagnostics: LineRefused for a line; for a file all of them together, because each line is read by itself.
+This module also knows the layout of files: programs, sections of variables, step numbers of old listings, files in
+languages of other makers, and comments that suppress warnings. `; vrs: ignore V401, V056` at the end of a line is for
+that line, `; vrs: ignore-file V401` for the file; without codes all warnings are suppressed.
 """
 
 from __future__ import annotations
@@ -62,7 +64,7 @@ V = TypeVar("V")
 
 PROGRAM, END = ".PROGRAM", ".END"
 IN_ANOTHER_FILE = "is in another of these files too"
-MAX_TRIED = 200  # lines that tell whether a file without a heading holds steps
+MAX_TRIED = 200  # the first steps of a file without a heading that are tried
 MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
 JOINTS_HIGH = 12  # joints of a precision point in a file
 SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
@@ -77,13 +79,13 @@ DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
 
 
 def header_end(text: str) -> int | None:
-    """The index after `.PROGRAM`, where a line begins with it."""
+    """Return the index after `.PROGRAM` if a line begins with it, otherwise None."""
     match = _DIRECTIVE.match(text)
     return match.end() if match is not None and match[1].upper() == PROGRAM else None
 
 
 class SourceLine(NamedTuple):
-    """`number` counts from 1; `directive`: `.PROGRAM` and its like, in upper case, or ""."""
+    """A line of a file. `number` counts from 1; `directive`: `.PROGRAM` and the like, in upper case, or ""."""
 
     number: int
     text: str
@@ -91,13 +93,13 @@ class SourceLine(NamedTuple):
 
     @property
     def span(self) -> Span:
-        """The text of the line, without the blanks round it."""
+        """Return the place of the text without the blanks round it."""
         begin = len(self.text) - len(self.text.lstrip())
         return Span(self.number, begin + 1, max(len(self.text.rstrip()), begin) + 1)
 
 
 def lines_of(text: str) -> list[SourceLine]:
-    """A text as lines, whatever system it comes from."""
+    """Split a text into lines, with the line ends of any system."""
     texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
     if texts and not texts[-1]:
         texts.pop()
@@ -115,17 +117,17 @@ def cut(lines: Sequence[SourceLine]) -> Iterator[Sequence[SourceLine]]:
 
 
 def end_of(lines: Iterable[SourceLine]) -> int | None:
-    """The index of the first `.END`."""
+    """Return the index of the first `.END`."""
     return next((i for i, line in enumerate(lines) if line.directive == END), None)
 
 
 def named_above(text: str, what: str) -> tuple[str, Span] | None:
-    """Find what a comment above the first program names (`; dialect: val2`, `; robot: cobra600`), and its place."""
+    """Return the name in a comment above the first program (`; dialect: val2`, `; robot: cobra600`), and its place."""
     return next(_named_above(text, what, r"\S+"), None)
 
 
 def files_named_above(text: str) -> Iterator[tuple[str, Span]]:
-    """The files that comments above the first program name as those that belong to it: `; with: lib.v2, grip.v2`."""
+    """Yield the files that comments above the first program name as belonging to it: `; with: lib.v2, grip.v2`."""
     for names, span in _named_above(text, "with", r"[^\s,]+(?:[ \t]*,[ \t]*[^\s,]+)*"):
         yield from ((name.strip(), span) for name in names.split(","))
 
@@ -143,12 +145,12 @@ def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span
 
 
 def programs_headed(text: str) -> frozenset[str]:
-    """The keys of the programs that a text has headings of, found without reading the rest."""
+    """Return the keys of the programs that a text has headings of, without reading the rest."""
     return frozenset(key_of(name) for name in re.findall(r"(?im)^[ \t]*\.PROGRAM[ \t]+([A-Z][\w.]*)", text))
 
 
 def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
-    """The dialect that a file names, else the usual one; and what is wrong with that line."""
+    """Return the dialect that a file names, or the usual one; and an error if there is none of that name."""
     word, span = named_above(text, "dialect") or (usual.name, None)
     if span is None or word.lower() in DIALECTS:
         return Dialect[word.upper()], ()
@@ -156,17 +158,17 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 
 
 class FileReader(DiagnosticCollector):
-    """Reads a file line by line, and goes on after each mistake. `remembered`: its steps stay in memory."""
+    """Reads a file line by line and goes on after each mistake. `remembered`: its steps stay in memory."""
 
     def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
         self._parser, self._dialect = parser, dialect
         self._read_step = parser.step if remembered else parser.new_step
-        self._damaged = False  # there are characters that no text has
+        self._damaged = False  # the text has characters that no text has
 
     def read(self, text: str, name: str = "") -> tuple[File, tuple[Diagnostic, ...]]:
-        """Return the file and everything that is wrong with its lines. `name`: of the file; a file that has steps, and
-        no heading of a program, is the program of that name.
+        """Return the file and all mistakes in its lines. `name`: of the file; it is also the name of the program if the
+        file has steps without a heading.
         """
         self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
         lines = lines_of(text)
@@ -182,7 +184,7 @@ class FileReader(DiagnosticCollector):
         return (part for some in cut(lines) if some for part in self._parts(some))
 
     def _parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
-        """A program or a section, if the lines begin with the heading of one, and what stands outside."""
+        """Yield the program or section that the lines begin with, and the lines outside it."""
         head, end = lines[0], -1
         if head.directive == PROGRAM or head.directive in SECTIONS:
             found = end_of(lines)
@@ -199,14 +201,14 @@ class FileReader(DiagnosticCollector):
                 damage = self._damage_in(line)
                 if damage is None:
                     self._refuse_outside(line, stray)
-                elif not damaged:  # a file that is no text at all has many
+                elif not damaged:  # one report is enough
                     self.diagnostics.append(damage)
                 damaged = damaged or damage is not None
                 yield BadLine(text, span=line.span)
             stray = bool(text) and not text.startswith((";", "."))
 
     def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
-        """Tell of a line outside of programs; of a run of them (`stray`: so was the line before) once."""
+        """Report a line outside of programs, once for several such lines. `stray`: the line before was one."""
         if line.directive == END:
             self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
@@ -220,7 +222,7 @@ class FileReader(DiagnosticCollector):
             )
 
     def _damage_in(self, line: SourceLine) -> Diagnostic | None:
-        """The first character that no text has."""
+        """Return an error for the first character that no text has, or None."""
         found = _BINARY.search(line.text) if self._damaged else None
         if found is None:
             return None
@@ -228,7 +230,7 @@ class FileReader(DiagnosticCollector):
         return error(FileDamaged, span, f"character {ord(found[0])} in a text", "a program file is VAL-II text")
 
     def _check_text(self, line: SourceLine) -> None:
-        """Raises LineRefused for a line with characters that no text has, and for one that is too long."""
+        """Check a line for characters that no text has, and for its length. Raises LineRefused."""
         if len(line.text) > MAX_LINE_CHARS:
             raise LineRefused(
                 error(
@@ -245,7 +247,7 @@ class FileReader(DiagnosticCollector):
     # --- programs ---
 
     def _has_bare_steps(self, lines: Sequence[SourceLine]) -> bool:
-        """Return whether a file is the body of a program, as an editor has it: no heading, and most lines are steps."""
+        """Return whether a file is the body of a program without a heading: most of its lines are steps."""
         if any(line.directive == PROGRAM for line in lines):
             return False
         steps = [line for line in _body(lines) if line.text.strip() and not line.text.lstrip().startswith(";")]
@@ -258,7 +260,7 @@ class FileReader(DiagnosticCollector):
         return 2 * read > min(len(steps), MAX_TRIED)
 
     def _bare_program(self, lines: Sequence[SourceLine], name: str) -> Iterator[Program | Section | Comment | BadLine]:
-        """Read a program without a heading, and what stands after it."""
+        """Yield a program without a heading, and the parts after it."""
         called = program_name(name)
         body = _body(lines)
         heading = SourceLine(1, f"{PROGRAM} {called}()", PROGRAM)
@@ -274,7 +276,7 @@ class FileReader(DiagnosticCollector):
         yield from self._all_parts(lines[behind:])
 
     def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
-        """A program; where its heading cannot be read, its steps are only checked."""
+        """Return a program. If its heading cannot be read, only check its steps."""
         header = self._read_or_report(line, self._parser.header, line.text, line.number, header_end(line.text))
         numbered = step_numbers([inner for inner in body if len(inner.text) <= MAX_LINE_CHARS])
         written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
@@ -285,7 +287,7 @@ class FileReader(DiagnosticCollector):
         return resolve_program(program)
 
     def _read_or_report(self, line: SourceLine, read: Callable[..., V], *given: Any) -> V | None:
-        """Return what `read` makes of a line; None if the line is refused, which is noted."""
+        """Return the result of `read` for a line; None, with a report, if the line is refused."""
         try:
             self._check_text(line)
             return read(*given)
@@ -305,7 +307,7 @@ class FileReader(DiagnosticCollector):
     # --- sections of variables ---
 
     def _section(self, line: SourceLine, body: Sequence[SourceLine]) -> Section:
-        """A section, of which nothing is to be used where a line of it is wrong."""
+        """Return a section. `whole` is False if one of its lines is wrong, and then none of it is used."""
         before = len(self.diagnostics)
         entries: list[Entry] = []
         remarks: list[tuple[int, str | None]] = []
@@ -335,7 +337,7 @@ class FileReader(DiagnosticCollector):
         return Section(line.directive, fitting, tuple(remarks), len(self.diagnostics) == before, span=line.span)
 
     def _fits(self, entry: Entry, section: str) -> bool:
-        """Return whether an entry is of its section's kind, with constant indexes and as many numbers as it needs."""
+        """Return whether an entry has the kind of its section, constant indexes, and enough numbers."""
         name, wrong = entry.variable.sigil + entry.variable.name, ""
         indexes = entry.variable.indexes or ()
         if entry.variable.indexes == () or not all(isinstance(index, ast.Number) for index in indexes):
@@ -363,13 +365,15 @@ def _body(lines: Sequence[SourceLine]) -> Sequence[SourceLine]:
 
 
 def program_name(file: str) -> str:
-    """Return the name of a program for a file of this name."""
+    """Return the name of the program in a file of this name."""
     name = re.sub(r"[^A-Za-z0-9._]+", ".", file).strip(".")
     return (name if name[:1].isalpha() else f"p.{name}")[:NAME_LENGTH].rstrip(".")
 
 
 def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagnostic]:
-    """Report each program whose name the file has already. Programs come with the number of lines above their part."""
+    """Report each program whose name another program of the file has. Each comes with the number of lines above its
+    part.
+    """
     names: set[str] = set()
     for program, above in programs:
         if program.key in names:
@@ -378,16 +382,16 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
 
 
 def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
-    """A program whose name another has; it has so many lines `above` its part."""
+    """Return the error for a program whose name another has. `above`: the number of lines above its part."""
     span = replace(program.span, line=program.span.line + above)
     return error(ProgramExists, span, f"{program.name} {how}")
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
-    """Return whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
+    """Return whether all lines of a program begin with the step numbers of a listing: 1, 2, 3, ...
 
-    Books print them as the editor did, too: `1.`, `1.?`.
-    Numbers that a GOTO of the program names are labels, or a THEN or a GRASP of VAL.
+    Books print them as in the editor, too: `1.`, `1.?`. Numbers that a GOTO, a THEN or a GRASP of the program names are
+    labels.
     """
     rest: list[str] = []
     for line in lines:
@@ -406,7 +410,7 @@ _COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s
 
 
 def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Diagnostics without the warnings that comments of the lines suppress."""
+    """Return diagnostics without the warnings that comments in the lines suppress."""
     everything = tuple(found)
     asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line and len(line) <= MAX_LINE_CHARS]
     if not asked or not everything:
@@ -429,7 +433,9 @@ WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a progr
 
 
 class Maker(NamedTuple):
-    """A language: `sure`: lines that no VAL-II has; `likely`: lines of which a file in that language has many."""
+    """A language of another maker. `sure`: lines that VAL-II never has; `likely`: lines that are frequent in the
+    language.
+    """
 
     title: str
     sure: str
@@ -468,20 +474,22 @@ _MAKERS: tuple[Maker, ...] = (
 )
 _WORD = "[A-Z][A-Z0-9_]+"
 _KAWASAKI = (*(f".{word}" for word in re.findall(_WORD, _MAKERS[0].sure)), *re.findall(_WORD, _MAKERS[0].likely))
-MIN_LIKELY_LINES, MIN_LIKELY_PART = 2, 0.1  # likely lines: as many at least, and as large a part of all steps
+MIN_LIKELY_LINES, MIN_LIKELY_PART = (
+    2,
+    0.1,
+)  # likely lines in a foreign file: at least so many, and so large a part of all steps
 # lines that are no steps: blank ones, comments, headings, and values of variables
 _NO_STEP = r"(?im)^[ \t]*(?:;.*|\.[A-Z].*|#?[A-Z][\w.]*(?:\[[\d, ]*\])?(?:[ \t]+[-+.\d][\d.E+-]*)+[ \t]*)?\r?$"
 _OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[#\w]"  # motions that no other maker has
 
 
 def foreign_file(text: str) -> Diagnostic | None:
-    """Tell of a file that is in another language, judged by all of it, at its first tell-tale line; None for one that
-    may be VAL-II.
+    """Return an error if a whole text is in another language, at its first typical line; None if it may be VAL-II.
 
-    Kawasaki's programs begin with .PROGRAM as ours do, others do not.
+    Kawasaki's programs begin with .PROGRAM as ours do, those of other makers do not.
     """
     makers = _MAKERS
-    if has_program(text):  # theirs alone, and it has one of these words
+    if has_program(text):  # check for Kawasaki alone, and only if a word of it occurs
         capitals = text.upper()
         makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
     for maker in makers:
@@ -499,13 +507,13 @@ def foreign_file(text: str) -> Diagnostic | None:
 
 
 def has_program(text: str) -> bool:
-    """Return whether a program begins with .PROGRAM."""
+    """Return whether a program of the text begins with .PROGRAM."""
     return _program().search(text) is not None
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
-    """Return whether so many lines of another language make out the file: our own motions are fewer, and of all steps
-    such lines are a part that shows, unless it has lines that prove it.
+    """Return whether the lines of another language are enough: they are more than our own motions, and a visible part
+    of all steps unless some of them are sure.
     """
     if len(re.findall(_OURS, text)) > likely + sure:
         return False
@@ -527,12 +535,12 @@ def _program() -> re.Pattern[str]:
 def parse_file(
     text: str, dialect: Dialect = Dialect.VPLUS, *, name: str = "", whole: bool = True, remembered: bool = True
 ) -> tuple[ast.File, tuple[Diagnostic, ...]]:
-    """The programs and sections of a file, and everything that cannot be read in it.
+    """Return the programs and sections of a file, and all mistakes in it.
 
-    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: where the file says none.
-    `name`: of the file, for steps without a heading. Where it is a `whole` file, one in another maker's language is
-    told of as such, and not read if it has no program. `remembered`: its steps stay in memory for the next time, as for
-    a text that is being changed.
+    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: used if the file names
+    none. `name`: of the file, for steps without a heading. `whole`: the text is a whole file; one in another maker's
+    language is reported, and not read if it has no program. `remembered`: its steps stay in memory, for a text that
+    changes.
     """
     foreign = foreign_file(text) if whole else None
     if foreign is not None and not has_program(text):
@@ -544,23 +552,24 @@ def parse_file(
 
 
 def parse_step(text: str, line: int = 1, dialect: Dialect = Dialect.VPLUS) -> Step:
-    """A program line: label, statement and comment, each or none. Raises LineRefused."""
+    """Parse a program line with its optional label, statement and comment. Raises LineRefused."""
     return _parser(dialect).step(text, line)
 
 
 def parse_prompt(
     text: str, names: Container[str] = (), dialect: Dialect = Dialect.VPLUS
 ) -> Statement | ProgramHeader | None:
-    """A line of the prompt; None for a blank or a comment. `names`: the keys of what has a value. Raises LineRefused.
+    """Parse a line of the prompt; None for a blank or a comment. `names`: the keys of variables with a value. Raises
+    LineRefused.
 
-    A monitor command is an Instruction, an expression alone is Show, everything else that can be done a DoInstruction.
+    A monitor command is an Instruction, an expression alone is Show, any other statement a DoInstruction.
     """
     at, parser = header_end(text), _parser(dialect)
     return parser.prompt(text, names) if at is None else parser.header(text, 1, at)
 
 
 def variables_in(lines: Iterable[str]) -> set[str]:
-    """The keys of the variables that bear the name of a function, in lines of a program, its heading among them."""
+    """Return the keys of variables in lines of a program that have the name of a function."""
     parameters: list[ast.Variable] = []
     statements: list[Statement | None] = []
     for line in lines:
@@ -577,7 +586,7 @@ _NAME_OF_FUNCTION = "(?i)" + "|".join(map(re.escape, FUNCTION_NAMES))
 
 @cache
 def _parser(dialect: Dialect) -> LineParser:
-    """A parser by our order of operators for V+, by that of VAL-II for VAL-II and VAL."""
+    """Return the parser of a dialect: V+ has our order of operators, VAL-II and VAL have their own."""
     return LineParser() if dialect is Dialect.VPLUS else _val_parser()
 
 
@@ -592,9 +601,9 @@ def _val_parser() -> LineParser:
 class Part(Struct, frozen=True, eq=False, dict=True):
     """A program or a section with all lines up to the next heading; or the lines before the first heading.
 
-    An editor changes one line, so few parts of a file: a part is read once. Its lines count from 1, so that a part
-    stays what it is when lines come or go above it. `last`: its `.END`, or the last line where that is missing. `name`:
-    of the file, for the first part, which may be steps without a heading.
+    An editor changes one line at a time, and so few parts of a file: each part is read once. Its lines count from 1, so
+    that a part does not change when lines come or go above it. `last`: its `.END`, or its last line. `name`: of the
+    file, for the first part, which may be steps without a heading.
     """
 
     lines: tuple[str, ...]
@@ -604,32 +613,32 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
-        text = "\n".join((*self.lines, ""))  # the last line ends: a Ctrl-Z in it is no end of the file
+        text = "\n".join((*self.lines, ""))  # with a line end, so that a Ctrl-Z is not taken for the end of the file
         return parse_file(text, self.dialect, name=self.name, whole=False)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """The lines that cannot be read."""
+        """Return the mistakes in its lines."""
         return self._read[1]
 
     @cached_property
     def node(self) -> Program | Section | None:
-        """The program or section; None without a heading, or with one that cannot be read."""
+        """Return the program or section; None without a readable heading."""
         return next((part for part in self._read[0].parts if isinstance(part, Program | Section)), None)
 
 
 class Placed(Struct, frozen=True):
-    """A part in a file, below so many lines (`above`)."""
+    """A part with its place in a file: `above` is the number of lines before it."""
 
     part: Part
     above: int
 
     def span(self, span: Span) -> Span:
-        """Translate a span of the part into one of the file."""
+        """Return a span of the part as a span of the file."""
         return Span(span.line + self.above, span.column, span.end)
 
     def translate(self, diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-        """Translate findings in the part into findings in the file."""
+        """Return diagnostics of the part with spans of the file."""
         return (replace(one, span=self.span(one.span)) for one in diagnostics)
 
 
@@ -637,8 +646,8 @@ Known = Mapping[tuple[str, ...], Part]
 
 
 def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: str = "") -> tuple[Placed, ...]:
-    """Cut a file into its parts. Parts that are `known` by their lines are taken from there. `dialect`: where the file
-    says none. `name`: of the file, for steps without a heading.
+    """Cut a file into its parts. Parts that are `known` by their lines are reused. `dialect`: used if the file names
+    none. `name`: of the file, for steps without a heading.
     """
     placed, above = list[Placed](), 0
     own, _ = dialect_in(text, dialect)
@@ -654,5 +663,5 @@ def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: st
 
 
 def programs_of(parts: Iterable[Placed]) -> Iterator[tuple[Placed, Program]]:
-    """The programs with their places."""
+    """Return the programs among parts, with their places."""
     return ((placed, placed.part.node) for placed in parts if isinstance(placed.part.node, Program))

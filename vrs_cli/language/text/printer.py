@@ -1,6 +1,6 @@
-"""Syntax trees to canonical VAL-II text: keywords in upper case, names in lower case, four blanks a block.
+"""Print syntax trees as canonical VAL-II text: keywords in upper case, names in lower case, four blanks a block.
 
-Printing what was parsed and parsing what was printed give the same tree; formatting twice changes nothing.
+Printing and parsing give the same tree; formatting twice changes nothing.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ ATOM = 100  # binds tighter than every operator
 
 
 def print_file(file: File) -> str:
-    """A file, with its comments, in the order of its parts."""
+    """Return the text of a file, with its comments, in the order of its parts."""
     return "".join(f"{line}\n" for part in file.parts for line in _PARTS[type(part)](part))
 
 
 def print_program(program: Program) -> str:
-    """A program from `.PROGRAM` to `.END`."""
+    """Return a program from `.PROGRAM` to `.END`."""
     return print_file(File((program,)))
 
 
 def program_header(program: Program | ast.ProgramHeader) -> str:
-    """`.PROGRAM name(parameters) ;comment`."""
+    """Return the heading of a program: `.PROGRAM name(parameters) ;comment`."""
     parameters = ", ".join(expression_text(parameter) for parameter in program.parameters)
     return _with_comment(f".PROGRAM {program.name.lower()}({parameters})", program.comment)
 
 
 def step_texts(program: Program) -> tuple[str, ...]:
-    """The lines of a program between `.PROGRAM` and `.END`, one a step, indented."""
+    """Return the indented lines of a program between `.PROGRAM` and `.END`, one a step."""
     return tuple(_step_lines(program.steps))
 
 
@@ -76,12 +76,12 @@ def _entry_text(entry: ast.Entry) -> str:
     return "\n".join((name + "".join(columns[:ANGLES]), " " * NAME_WIDTH + "".join(columns[ANGLES:])))
 
 
-# what ends a string or a line, and what no program file may hold
+# characters that end a string or a line, or may not stand in a file
 _UNQUOTABLE = r'(["\x00-\x08\x0a-\x1f])'
 
 
 def _quote(text: str) -> str:
-    """`"a"+$CHR(34)+"b"` where a character cannot stand in quotes."""
+    """Return a text in quotes: `"a"+$CHR(34)+"b"` if a character cannot stand in them."""
     pieces = re.split(_UNQUOTABLE, text)
     shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
     return "+".join(shown) or '""'
@@ -110,7 +110,7 @@ _CLOSERS = (ast.End, ast.Until)
 
 
 def _step_lines(steps: Sequence[Step]) -> Iterator[str]:
-    """The steps with their indents; the comments beside consecutive steps begin in one column."""
+    """Yield the indented steps. Comments after consecutive steps begin in one column."""
     bodies = list(zip(steps, _bodies(steps), strict=True))
     for beside, run in groupby(bodies, key=lambda one: one[0].comment is not None and one[1].strip() != ""):
         lines = list(run)
@@ -123,7 +123,7 @@ def _step_lines(steps: Sequence[Step]) -> Iterator[str]:
 
 
 def _bodies(steps: Sequence[Step]) -> Iterator[str]:
-    """Label, indent and statement of each step."""
+    """Yield the label, indent and statement of each step."""
     depth = 1
     for step in steps:
         statement = step.statement
@@ -142,7 +142,7 @@ def _bodies(steps: Sequence[Step]) -> Iterator[str]:
 
 
 def statement_text(statement: Statement) -> str:
-    """A statement in one line, without label and comment."""
+    """Return a statement in one line, without label and comment."""
     return _STATEMENTS[type(statement)](statement)
 
 
@@ -197,14 +197,14 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
 
 
 def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
-    """The arguments before `=`: those in parentheses, `plain` ones between commas, those with a word before them."""
+    """Yield the arguments before `=`: those in parentheses, `plain` ones between commas, those with leading words."""
     grouped = ast.trim(own[: row.group_size])
     if row.comma:
         before, after = own[: row.before_comma], own[row.before_comma :]
         yield _list_text(before)
         yield f"{row.comma} {_list_text(after)}" if after else ""
     elif row.group_size == len(row.arguments) and not grouped:
-        yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
+        yield _list_text(own)  # extra arguments keep their comma, otherwise they would be the group
     else:
         yield f"({_list_text(grouped)})" if grouped else ""
         yield _list_text(ast.trim(own[row.group_size : plain]) if row.leads else own[row.group_size :])
@@ -220,7 +220,7 @@ def _shape_at(row: Word, place: int) -> Shape:
 
 
 def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
-    """The words of switches, parameters and their settings in upper case."""
+    """Return words of switches, parameters and settings in upper case; other expressions unchanged."""
     if shape in _CAPITAL and isinstance(expression, ast.BareWord):
         return ast.BareWord(expression.text.upper(), span=expression.span)
     return expression
@@ -230,7 +230,7 @@ _CAPITAL = frozenset({Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING})
 
 
 def _list_text(items: Sequence[Expression | None]) -> str:
-    """Items with a comma and a blank between them; omitted ones leave their commas."""
+    """Return items with commas and blanks between them; an omitted item leaves its comma."""
     shown = ("" if item is None else expression_text(item) for item in items)
     return ",".join(f" {text}" if place and text else text for place, text in enumerate(shown))
 
@@ -265,7 +265,7 @@ _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
 
 
 def expression_text(expression: Expression) -> str:
-    """An expression, with the parentheses of its source and those it cannot do without."""
+    """Return an expression as text, with the parentheses of its source and those that it needs."""
     return _EXPRESSIONS[type(expression)](expression)
 
 
@@ -277,7 +277,7 @@ def _variable(variable: ast.Variable) -> str:
 
 
 def _unary(unary: ast.Unary) -> str:
-    """Signs and the value behind them, one after the other: a line has room for hundreds of signs."""
+    """Return signs and their operand as text. This is a loop, since a line may have hundreds of signs."""
     before, closing = "", 0
     operand: Expression = unary
     while isinstance(operand, ast.Unary):
@@ -296,7 +296,7 @@ def _binary(binary: ast.Binary) -> str:
 
 
 def _operation(binary: ast.Binary, sign: str) -> str:
-    """Both operands with a sign between them, in parentheses where the tree would come out otherwise."""
+    """Return two operands with a sign between them, in parentheses if they would be grouped differently."""
     rank, left, right = ORDER.infix[binary.operator], expression_text(binary.left), expression_text(binary.right)
     before = f"({left})" if _open_rank(binary.left) < rank else left
     return f"{before}{sign}({right})" if _rank(binary.right) <= rank else f"{before}{sign}{right}"
@@ -309,7 +309,7 @@ def _rank(expression: Expression) -> int:
 
 
 def _open_rank(expression: Expression) -> int:
-    """Return the rank with which an expression binds what follows it."""
+    """Return the rank with which an expression binds the operator after it."""
     if isinstance(expression, ast.Unary) and not expression.grouped:
         return min(ORDER.prefix[expression.operator], _open_rank(expression.operand))
     if isinstance(expression, ast.Binary) and not expression.grouped:

@@ -1,4 +1,6 @@
-"""Words of other languages (Python, BASIC, Kawasaki AS, KRL, RAPID, URScript) and of shells, and what says it here."""
+"""List words of other languages (Python, BASIC, Kawasaki AS, KRL, RAPID, URScript) and of shells, and their
+counterparts in VAL-II; give hints for names without a value.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import WordRow
 
-# signs of C and its children, and what says it here
+# signs of C and related languages, with hints
 FOREIGN_SIGNS = {
     "!=": "<> is unequal",
     "&&": "AND is both",
@@ -36,14 +38,14 @@ LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"  # at the start of a 
 _UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
 UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
-MEANT_ELSEWHERE = {  # our words that mean more elsewhere
+MEANT_ELSEWHERE = {  # our words that mean more in other languages
     "SWITCH": "CASE x OF chooses by a value",
     "SIGNAL": "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off",
     "RESET": "RESET turns all off, SIGNAL -1 turns one off",
     "WAIT": "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass",
     "RANDOM": "1 + INT(6 * RANDOM) is a whole number from 1 to 6",
 }
-_ONLY_READ = {  # functions that students assign to
+_ONLY_READ = {  # functions to which students assign
     "SIG": f"SIG(1) is the state of a signal; {MEANT_ELSEWHERE['SIGNAL']}",
     **dict.fromkeys(("DX", "DY", "DZ"), "SET p = SHIFT(p BY dx, dy, dz) moves a place"),
 }
@@ -52,7 +54,7 @@ SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BAC
 
 TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])  # DRIVE 1, 30 AFTER 2
 
-# functions of other languages, and what says it here
+# functions of other languages, with hints
 _NUMBER_TEXT = "$ENCODE(5) is the text of a number"
 FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("STR", "STRING", "NUM2STR", "TOSTRING", "FORMAT", "STR$", "$STR"), _NUMBER_TEXT),
@@ -82,7 +84,7 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("OPEN", "FOPEN"), 'ATTACH (lun, 4) "DISK" and FOPENR (lun) "name" open a file to be read'),
 }
 
-# the word that does it here, and the words that do it elsewhere
+# our word, and the words of other languages for it
 _SAME = {
     "TYPE": "PRINT PRINTF PRINTLN ECHO DISP DISPLAY TPWRITE TEXTMSG CONSOLE.LOG",
     "PROMPT": "INPUT RAW_INPUT",
@@ -116,13 +118,13 @@ _SAME = {
     "FRENAME": "MV",
 }
 _PLACE = "a place is TRANS(x, y, z) in mm, or joints in degrees #PPOINT(j1, j2, ...); SPEED 50 before it sets the speed"
-_MORE: Mapping[str, str] = {  # what else is different here, by the foreign word
+_MORE: Mapping[str, str] = {  # a further hint, by the foreign word
     **dict.fromkeys(("MOVEJ", "MOVJ", "MOVEABSJ", "PTP", "MOVEL", "MOVL", "LIN", "MOVELIN"), _PLACE),
     "RUN": "LOAD hello reads hello.v2 first",
 }
 _WORDS: Mapping[str, str] = {foreign: ours for ours, theirs in _SAME.items() for foreign in theirs.split()}
 
-# what no word does here
+# hints for words without a counterpart
 _ADVICE: Mapping[str, str] = {
     **dict.fromkeys(("CLEAR", "CLS"), "Ctrl-L clears the screen; ZERO deletes all programs and variables"),
     "NEW": "EDIT name begins a program; ZERO deletes all programs and variables",
@@ -159,37 +161,37 @@ _IN_PROGRAM: Mapping[str, str] = dict.fromkeys(("RESTART", "RERUN", "AGAIN"), "G
 
 
 def theirs() -> Iterable[str]:
-    """The words of other languages that have one here."""
+    """Return the words of other languages that have a counterpart here."""
     return _WORDS
 
 
 def own_word(foreign: str) -> str:
-    """The word that does here what a word of another language does; "" where none does."""
+    """Return the word of VAL-II for a word of another language, or ""."""
     word = foreign.upper()
-    return _WORDS.get(word, "") or _WORDS.get(word.rpartition(".")[2], "")  # of a module: time.sleep
+    return _WORDS.get(word, "") or _WORDS.get(word.rpartition(".")[2], "")  # without its module: time.sleep
 
 
 def own_function(foreign: str) -> str:
-    """How to say here what a function of another language does, whatever stands before its last point; "" where it is
-    none.
+    """Return a hint at the way to write a function of another language in VAL-II, or "". Text before its last point is
+    ignored.
     """
     return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
 
 
 def only_reads(function: WordRow) -> tuple[str, str]:
-    """What is wrong with SIG(1) = TRUE and DX(p) = 5, and what would be right."""
+    """Return the detail and the hint for an assignment to a function: SIG(1) = TRUE, DX(p) = 5."""
     hint = _ONLY_READ.get(function.name, f"it stands where a value does: x = {function.form}")
     return f"{function.name} only reads a value", hint
 
 
 def form_of(row: WordRow) -> str:
-    """The form of a word as a hint, and what is done here that the word does elsewhere."""
+    """Return the form of a word as a hint, with a remark if the word means more in other languages."""
     meant = MEANT_ELSEWHERE.get(row.name)
     return f"the form is {row.form}" + (f"; {meant}" if meant else "")
 
 
 def way(foreign: str, *, at_prompt: bool) -> str:
-    """How to say here what a word of another language says, as a hint; "" where it is none."""
+    """Return a hint at the way to write a word of another language in VAL-II, or ""."""
     ours = own_word(foreign)
     row = (COMMANDS.get(ours) if at_prompt else None) or PROGRAM_WORDS.get(ours)
     if row is not None:
@@ -209,7 +211,7 @@ _NO_NAMES: Mapping[str, str] = {  # words of other languages that look like name
 
 
 def meant_by(name: str) -> str:
-    """What J1 and part.z were meant as, as a hint; "" for other names."""
+    """Return a hint at the meaning of names such as J1 and part.z; "" for other names."""
     if re.fullmatch(r"(?i)j(oint)?\d", name):
         return "a joint is a number: DRIVE 1, 30"
     if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
@@ -221,7 +223,7 @@ def meant_by(name: str) -> str:
 
 
 def giving(name: str, kind: Kind | None) -> str:
-    """Say how a variable without a value gets one, or what its name was meant as, as a hint."""
+    """Return a hint at the way to give a variable a value, or at the meaning of its name."""
     base, bracket, _ = name.partition("[")
     function = FUNCTIONS.get(base.upper())
     if kind is Kind.PRECISION:
@@ -245,10 +247,10 @@ def giving(name: str, kind: Kind | None) -> str:
 
 
 def value_given(name: str) -> str:
-    """Say how a number gets a value, as a hint."""
+    """Return a hint at the way to give a number a value."""
     return f"{name} = ... gives it a value"
 
 
 def text_meant(name: str) -> str:
-    """Say what is to be done where TYPE finds a name without a value, as a hint."""
+    """Return a hint for TYPE with a name that has no value."""
     return f'{value_given(name)}; a text stands in double quotes: "{name}"'

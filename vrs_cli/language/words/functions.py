@@ -1,7 +1,10 @@
-"""The functions, constants, operators and linking words of the language: one row each, for checks, HELP, completion.
+"""List the functions, constants, operators and linking words of the language: one row each, for checks, HELP,
+completion.
 
 Functions take and give millimetres and degrees; inside they are metres and radians. `operations` evaluates each
-function under the same name. Sources: V+ Language Reference; val2 sections 2 and 5.
+function under the same name. Sources: V+ Language Reference; val2 sections 2 and 5. The order of operators is that of
+V+ or VAL-II's own (val2 section 2.2). They differ in NOT, AND, OR and XOR beside relations; see the head of
+grammar/val2.lark.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ class Function(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def constant(self) -> bool:
-        """Whether it is written without parentheses (`PI`, `HERE`)."""
+        """Return whether it is written without parentheses (`PI`, `HERE`)."""
         return self.form == self.name
 
     @cached_property
@@ -239,11 +242,11 @@ FUNCTIONS: Mapping[str, Function] = by_name(
 )
 WITH_BY = frozenset({"SHIFT", "SCALE"})  # the first argument is followed by BY, not by a comma
 
-BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # their values change while nothing else does
+BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # functions whose values change by themselves
 
 
 class Operator(WordRow, frozen=True, eq=False, dict=True):
-    """A row under its `name`, which its form does not begin with; `also`: another spelling."""
+    """The row of an operator. Its form does not begin with its `name`; `also`: another spelling."""
 
     name: str = ""
     also: str = ""
@@ -322,7 +325,7 @@ LOGICAL = frozenset({"AND", "OR", "XOR", "NOT"})
 
 
 class Order(Struct, frozen=True):
-    """A higher rank binds tighter; equal ranks group from the left."""
+    """An order of operators by ranks. A higher rank binds tighter; equal ranks group from the left."""
 
     infix: Mapping[str, int]
     prefix: Mapping[str, int]

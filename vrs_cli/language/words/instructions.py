@@ -1,4 +1,4 @@
-"""The instructions of a program: one row each, and the control words (val2 section 4)."""
+"""List the instructions of a program and the words of blocks and jumps: one row each (val2 section 4)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _flag(name: str, summary: str) -> Word:
 
 
 def unavailable(name: str, where: str, summary: str, note: str) -> Word:
-    """A word that is known, and not available."""
+    """Return the row of a word that is known but not available."""
     return Word(name, where, summary, name, note, state=State.REFUSED)
 
 
@@ -332,9 +332,9 @@ CONTROL: Mapping[str, Control] = by_name(_CONTROL)
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 
-DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # nothing is done: they say whose variables are
+DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # they only say to which program variables belong
 RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}  # of IF a EQ b THEN label
-LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # jumps that the enclosing loops decide
+LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # jumps to the end or the next pass of a loop
 
 CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})
 OPERATOR_WORDS = frozenset({"NOT", "AND", "OR", "XOR", "MOD", "COM", "BAND", "BOR", "BXOR"})
@@ -353,5 +353,5 @@ RESERVED: Mapping[str, str] = {
 
 
 def why_reserved(word: str) -> tuple[str, str]:
-    """Why a word can be no name, and a hint."""
+    """Return the reason why a word cannot be a name, and a hint."""
     return f"{word} is a word of the language", f"{RESERVED[word]} is no name"

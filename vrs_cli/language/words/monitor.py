@@ -1,4 +1,4 @@
-"""The monitor commands: what is typed at the `.` prompt, one row each (val2 section 3)."""
+"""List the monitor commands, which are typed at the `.` prompt: one row each (val2 section 3)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from msgspec import Struct
 from vrs_cli.language.words.instructions import DEFINED, INSTRUCTIONS, PLACE, unavailable
 from vrs_cli.language.words.word import Role, Shape, Word, by_name
 
-_observer = partial(Word, role=Role.OBSERVER)  # what changes nothing
+_observer = partial(Word, role=Role.OBSERVER)  # commands that change nothing
 _designer = partial(Word, role=Role.DESIGNER)
 
 _POSITIONS = (
@@ -205,7 +205,7 @@ _REFUSED = (
 
 
 class Explained(NamedTuple):
-    """Something that EXPLAIN explains: its form behind the word, what is said of it, and whether a location follows."""
+    """A topic of EXPLAIN: its form after the word, a summary, and whether a location follows."""
 
     form: str
     summary: str
@@ -253,7 +253,7 @@ CLOCK_WORDS: Mapping[str, str] = {
     "GO": "time goes on",
     "RATE": "RATE = r: so many seconds of the robot in one second",
 }
-STOP = "STOP"  # of RESYNC: nothing that was scheduled is done
+STOP = "STOP"  # of RESYNC: drop the scheduled motions
 BODY_WORDS: Mapping[str, str] = {
     "RELEASE": "the client that is the body is it no longer",
     "OFF": "nobody looks whether it is where the timeline says",
@@ -271,7 +271,7 @@ AXIS_WORDS: Mapping[str, str] = {
 
 
 class Quantity(Struct, frozen=True):
-    """A word of PLOT: `joints` where it has one curve a joint; `curves`: those of the tool."""
+    """A quantity of PLOT. `joints`: its name if it has a curve for each joint; `curves`: the curves of the tool."""
 
     title: str
     unit: str

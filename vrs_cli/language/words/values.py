@@ -1,11 +1,9 @@
-"""Values of programs at run time, the edge between the language's mm and degrees and SI inside, and their text.
+"""Define the values of programs at run time, convert them between mm and degrees and SI, and show them as text.
 
 real            float                 TRUE is -1, FALSE 0; an integer is a real without a fraction
 string          str                   at most STRING_LENGTH characters when it is stored
 transformation  kinematics Transform  [m]
 precision point tuple of floats       [rad], joint by joint
-
-And names: what of a name counts, and which kind its first character shows.
 """
 
 from __future__ import annotations
@@ -31,25 +29,25 @@ class Kind(Enum):
     LOCATION = "transformation"
     PRECISION = "precision point"
 
-    __hash__ = object.__hash__  # there is one of each: that of Enum is slow, and every variable is found by its kind
+    __hash__ = object.__hash__  # the hash of Enum is slow, and every variable is looked up by its kind
 
 
 SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
 
 def kind_of_name(name: str) -> Kind:
-    """The kind that a name shows; REAL for a bare one, which can be a transformation too."""
+    """Return the kind of a name by its first character; REAL for a bare name, which can be a transformation too."""
     return SIGIL_KINDS.get(name[:1], Kind.REAL)
 
 
 def kinds_of_name(name: str) -> tuple[Kind, ...]:
-    """The kinds that a variable of that name can have."""
+    """Return the kinds that a variable of this name can have."""
     shown = SIGIL_KINDS.get(name[:1])
     return (Kind.REAL, Kind.LOCATION) if shown is None else (shown,)
 
 
 def key_of(name: str) -> str:
-    """The key of a name as typed, sigil included (`ast.Variable.key`)."""
+    """Return the key of a name as typed, sigil included (`ast.Variable.key`)."""
     sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
     return sigil + name[len(sigil) :].lower()[:NAME_LENGTH]
 
@@ -77,12 +75,12 @@ def kind_of_value(value: Value) -> Kind:
 
 
 def whole(value: float) -> int:
-    """The nearest integer, halves away from zero: where an integer is wanted a real is rounded."""
+    """Return the nearest integer; halves go away from zero. Reals are rounded so where an integer is needed."""
     return int(value + 0.5) if value >= 0.0 else int(value - 0.5)
 
 
 def integer(value: float) -> int:
-    """`whole`, in the range that 24 bits and a sign hold. Raises IllegalValue outside it."""
+    """Return the nearest integer of 24 bits and a sign. Raises IllegalValue outside that range."""
     if not INTEGER_LOW - 0.5 < value < INTEGER_HIGH + 0.5:
         raise IllegalValue(
             plain(value),
@@ -95,27 +93,27 @@ def integer(value: float) -> int:
 
 
 def integer_between(value: float, low: int, high: int, what: str) -> int:
-    """`whole`, or IllegalValue that names what the number is for."""
+    """Return the nearest integer from `low` to `high`. Raises IllegalValue, which names `what` it is for."""
     if not low - 0.5 < value < high + 0.5:
         raise IllegalValue(f"{what} {plain(value)}", f"{low} to {high}", value=value, lower=low, upper=high)
     return whole(value)
 
 
 def wrap(bits: int) -> float:
-    """An integer cut to 24 bits and a sign, as the bitwise operators leave it."""
+    """Return an integer cut to 24 bits and a sign, as the bitwise operators give it."""
     span = INTEGER_HIGH - INTEGER_LOW + 1
     return float((bits - INTEGER_LOW) % span + INTEGER_LOW)
 
 
 def within_range(value: float) -> float:
-    """The value itself. Raises ArithmeticOverflow for what a real cannot hold, infinity and NaN too."""
+    """Return a value unchanged. Raises ArithmeticOverflow if a real cannot hold it, also for infinity and NaN."""
     if not -LIMIT <= value <= LIMIT:
         raise ArithmeticOverflow(f"the result {value:.{SIGNIFICANT}G}", f"reals reach {LIMIT:.2G}")
     return value
 
 
 def storable(text: str) -> str:
-    """The string itself. Raises StringOverflow for one too long to store."""
+    """Return a string unchanged. Raises StringOverflow if it is too long to store."""
     if len(text) > STRING_LENGTH:
         raise StringOverflow(f"a string of {len(text)} characters", f"at most {STRING_LENGTH} can be stored")
     return text
@@ -127,7 +125,7 @@ _DECIMAL = r"(?i)[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?"
 
 
 def leading_number(text: str) -> tuple[float, int] | None:
-    """The number that a text begins with and its length; None if it begins with none. Forms as in programs."""
+    """Return the number at the begin of a text and its length, or None. Numbers have the forms of programs."""
     if based := re.match(_BASED, text):
         digits = based["digits"]
         try:
@@ -141,7 +139,7 @@ def leading_number(text: str) -> tuple[float, int] | None:
 
 
 def read_number(text: str) -> float | None:
-    """The number that the whole text is (blanks round it), or None."""
+    """Return a number if the text has nothing else but blanks, otherwise None."""
     stripped = text.strip()
     found = leading_number(stripped)
     return found[0] if found is not None and found[1] == len(stripped) else None
@@ -149,7 +147,7 @@ def read_number(text: str) -> float | None:
 
 # --- millimetres and degrees ---------------------------------------------------------------------------------------
 
-EDGE_DIGITS = 9  # of mm and degrees: hides the rounding of 0.001 and pi/180, far below what an arm can show
+EDGE_DIGITS = 9  # decimals of mm and degrees: they hide rounding, and are far finer than any arm
 
 
 def millimetres(metres: float) -> float:
@@ -161,9 +159,9 @@ def in_degrees(angle: float) -> float:
 
 
 def transformation(numbers: Iterable[float]) -> Transform:
-    """X, Y, Z [mm] and O, A, T [degrees], as files and POINT give them; or the 12 numbers of `from_axes`.
+    """Make a transformation from X, Y, Z [mm] and O, A, T [degrees], or from the 12 numbers of `from_axes`.
 
-    Raises IllegalValue where the axes are no rotation, but for rounding.
+    Raises IllegalValue if the axes are no rotation, apart from rounding.
     """
     given = tuple(numbers)
     if len(given) == len(Transform._fields):
@@ -178,12 +176,12 @@ def transformation(numbers: Iterable[float]) -> Transform:
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
 
 
-MAX_ROUNDING = 0.005  # in a number of an axis: three decimals and more
+MAX_ROUNDING = 0.005  # of a number of an axis that has three decimals or more
 
 
 def from_axes(numbers: Iterable[float]) -> Transform:
-    """The axes n, s, a and the position [mm], three numbers each: so controllers write a transformation in a file, and
-    $TRANSB in a string (V+ Language Reference).
+    """Make a transformation from the axes n, s, a and the position [mm], three numbers each, as in files of controllers
+    and strings of $TRANSB (V+ Language Reference).
     """
     nx, ny, nz, sx, sy, sz, ax, ay, az, *mm = numbers
     px, py, pz = (number / 1000.0 for number in mm)
@@ -197,7 +195,7 @@ def rounding(numbers: Iterable[float]) -> float:
 
 
 def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[float, ...]:
-    """X, Y, Z [mm], O, A, T [degrees] of a transformation; the joints [degrees, mm] of a precision point."""
+    """Return X, Y, Z [mm], O, A, T [degrees] of a transformation, or the joints [degrees, mm] of a precision point."""
     if isinstance(value, Transform):
         angles = to_oat(value)
         return (*map(millimetres, (value.px, value.py, value.pz)), *map(in_degrees, angles))
@@ -211,14 +209,14 @@ EXACT = 1e8  # integers below this are shown in full, so that 24 bits never lose
 
 
 def plain(value: float) -> str:
-    """The default form without the sign's blank: no trailing zeros, 7 significant digits."""
+    """Return a number as text with 7 significant digits, without zeros at the end and without a blank for the sign."""
     if abs(value) < EXACT and value == int(value):
         return str(int(value))
     return f"{value:.{SIGNIFICANT}G}"
 
 
 def default_form(value: float) -> str:
-    """`/D`: a blank or a minus sign, then the number."""
+    """Return a number as `/D` prints it: a blank or a minus sign, then the number."""
     text = plain(value)
     return text if text.startswith("-") else f" {text}"
 
@@ -227,7 +225,9 @@ def default_form(value: float) -> str:
 
 
 def quadrant(angle: float) -> tuple[int, float]:
-    """An angle [degrees] as right angles (0 to 3) and the rest in [-45, 45] [rad]: exact where it should be."""
+    """Return an angle [degrees] as a number of right angles (0 to 3) and the exact rest in [-45, 45] degrees as
+    [rad].
+    """
     turned = fmod(angle, 360.0)
     right_angles = whole(turned / 90.0)
     return right_angles % 4, radians(turned - 90.0 * right_angles)

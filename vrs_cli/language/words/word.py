@@ -1,7 +1,7 @@
-"""A row of the tables of the language: the printed form of a word, and the facts that the form does not show.
+"""Define the rows of the language's tables: the printed form of a word, and facts that the form does not show.
 
-What a word takes is read from its form once, when somebody asks: parsing, checking, help, completion and colours read
-one fact in one place.
+The operands of a word are read from its form on first use, so that parser, checker, help, completion and colours share
+one source.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from msgspec import Struct
 
 
 class Shape(Enum):
-    """What an argument is."""
+    """The shape of an argument."""
 
     REAL = "real"
     STRING = "string"
@@ -109,7 +109,7 @@ class Route(Enum):
 
 
 class Role(Flag):
-    """What somebody may do with a robot: see it (g), move it (f); or both, with its programs and settings."""
+    """The rights of a user of a robot: to observe it, to move it, or both and to change its programs and settings."""
 
     OBSERVER = 1
     DESIGNER = 2
@@ -117,27 +117,27 @@ class Role(Flag):
 
     @property
     def title(self) -> str:
-        """By the most that it may: a designer looks too."""
+        """Return the name of the highest role: a designer may observe too."""
         most = Role.SUPERVISOR if Role.SUPERVISOR in self else self & Role.DESIGNER or self
         return str(most.name).lower()
 
     @property
     def title_with_article(self) -> str:
-        """With its article."""
+        """Return the name of the role with its article."""
         return f"an {self.title}" if self is Role.OBSERVER else f"a {self.title}"
 
 
 class State(Enum):
-    """Whether a word is carried out. REFUSED words are known, and refused by name with the reason."""
+    """Whether a word is carried out. REFUSED words are known; using one gives an error with the reason."""
 
     SUPPORTED = "supported"
     REFUSED = "not available"
 
 
 class Argument(NamedTuple):
-    """An operand in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma.
+    """An operand in the form of a word. `lead`: the word before it (`STEP dt`), which replaces the comma.
 
-    The leads BY and = stand where other words have a comma, so that more arguments may follow them.
+    The leads BY and = stand in place of the first comma, so that more arguments may follow them.
     """
 
     name: str
@@ -155,7 +155,7 @@ _PIECE = re.compile(
 
 
 class PrintedForm(NamedTuple):
-    """What a printed form says: the operands, what follows `=`, and the modifiers."""
+    """The content of a printed form: the operands, the value after `=`, and the modifiers."""
 
     arguments: tuple[Argument, ...]
     value: Argument | None
@@ -163,9 +163,9 @@ class PrintedForm(NamedTuple):
 
 
 def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
-    """Read a form without its word. `shapes`: of the first operands, where their names do not say them.
+    """Read a form without its word. `shapes`: those of the first operands, if their names do not say them.
 
-    One operand after `=` is a value; where several follow, the sign stands for the first comma.
+    A single operand after `=` is a value; if several follow, the sign stands for the first comma.
     """
     modifiers = frozenset(sort for sort, shown in MODIFIER_FORMS.items() if shown in text)
     for sort in modifiers:
@@ -201,10 +201,10 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
 
 
 class WordRow(Struct, frozen=True, eq=False, dict=True):
-    """A word: its printed form, its lineage (1 VAL, 2 VAL-II, + V+; blank: ours), what it does, and an example.
+    """A word: its printed form, its lineage (1 VAL, 2 VAL-II, + V+; blank: ours), a summary, and an example.
 
-    `note`: how a refused word is said otherwise, or what is worth knowing. `shapes`: what its first operands are, where
-    their names do not say it (`SHAPES`).
+    `note`: a remark, or for a refused word what to write instead. `shapes`: those of its first operands, if their names
+    do not say them (`SHAPES`).
     """
 
     form: str
@@ -229,19 +229,21 @@ class WordRow(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def value(self) -> Argument | None:
-        """What follows `=`. One that is repeated (`STORE file = program, ...`) is kept as the last arguments."""
+        """Return the operand after `=`. A repeated one (`STORE file = program, ...`) is stored as the last
+        arguments.
+        """
         return self._read.value
 
     @property
     def repeats(self) -> bool:
-        """Whether its last argument may be repeated."""
+        """Return whether its last argument may be repeated."""
         return bool(self.arguments) and self.arguments[-1].repeated
 
 
 class Word(WordRow, frozen=True, eq=False, dict=True):
-    """An instruction or a monitor command. `breaks`: the robot comes to rest first. `role`: who may say it.
+    """An instruction or a monitor command. `breaks`: the robot comes to rest first. `role`: the role that may use it.
 
-    `drastic`: with nothing behind it, or after a question, it deletes, stops, steps or takes back at once.
+    `drastic`: without arguments, or after a question, it deletes, stops, steps or takes back at once.
     """
 
     route: Route = Route.PROGRAM
@@ -255,12 +257,12 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def required_count(self) -> int:
-        """How many arguments it cannot do without."""
+        """Return the number of arguments that must be given."""
         return sum(not argument.optional for argument in self.arguments)
 
     @cached_property
     def operand_shapes(self) -> frozenset[Shape]:
-        """The shapes of its operands."""
+        """Return the shapes of its operands."""
         return frozenset(one.shape for one in (*self.arguments, self.value) if one is not None)
 
     @cached_property
@@ -269,38 +271,38 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def before_comma(self) -> int:
-        """How many arguments stand before that sign."""
+        """Return the number of arguments before the sign that stands for the first comma."""
         return next((place for place, argument in enumerate(self.arguments) if argument.lead in COMMAS), 0)
 
     @cached_property
     def comma(self) -> str:
-        """BY or = where that stands for the first comma, or nothing."""
+        """Return BY or = if that stands for the first comma, otherwise ""."""
         return next((argument.lead for argument in self.arguments if argument.lead in COMMAS), "")
 
     @property
     def raw(self) -> bool:
-        """Whether its first argument is read as it stands."""
+        """Return whether the first argument is read as typed."""
         return bool(self.arguments) and self.arguments[0].shape in RAW_SHAPES
 
     @cached_property
     def plain(self) -> int | None:
-        """How many arguments stand between commas; None where the last is repeated."""
+        """Return the number of arguments between commas; None if the last one repeats."""
         between = (one for one in self.arguments if one.lead in {"", *COMMAS})
         return None if self.repeats else sum(one.shape not in {*GROUPED, Shape.TASK} for one in between)
 
     @cached_property
     def group_size(self) -> int:
-        """How many of its arguments stand in parentheses before the others."""
+        """Return the number of arguments in parentheses before the others."""
         return sum(argument.shape in GROUPED for argument in self.arguments)
 
     @cached_property
     def takes_task(self) -> bool:
-        """Whether the number of a task may stand before its arguments; among them it is the last."""
+        """Return whether the number of a task may stand before the arguments. It is then the last argument."""
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
 
 
 class Control(Word, frozen=True, eq=False, dict=True):
-    """A word of blocks and jumps: the grammar has the words and values behind its first operands."""
+    """A word of blocks and jumps. The grammar has the words and values after its first operands."""
 
     @cached_property
     def _read(self) -> PrintedForm:
@@ -308,7 +310,7 @@ class Control(Word, frozen=True, eq=False, dict=True):
 
     @property
     def links(self) -> tuple[str, ...]:
-        """The words behind its operands: THEN and GOTO of IF."""
+        """Return the words after its operands: THEN and GOTO of IF."""
         return tuple(re.findall(r"[A-Z]+", self.form[len(self.name) :]))
 
 
@@ -316,12 +318,12 @@ AnyRow = TypeVar("AnyRow", bound=WordRow)
 
 
 def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
-    """A table of rows, each under its name."""
+    """Return a table of rows by their names."""
     return {word.name: word for word in words}
 
 
 def usable_names(*tables: Mapping[str, WordRow]) -> Iterable[str]:
-    """The names of the rows that are carried out: what a hint may propose."""
+    """Return the names of the rows that are carried out, which a hint may propose."""
     return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
@@ -331,11 +333,11 @@ MIN_LETTERS, MIN_LETTERS_IF_DRASTIC = 2, 3
 
 
 def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
-    """What a word as typed can mean: the one row it names, or is cut short from; several if it is ambiguous.
+    """Return the rows that a word as typed can mean: one, or several if it is ambiguous.
 
-    Earlier tables come first, a full name before any abbreviation. Words of VAL and VAL-II may be cut to whatever
-    is unambiguous among themselves; the others only to what leaves them alone. A word that is not available is meant
-    where no other can be.
+    Earlier tables come first, and a whole name before abbreviations. Words of VAL and VAL-II may be abbreviated as long
+    as no other of their words begins so; other words only as long as no word at all does. A word that is not available
+    is meant only if no other can be.
     """
     name = typed.upper()
     for table in tables:
@@ -353,8 +355,8 @@ def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
 
 
 def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
-    """The words that begin so. One with which all others begin is meant alone (MOV: MOVE, not MOVES), unless it is
-    drastic.
+    """Return the words that begin with `name`. If one of them begins all others, it alone is meant (MOV: MOVE, not
+    MOVES), unless it is drastic.
     """
     found = tuple(word for word in words if word.name.startswith(name))
     old = tuple(word for word in found if "1" in word.where or "2" in word.where)
@@ -367,7 +369,7 @@ def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
 
 
 def argument_at(row: WordRow, place: int) -> Argument | None:
-    """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
+    """Return the argument at a place; places beyond the last belong to a repeated argument or value."""
     if place < len(row.arguments):
         return row.arguments[place]
     if row.repeats:
