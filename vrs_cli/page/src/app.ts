@@ -6,9 +6,9 @@ import type { Source } from "./core/source";
 import type { Timeline } from "./core/timeline";
 import { Transform, multiply } from "./core/transform";
 
-/** One moment: what every part of the page draws itself by. Metres, radians, seconds. */
+/** The state that every part of the page draws, at one time. Metres, radians, seconds. */
 export interface Shown {
-  /** The time that is shown. */
+  /** The displayed time. */
   t: number;
   /** The robot's clock. */
   now: number;
@@ -20,22 +20,22 @@ export interface Shown {
   tool: Transform;
   timeline: Timeline;
   source: Source;
-  /** The measured arm at t; the newest one, with its own time, where the robot is followed; null where it is unknown. */
+  /** The measured arm at t, or the newest report while the page follows the robot; null if it is unknown. */
   measured: Report | null;
-  /** What the robot says of its places, programs, signals and branches; null where nobody can be asked. */
+  /** The robot's places, programs, signals and branches; null without a connection. */
   surveyed: Message | null;
 }
 
-/** A part of the page that depends on the moment. It remembers what it drew, and does nothing where that is still so. */
+/** A part of the page that depends on the displayed time. It redraws only after a change. */
 export interface Part {
   show(shown: Shown): void;
 }
 
-/** Something that can be shown or not. */
+/** Something that the user can show or hide. */
 export interface Switch {
   readonly name: string;
   readonly label: string;
-  /** One sentence that says what it is. */
+  /** A sentence that describes it. */
   readonly hint: string;
   on: boolean;
   set(on: boolean): void;
@@ -45,14 +45,14 @@ export interface Switch {
 export class App {
   readonly parts: Part[] = [];
   readonly playback: Playback;
-  /** What is polled from the robot; see Shown. */
+  /** Data polled from the robot; see Shown. */
   surveyed: Message | null = null;
   private asked = false;
 
   constructor(readonly source: Source, readonly connection: Connection | null) {
     this.playback = new Playback(source, () => this.wake(), () => performance.now() / 1000);
     source.onChange(() => this.wake());
-    setInterval(() => this.asked || document.hidden || this.frame(), 1000); // clocks go on; a frame of the display costs more where nothing else changes
+    setInterval(() => this.asked || document.hidden || this.frame(), 1000); // clocks advance even if nothing asks for a frame of the display
   }
 
   add(...parts: (Part | void)[]): void {
@@ -60,7 +60,7 @@ export class App {
     this.wake();
   }
 
-  /** Has the moment shown at the next frame of the display. */
+  /** Draws the page at the next frame of the display. */
   wake(): void {
     if (this.asked) return;
     this.asked = true;

@@ -29,9 +29,9 @@ const WORDS = [
   ["All lessons", "LESSONS", "All lessons, and where you are. LESSON and a number goes to one"],
   ["Next lesson", "LESSON", "Go on with the next lesson"],
 ] as const;
-const SECONDS_SHOWN = 20; // of a notice that nobody has to answer
+const SECONDS_SHOWN = 20; // duration of a notice without an answer
 
-/** Returns why a request was refused, null where it was done. */
+/** Returns why a request was refused; null if it was done. */
 export function wrong(answer: Message): string | null {
   const { refusal } = answer;
   return refusal ? [refusal.detail || refusal.message, refusal.hint].filter(Boolean).join(": ") : null;
@@ -49,7 +49,7 @@ export function handedInAt(file: string): Date | null {
   return found && new Date(Date.UTC(+found[1], +found[2] - 1, +found[3], +found[4], +found[5], +found[6]));
 }
 
-/** Makes what a student of a class has beside the robot: help, hand-in, what the teacher says. Elsewhere nothing is shown. */
+/** Makes a student's controls in a class: help, hand-in, and messages of the teacher. Outside of a class nothing is shown. */
 export function makeClass(connection: Connection, slot: (name: Slot) => HTMLElement): void {
   const frozen = h("p", { class: "note warn class-note", role: "status", hidden: true, text: "Your teacher has stopped the class. What you typed is kept; nothing is done until it goes on." });
   const notices = h("div", { class: "stack class-notices", "aria-live": "assertive" });
@@ -103,7 +103,7 @@ export function makeClass(connection: Connection, slot: (name: Slot) => HTMLElem
   connection.on("announced", ({ by, text }) => notice(`${by}: ${text}`, "warn", true));
 }
 
-/** Makes the panel of a lesson above what was said, at a robot that has one. */
+/** Makes the panel of a lesson above the transcript, if the robot has a lesson. */
 export function makeLesson(connection: Connection, slot: (name: Slot) => HTMLElement): void {
   const title = h("h2", { class: "heading" });
   const text = h("div", { class: "lesson-text", tabindex: "0", role: "log", "aria-label": "The lesson", "aria-live": "polite" });
@@ -127,7 +127,7 @@ export function makeLesson(connection: Connection, slot: (name: Slot) => HTMLEle
   });
 }
 
-/** Makes elements of a text in the Markdown of lessons: headings, paragraphs, lists, code, **bold**. It goes in as text alone. */
+/** Makes elements of a text in the Markdown of lessons: headings, paragraphs, lists, code, **bold**. It is inserted as text only. */
 export function markdown(text: string): HTMLElement[] {
   const found: HTMLElement[] = [];
   for (const block of text.replace(/^```.*\n([\s\S]*?)^```$/gm, (_, code: string) => code.replace(/^/gm, "    ")).split(/\n\s*\n/)) {

@@ -4,12 +4,12 @@ import { remember, remembered } from "./core/storage";
 import "./style/layout.css";
 
 const TABS = ["Programs", "Move", "Drag", "Signals"] as const;
-/** The places of the page in which panels are made. */
+/** The places of the page for panels. */
 export type Slot =
   | "stop" | "drives" | "prompt" | "output" | "questions" | "hint" | `tab:${(typeof TABS)[number]}` | "head"
   | "show" | "pose" | "curves" | "bar" | "strip" | "delays" | "notice" | "canvas" | "camera";
 
-/** A page on which a finger points, or that is small: its panels are a sheet with tabs. */
+/** A small page, or one used by touch: its panels are a sheet with tabs. */
 export const PHONE = matchMedia("(max-width: 699px), (max-height: 499px)");
 
 /** Lays out the page and returns its places. Header, picture, column of commands, live pose and curves, time. */
@@ -57,7 +57,7 @@ function panel(name: string, slot?: HTMLElement): HTMLElement {
   return element;
 }
 
-/** Makes the tabs of panels. A panel that is empty has none. Returns their list, and what looks again which are. */
+/** Makes the tabs of panels; an empty panel has none. Returns their list, and a function that updates it. */
 function makeTabs(panels: HTMLElement[]): [HTMLElement, () => void] {
   const name = (of: HTMLElement): string => of.id.slice(4);
   const filled = (of: HTMLElement): boolean => !!of.querySelector("[data-slot]:not(:empty)");
@@ -99,7 +99,7 @@ function makeTabs(panels: HTMLElement[]): [HTMLElement, () => void] {
   return [list, refresh];
 }
 
-/** Makes a bar that is dragged, or moved by arrows, to change a size of the layout [px]; it is remembered. */
+/** Makes a bar to change a size of the layout [px], by dragging or arrow keys; the size is stored. */
 function makeSplitter(name: string, property: string, label: string, sign: 1 | -1): HTMLElement {
   const upright = property === "--side";
   const element = h("div", {

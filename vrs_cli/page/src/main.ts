@@ -28,7 +28,7 @@ const slot = makeLayout();
 if (location.search === "?recording") void openRecording();
 else openRobot();
 
-/** Shows a robot that is served. */
+/** Shows a served robot. */
 function openRobot(): void {
   const connection = new Connection(addressOf(name), token, "browser", { columns: () => columnsOf(slot("output")) });
   new ResizeObserver(() => connection.resized()).observe(slot("output"));
@@ -36,7 +36,7 @@ function openRobot(): void {
   connection.on("welcome", (welcome) => {
     void exchangeToken(name, token);
     const told = JSON.stringify(welcome.model);
-    if (model && model !== told) location.reload(); // another robot is there now
+    if (model && model !== told) location.reload(); // another robot has replaced it
     model = told;
   });
   makeClass(connection, slot);
@@ -61,7 +61,7 @@ function openRobot(): void {
   ];
 }
 
-/** Makes all panels that command the robot; those that the role of this user forbids are not there. */
+/** Makes all panels that command the robot, except those that the user's role forbids. */
 function makeDriving(app: App, scene: Scene): Commands {
   const connection = app.connection!;
   const survey = new Survey(connection, (found) => {
@@ -74,7 +74,7 @@ function makeDriving(app: App, scene: Scene): Commands {
   commands.refused = async (text) => {
     if (text.includes("\n")) return;
     const end = await connection.ask("at", { act: { kind: "WhyRefused", text } });
-    if (end.found) scene.explain(end.found); // why a motion that was typed is refused
+    if (end.found) scene.explain(end.found); // why a typed motion was refused
   };
   makeStop(commands, slot("stop"));
   makeDrives(commands, slot("drives"));

@@ -16,9 +16,9 @@ import { makeStrip } from "./panels/strip";
 import { makeScene, type Scene } from "./scene/scene";
 import "./style/time.css";
 
-const LONG = 300; // [s]: of a robot that has been served for longer, a minute is shown at first
+const LONG = 300; // [s] of a longer timeline only a minute is shown at first
 
-/** A trajectory without a robot: what `recorded_page` in vrs_cli/net/page_data.py writes. */
+/** A saved trajectory, as `recorded_page` in vrs_cli/net/page_data.py writes it. */
 export interface Recording {
   title: string;
   rate: number;
@@ -28,9 +28,9 @@ export interface Recording {
   world: { rows: CourseRows; touches: ContactSpan[] | null; until: number | null } | null;
   /** The locations that its motions name, with T_world_tool. */
   places: Message[];
-  /** The times that are played [s]; null: all. */
+  /** The span to play [s]; null: all. */
   between: [number, number] | null;
-  /** The quality of photographs, 1 the finest: only the picture is shown. 0: all of the page. */
+  /** The quality of photographs, 1 the finest, which show only the picture. 0: the whole page. */
   picture: number;
 }
 
@@ -48,7 +48,7 @@ function appOf(data: Recording): App {
   return app;
 }
 
-/** Shows a recording in a layout, and plays it from its begin. */
+/** Shows a recording in a layout, and plays it from the start. */
 export function showRecording(data: Recording, slot: (name: Slot) => HTMLElement): void {
   const app = appOf(data);
   const scene = makeScene(app, slot("canvas"));
@@ -57,7 +57,7 @@ export function showRecording(data: Recording, slot: (name: Slot) => HTMLElement
   Object.assign(window, { app, scene }); // for tests and the curious
 }
 
-/** Makes all panels that show the robot and its time: for a robot that is served, and for a recording. */
+/** Makes all panels that show the robot and its time, for served robots and recordings. */
 export function makeViewing(app: App, slot: (name: Slot) => HTMLElement, scene: Scene): void {
   const { playback } = app;
   const zoom = { seconds: app.connection && playback.end - playback.begin > LONG ? 60 : Infinity };
@@ -71,7 +71,7 @@ export function makeViewing(app: App, slot: (name: Slot) => HTMLElement, scene: 
   makeKeys([...bar, ...cameras, ...show], slot("show"));
 }
 
-/** Shows the picture of a recording alone: `ready` when all is there, then `take` shows a moment with a caption. */
+/** Shows only the picture of a recording: `ready` resolves when it is complete, then `take` shows a time with a caption. */
 export function photograph(data: Recording): void {
   const app = appOf(data);
   const caption = h("p", { class: "caption" });

@@ -17,9 +17,9 @@ import { isDark, onTheme } from "./style/theme";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 
-const HZ = 2; // pictures of each robot in a second
+const HZ = 2; // pictures of each robot per second
 
-/** One robot of the wall: its picture and what is to be said of it. */
+/** One robot of the wall: its picture and its texts. */
 class Tile {
   connection: Connection | null = null;
   measured: Measured | null = null;
@@ -43,7 +43,7 @@ class Tile {
     this.show();
   }
 
-  /** Follows a robot: the one at which the student is, or was last. */
+  /** Follows a robot: the student's current or last one. */
   follow(robot: string): void {
     if (this.robot === robot) return;
     this.robot = robot;
@@ -79,16 +79,16 @@ class Tile {
   }
 }
 
-/** Figures that all robots of one kind share, of the arm and of a measured one, and where the camera stands for them. */
+/** Figures that all robots of one kind share, for the arm and for a measured one, and the place of their camera. */
 interface Kind {
   figure: Figure;
   measured: Figure;
   ball: THREE.Sphere;
 }
 
-/** Small pictures of many robots, drawn by one renderer and copied to a canvas for each. What stands still is not drawn again. */
+/** Small pictures of many robots, drawn by one renderer and copied to a canvas each. Resting robots are not redrawn. */
 class Tiles {
-  /** Pictures drawn so far: for tests. */
+  /** Number of drawn pictures, for tests. */
   drawn = 0;
   private readonly drawing = new OffscreenCanvas(1, 1);
   private readonly renderer = new THREE.WebGLRenderer({ canvas: this.drawing, antialias: false, powerPreference: "low-power" });
@@ -101,7 +101,7 @@ class Tiles {
   private readonly places = new Map<HTMLCanvasElement, { robot: () => Connection | null; measured: () => number[] | null; seen: string }>();
   private readonly clear = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.5, depthWrite: false });
 
-  /** `hz`: how often the robots are looked at. */
+  /** `hz`: pictures of each robot per second. */
   constructor(hz: number) {
     this.lamp.position.set(1.5, -1, 3);
     this.scene.add(this.sky, this.lamp);
@@ -110,7 +110,7 @@ class Tiles {
     setInterval(() => document.hidden || this.places.forEach((_, canvas) => this.draw(canvas)), 1000 / hz);
   }
 
-  /** Draws a robot on a canvas from now on, and seen through where it was measured last, if that is elsewhere. */
+  /** Adds a canvas for a robot, with a translucent arm at the last measured position if it differs. */
   add(canvas: HTMLCanvasElement, robot: () => Connection | null, measured: () => number[] | null): void {
     this.places.set(canvas, { robot, measured, seen: "" });
   }
@@ -150,7 +150,7 @@ class Tiles {
     return kind;
   }
 
-  /** Draws a robot that is in the window, if it has moved. */
+  /** Draws a visible robot if it has moved. */
   private draw(canvas: HTMLCanvasElement): void {
     const { top, bottom, width, height } = canvas.getBoundingClientRect();
     const place = this.places.get(canvas)!;
@@ -209,10 +209,10 @@ class Wall {
     document.body.append(h("main", { class: "wall" },
       h("header", { class: "wall-head" }, h("h1", { text: "All robots" }), this.count, this.teaching), this.note,
       h("div", { class: "wall-scroll" }, this.grid)));
-    setInterval(() => this.tiles.forEach((tile) => tile.show()), 20_000); // how long ago
+    setInterval(() => this.tiles.forEach((tile) => tile.show()), 20_000); // to update the ages
   }
 
-  /** Shows the robots that the token allows; of a teacher's class the students. */
+  /** Shows the robots that the token allows, or the students of a teacher's class. */
   async open(): Promise<void> {
     const answer = await fetch("/robots", { headers: bearer(this.token), cache: "no-store" }).catch(() => null);
     if (!answer?.ok) return this.tell(answer ? (await answer.text()).trim() : "The server does not answer. Load this page again.");
@@ -238,7 +238,7 @@ class Wall {
     return tile;
   }
 
-  /** Shows the state of a class: who waits longest for help comes first, then all by name. */
+  /** Shows the state of a class: students who wait for help first, the longest waiting at the top, then all by name. */
   private state({ frozen, students = [] }: ClassState): void {
     this.teaching.hidden = false;
     this.freeze.ariaPressed = String(!!frozen);

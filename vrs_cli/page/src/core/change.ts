@@ -1,13 +1,13 @@
-/** Tells whether what is drawn is out of date: its key is another one than the last that was drawn. */
+/** Tells whether a drawing is out of date, because its key has changed. */
 export class Change {
   private drawn: string | null = null;
   private due = -Infinity;
   private timer: ReturnType<typeof setTimeout> | undefined;
 
-  /** `period`: between two drawings at least [ms]; `wake` is called when that is over, where one had to wait for it. */
+  /** `period`: minimum time between two drawings [ms]. `wake` is called at the end of a postponed period. */
   constructor(private readonly period = 0, private readonly wake: () => void = () => {}) {}
 
-  /** Returns whether to draw now by this key, and takes it as drawn. */
+  /** Returns whether to draw this key now, and remembers it as drawn. */
   to(key: unknown): boolean {
     const text = typeof key === "string" ? key : JSON.stringify(key);
     if (text === this.drawn) return false;
@@ -20,7 +20,7 @@ export class Change {
     return true;
   }
 
-  /** Has all drawn anew, by any key. */
+  /** Forces the next drawing, whatever its key. */
   forget(): void {
     this.drawn = null;
   }

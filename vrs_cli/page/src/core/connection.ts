@@ -18,13 +18,13 @@ export type ConnectionState = "opening" | "open" | "cut" | "refused";
 /** What a connection needs of a WebSocket. */
 export type Socket = Pick<WebSocket, "readyState" | "send" | "close" | "onopen" | "onmessage" | "onclose">;
 
-/** How a connection differs from the usual one, for tests and for pages that follow many robots. */
+/** Options of a connection, for tests and for pages that follow many robots. */
 export interface Options {
   /** Fields of `hello` in place of the usual ones. */
   hello?: Message;
-  /** How many columns replies are drawn for, each time that the page connects. */
+  /** Returns the number of columns for replies, at each connection. */
   columns?: () => number;
-  /** What is subscribed to at once; null for nothing. */
+  /** The first subscription; null: none. */
   follow?: Message | null;
   connect?: (url: string) => Socket;
   /** The time of this machine [s]. */
@@ -34,15 +34,15 @@ export interface Options {
 const COMMANDS = new Set(["abort", "at", "drive", "line", "put", "askhelp", "handin", "watchclass", "announce", "freeze"]);
 const NUMBERED = new Set(["alarm", "asked", "done", "refused", "told", "typed", "withdrawn", "lease", "announced", "lessontext"]);
 const OPEN = 1; // WebSocket.OPEN
-const FOLLOWED = { deltas: true, world: true, measured: true, window: 600 }; // subscribed to at first: `window` is so much of the past [s]
+const FOLLOWED = { deltas: true, world: true, measured: true, window: 600 }; // the first subscription; `window`: seconds of the past
 const PING = 2; // [s] between two pings
-const FIRST_PINGS = [0, 0.1, 0.1, 0.2, 0.4]; // [s] between the first: the clock is to be right soon after the welcome
-const SILENT = 10; // [s] without any message, though pings are sent: the connection is dead
-const HELD_UP = 3; // [s] and a trip that a command may be on its way: a user who waits longer thinks of it no more
-const SOONEST = 0.3; // [s] until the first attempt to connect again; each later one waits up to twice as long
+const FIRST_PINGS = [0, 0.1, 0.1, 0.2, 0.4]; // [s] before each of the first pings, so that the clock is soon right
+const SILENT = 10; // [s] without any message after which the connection is dead
+const HELD_UP = 3; // [s] maximum age of a command on arrival, beside the usual trip
+const SOONEST = 0.3; // [s] before the first attempt to reconnect; each later wait is up to twice as long
 const LATEST = 10; // [s]
 const MAX_WAITING = 1000; // requests without an answer
-const MAX_CHARS = 2_000_000; // of a message to the server
+const MAX_CHARS = 2_000_000; // maximum size of a message to the server
 
 const OFFLINE = refusal("there is no connection: this was not sent", "give it again when the connection is back");
 const UNSEEN = refusal("the connection was cut before it came to the robot: it was not done", "give it again");
@@ -50,9 +50,8 @@ const UNKNOWN = refusal("nobody knows whether it was done", "look before you giv
 const TOO_LONG = refusal(`it is longer than ${MAX_CHARS} characters`, "give it in parts");
 const TOO_MANY = refusal(`${MAX_WAITING} requests wait already`, "wait for some answers first");
 
-/** A client of one robot, by docs/protocol.md: it holds the timeline and the clock, over all sockets that it has one
- * after the other. After a cut nothing is commanded again: a command that never came to the robot ends with a refusal.
- */
+/** A client of one robot, by docs/protocol.md: it keeps the timeline and the clock over all its sockets, one after the
+ * other. After a lost connection it repeats no command: a command that never reached the robot ends with a refusal. */
 export class Connection {
   readonly timeline = new Timeline();
   /** The questions that wait for an answer, by number. */
@@ -70,12 +69,12 @@ export class Connection {
   private change: number | null = null;
   private ids = 0;
   private seq = 0;
-  private attempts = 0; // to connect, since the last welcome
-  private welcomed = false; // on this socket
+  private attempts = 0; // attempts to connect since the last welcome
+  private welcomed = false; // whether this socket has had its welcome
   private left = false;
   private heardAt: number;
-  private timer = 0; // until the next ping, or the next attempt to connect
-  private columns = 0; // for which replies are drawn
+  private timer = 0; // timer of the next ping or attempt to connect
+  private columns = 0; // number of columns for replies
   private socket!: Socket;
   private readonly wall: () => number;
 
@@ -88,17 +87,17 @@ export class Connection {
   }
 
   /** Calls `heard` with each message of some topics: types of messages, "state" of the connection, "change" of the
-   * timeline. Returns what ends that. */
+   * timeline. Returns a function that ends it. */
   on(topics: string | string[], heard: (message: Message) => void): () => void {
     const sets = [topics].flat().map((topic) => this.listeners.get(topic) ?? this.listeners.set(topic, new Set()).get(topic)!);
     for (const set of sets) set.add(heard);
     return () => sets.forEach((set) => set.delete(heard));
   }
 
-  /** Sends a message that nothing answers; false where there is no connection: then it is not sent later either. */
+  /** Sends a message that needs no answer; returns false, and never sends it, without a connection. */
   send(message: Message): boolean {
     if (this.state !== "open" || this.socket.readyState !== OPEN) return false;
-    if (message.type === "answer") this.questions.delete(message.question); // where it is lost, it is asked again
+    if (message.type === "answer") this.questions.delete(message.question); // a lost answer is asked for again
     const hurries = message.type === "answer" || (COMMANDS.has(message.type) && message.type !== "abort");
     const { trip } = this.serverClock;
     const until = hurries && trip < Infinity ? { until: this.serverNow + trip + HELD_UP } : {};
@@ -118,7 +117,7 @@ export class Connection {
     return new Promise((done) => this.waiting.set(id, { request, done }));
   }
 
-  /** Chooses what is heard from then on, in place of what was subscribed to before. It holds over cuts. */
+  /** Replaces the subscription; it stays valid after a reconnection. */
   follow(fields: Message): Promise<Message> {
     this.change = fields.after ?? null;
     const answer = this.ask("subscribe", fields);
@@ -126,7 +125,7 @@ export class Connection {
     return answer;
   }
 
-  /** Asks for the timeline from `begin` [s] on, where it is not known. Returns whether there is more of it now. */
+  /** Asks for the unknown part of the timeline from `begin` [s] on. Returns whether more of it is known now. */
   async recall(begin: number): Promise<boolean> {
     for (let attempt = 0; attempt < 3; attempt++) {
       const { timeline } = this;
@@ -138,7 +137,7 @@ export class Connection {
         return true;
       }
     }
-    return false; // others change it faster than it comes
+    return false; // others change the timeline faster than parts arrive
   }
 
   /** The robot's clock, now [s]. */
@@ -149,7 +148,7 @@ export class Connection {
   robotAt(wall: number): number {
     return robotClock(this.clock, wall);
   }
-  /** Whether the robot's clock goes on by itself. */
+  /** Whether the robot's clock runs by itself. */
   get passes(): boolean {
     return !!this.clock.realtime && !this.clock.paused;
   }
@@ -162,7 +161,7 @@ export class Connection {
     return this.serverClock.there(this.wall());
   }
 
-  /** Leaves for good: the server forgets this client at once. */
+  /** Leaves for good, so that the server forgets this client at once. */
   leave(): void {
     this.left = true;
     this.send({ type: "bye" });
@@ -209,7 +208,7 @@ export class Connection {
     this.later(wait, () => this.open());
   }
 
-  /** Has replies drawn for as many columns as there are now. */
+  /** Tells the server the current number of columns for replies. */
   resized(): void {
     const columns = this.options.columns?.() ?? this.columns;
     if (columns !== this.columns && this.send({ type: "screen", columns })) this.columns = columns;
@@ -224,7 +223,7 @@ export class Connection {
     this.open();
   }
 
-  /** A page that sleeps hears nothing: when it wakes, it looks whether the connection still lives. */
+  /** Checks the connection when a sleeping page wakes up. */
   private watchPage(): void {
     const wake = (): void => {
       if (this.left || this.state === "refused" || document.hidden) return;
@@ -251,7 +250,7 @@ export class Connection {
     this.send({ type: "ping", sent: this.wall() });
   }
 
-  /** Pings after some waits [s], and from then on; connects again where nothing comes back. */
+  /** Sends pings after some waits [s], and then regularly; reconnects if nothing comes back. */
   private pulse(wait = PING, ...waits: number[]): void {
     this.later(wait, () => {
       if (this.wall() - this.heardAt > SILENT && !document.hidden) return this.reopen();
@@ -275,13 +274,13 @@ export class Connection {
     if (message.type === "closing") {
       this.why = message.refusal?.message ?? message.why ?? "";
       this.tell("closing", message);
-      if (!this.welcomed && message.refusal) this.become("refused"); // it would be refused again
+      if (!this.welcomed && message.refusal) this.become("refused"); // another attempt would be refused too
       return;
     }
     if (!this.welcomed) return message.type === "welcome" ? this.begin(message as Welcome) : undefined;
     if (typeof message.seq === "number" && (NUMBERED.has(message.type) || message.seq > 0)) {
       if (message.seq <= this.seq) return;
-      if (message.seq !== this.seq + 1) return this.reopen(); // resume brings what is missing
+      if (message.seq !== this.seq + 1) return this.reopen(); // a resumed connection brings the missing messages
       this.seq = message.seq;
     }
     switch (message.type) {
@@ -290,7 +289,7 @@ export class Connection {
       case "steered":
         return this.takeChange(message);
       case "clock":
-        if ((message.wall ?? 0) < (this.clock.wall ?? 0)) return; // what is told to all may be older
+        if ((message.wall ?? 0) < (this.clock.wall ?? 0)) return; // a message to all clients may be older
         this.clock = message;
         return this.tell("clock", message);
       case "pong":
@@ -365,14 +364,14 @@ export class Connection {
     this.send({ type: "resync", full: true });
   }
 
-  /** Sets the clock in virtual time, where only commands move it. */
+  /** Sets a clock in virtual time, which only commands move. */
   private moveTo(now: number | undefined): void {
     if (this.clock.realtime || now === undefined) return;
     this.clock = { ...this.clock, now };
     this.tell("clock", this.clock);
   }
 
-  /** Joins the parts of a long reply: each list of the next one goes to the list of the same name. */
+  /** Joins the parts of a long reply: appends each list to the list of the same name. */
   private takeTold(message: Message): void {
     this.parts.push(message);
     if (message.goes_on) return;
@@ -401,9 +400,9 @@ function refusal(detail: string, hint: string): Message {
 
 // --- clocks -----------------------------------------------------------------------------------------------------------
 
-const WINDOW = 60; // [s] that exchanges count for: in it sound clocks drift apart by a few ms at most
-const MAX_DRIFT = 500e-6; // of a sound clock
-const FINEST = 1e-4; // [s]: browsers tell no smaller differences
+const WINDOW = 60; // [s] for which exchanges count: good clocks drift apart by a few ms in this time
+const MAX_DRIFT = 500e-6; // maximum drift of a good clock
+const FINEST = 1e-4; // [s] resolution of the clocks of browsers
 
 /** A ping and its answer: in the middle, `at` by the clock here, the clock there was `offset` ahead, if both ways took
  * as long. `trip`: how long both took; `forward`: the clock there on arrival minus the one here on departure. [s] */
@@ -420,12 +419,12 @@ export class ServerClock {
   private exchanges: Exchange[] = [];
   private best: Exchange = { at: 0, forward: 0, offset: 0, trip: Infinity };
 
-  /** Takes a first guess: `there` showed this when a message that came `here` was made. */
+  /** Makes a first guess: the server's clock showed `there` when it made a message that arrived at `here`. */
   guess(here: number, there: number): void {
     if (!this.exchanges.length) this.best = { at: here, forward: there - here, offset: there - here, trip: Infinity };
   }
 
-  /** Takes an exchange: sent at t0, there from t1 to t2, back at t3. */
+  /** Adds an exchange: sent at t0, at the server from t1 to t2, back at t3. */
   heard(t0: number, t1: number, t2: number, t3: number): void {
     const now = { at: (t0 + t3) / 2, forward: t1 - t0, offset: (t1 - t0 + (t2 - t3)) / 2, trip: t3 - t0 - (t2 - t1) };
     const mayBe = (this.best.trip + now.trip) / 2 + MAX_DRIFT * Math.abs(now.at - this.best.at) + FINEST;
@@ -434,7 +433,7 @@ export class ServerClock {
     this.best = this.exchanges.reduce((best, one) => (best.trip <= one.trip ? best : one));
   }
 
-  /** The shortest trip there and back that was seen lately [s]; infinite before the first. */
+  /** The shortest recent round trip [s]; infinite before the first. */
   get trip(): number {
     return this.best.trip;
   }
@@ -445,7 +444,7 @@ export class ServerClock {
     return Math.max(...this.exchanges.map(({ forward }) => forward), this.best.forward) - this.best.offset;
   }
 
-  /** Returns what the clock of the server shows when the one here shows this. */
+  /** Returns the time of the server's clock at a time of the clock here. */
   there(here: number): number {
     return here + this.best.offset;
   }

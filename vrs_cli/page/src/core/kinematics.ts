@@ -13,14 +13,14 @@ export interface Joint {
   velocity?: number;
   max_velocity?: number;
 }
-/** What `welcome` says of the robot: metres and radians. */
+/** The robot's model from `welcome`, in metres and radians. */
 export interface Model {
   name: string;
   title: string;
   joints: Joint[];
   base?: number[];
   flange?: number[];
-  /** Which part of a pose counts; all of it where it is absent. */
+  /** The part of a pose that counts; absent: all of it. */
   task?: string;
   shapes?: Shape[];
   poses: Record<string, number[]>;
@@ -80,7 +80,7 @@ export function g(model: Model, timeline: Timeline, t: number): number[] {
   return jointsOnLine(model, segment.line!, s, timeline.tool(t)).q;
 }
 
-/** How joints are shown: their names, units, and what a value of the wire is multiplied by. */
+/** Names and units of joints, and the factor from values of the wire to displayed ones. */
 export const jointUnits = ({ joints }: Model): { name: string; unit: string; scale: number; lower: number; upper: number; limit: number }[] =>
   joints.map((joint, i) => ({
     name: `JT${i + 1}`, unit: slides(joint) ? "mm" : "°", scale: slides(joint) ? 1000 : DEGREES,
@@ -91,10 +91,10 @@ export const DEGREES = 180 / Math.PI; // in a radian
 
 // --- joints on a line -------------------------------------------------------------------------------------------------
 
-const STEPS = 20; // of Newton's method: from a seed it takes 2 to 4
-const EXACT = 1e-14; // [m, rad] of what is missing, and of a step: there is no less
-const SINGULAR = 1e-9; // of the largest entry: a pivot that is none
-const DAMPING = 1e-14; // where the joints are singular
+const STEPS = 20; // maximum steps of Newton's method; from a seed it takes 2 to 4
+const EXACT = 1e-14; // [m, rad] error and step that count as zero
+const SINGULAR = 1e-9; // of the largest entry: a smaller pivot counts as zero
+const DAMPING = 1e-14; // damping at singular joints
 const LARGEST_STEP = 0.5; // [rad, m]
 
 /** Which of X, Y, Z of the robot's frame and of the turns about X, Y, Z of the flange count for a task; all where it is not
@@ -110,7 +110,7 @@ export function linePose(line: Line, s: number): Transform {
   return T;
 }
 
-/** The joints on a line at s [rad, m], the steps that it took, and what is missing [m, rad]. */
+/** The joints on a line at s [rad, m], the number of steps, and the remaining error [m, rad]. */
 export interface Found {
   q: number[];
   steps: number;
@@ -134,7 +134,7 @@ export function jointsOnLine(model: Model, line: Line, s: number, tool?: Transfo
   return { q, steps, missing };
 }
 
-/** Between the two seeds around s; where they are apart by more than a little, at the nearer one. */
+/** Interpolates the two seeds around s, or returns the nearer one if they differ much. */
 function startOn({ seeds, seed_interval }: Line, s: number): number[] {
   const last = seeds.length - 1;
   const x = last ? Math.min(Math.max(s / seed_interval, 0), last) : 0;
@@ -143,7 +143,7 @@ function startOn({ seeds, seed_interval }: Line, s: number): number[] {
   return a.map((from, i) => from + (x - Math.floor(x)) * (b[i] - from));
 }
 
-/** Adds a step to q, at most `LARGEST_STEP`; false where it is too small to change anything. */
+/** Adds a step of at most `LARGEST_STEP` to q; returns false if it is too small to change anything. */
 function goOn(q: number[], step: number[]): boolean {
   const most = largest(step);
   const scale = most > LARGEST_STEP ? LARGEST_STEP / most : 1;
@@ -151,7 +151,7 @@ function goOn(q: number[], step: number[]): boolean {
   return most > EXACT;
 }
 
-/** Returns the rows of the Jacobian that count for the flange, each with what is missing in it [m, rad]. */
+/** Returns the relevant rows of the Jacobian of the flange, each with its error [m, rad]. */
 function equations(model: Model, F: Transform[], want: Transform, counts: string): number[][] {
   const have = F[F.length - 1];
   const turn = counts === COUNTS.pointing ? turnBetween(column(have, 2), column(want, 2)) : rotationVector(have, want);
@@ -161,7 +161,7 @@ function equations(model: Model, F: Transform[], want: Transform, counts: string
   return [...places, ...turns].filter((_, k) => counts[k] === "1");
 }
 
-/** Returns what each joint does to a point [m] in the robot's frame: its velocity, and the angular velocity. */
+/** Returns the velocity and the angular velocity that each joint gives a point [m] in the robot's frame. */
 function jacobian(model: Model, F: Transform[], at: Vector): { moves: Vector; turns: Vector }[] {
   return model.joints.map((joint, j) => {
     const axis = column(F[j], 2);
@@ -215,7 +215,7 @@ function steadyJoints(model: Model, want: Transform, flange: Transform, reach: V
 
 const crossed = ([a, b, c]: Vector, [x, y, z]: Vector): Vector => [b * z - c * y, c * x - a * z, a * y - b * x];
 const largest = (v: number[]): number => Math.max(0, ...v.map(Math.abs));
-/** Returns the sum of a_i b_i, over as many as a has. */
+/** Returns the sum of a_i b_i over the length of a. */
 function dotted(a: ArrayLike<number>, b: ArrayLike<number>): number {
   let sum = 0;
   for (let i = 0; i < a.length; i++) sum += a[i] * b[i];
@@ -233,15 +233,15 @@ function rotationVector(have: Transform, want: Transform): Vector {
 /** Returns the shortest rotation vector that brings direction a to b [rad]. */
 const turnBetween = (a: Vector, b: Vector): Vector => asLongAsAngle(crossed(a, b), dotted(a, b));
 
-/** Makes a rotation vector that is as long as the sine of its angle as long as the angle. */
+/** Rescales a rotation vector from the sine of its angle to the angle. */
 function asLongAsAngle(v: Vector, cosine: number): Vector {
   const sine = Math.hypot(...v);
-  if (sine < 1e-12) return cosine > 0 ? v : [1e-3, 0, 0]; // half a turn: about any axis, the next step sees which
+  if (sine < 1e-12) return cosine > 0 ? v : [1e-3, 0, 0]; // half a turn about any axis; the next step finds the right one
   const factor = Math.atan2(sine, cosine) / sine;
   return [v[0] * factor, v[1] * factor, v[2] * factor];
 }
 
-/** Solves rows of n coefficients and a right side; where they are singular, or not n, by least squares. */
+/** Solves rows of n coefficients and a right side; by least squares if they are singular or not n. */
 function solve(rows: number[][]): number[] {
   const n = rows[0].length - 1;
   const scale = largest(rows.map((row) => largest(row.slice(0, n))));
@@ -256,7 +256,7 @@ function leastSquares(rows: number[][]): number[] {
   return eliminated(normal, 0) ?? new Array<number>(n).fill(0);
 }
 
-/** Solves n rows by elimination with pivots; null where no pivot is greater than `least`. */
+/** Solves n rows by elimination with pivots; null if a pivot is not greater than `least`. */
 function eliminated(rows: number[][], least: number): number[] | null {
   const M = rows.map((row) => row.slice());
   const n = M.length;

@@ -3,13 +3,13 @@ import { type Model, g, toolFrame } from "./kinematics";
 import { type Timeline, countUntil } from "./timeline";
 import { angleBetween, originOf } from "./transform";
 
-const GAP = 0.5; // [s] between two reports that are farther apart, the joints are unknown, as vrs itself has it
-const FINEST = 0.004; // [s]: of reports that follow each other faster, some are left out
-const STRETCH = 20; // [s] that are asked for at once
-const MAX_REPORTS = 80_000; // with more, all are dropped, and asked for again where they are shown
+const GAP = 0.5; // [s] between reports that are farther apart the joints are unknown, as in vrs itself
+const FINEST = 0.004; // [s] minimum distance of stored reports; others are dropped
+const STRETCH = 20; // [s] length of one requested stretch
+const MAX_REPORTS = 80_000; // maximum; with more, all are dropped and requested again when needed
 const MAX_ALARMS = 20;
 
-/** Joints that a body measured at t [rad, m], and their velocities where it told them [rad/s, m/s]. */
+/** Joints that a body measured at t [rad, m], and their velocities if it reported them [rad/s, m/s]. */
 export interface Report {
   t: number;
   q: number[];
@@ -23,18 +23,18 @@ export interface Residual {
   angle: number;
 }
 
-/** What the robot's body measures, as far as it is known here: reports as they come, and stretches of the past that are
- * asked for when they are shown. */
+/** The known reports of the robot's body: new ones as they arrive, and stretches of the past, which are requested when
+ * they are displayed. */
 export class Measured {
-  /** Who is the body, and what is known of it; null for none. */
+  /** The body and its state; null for none. */
   body: Message | null = null;
-  /** The time since which nothing was measured [s]; null while reports come. */
+  /** The time of the last report before a gap [s]; null while reports arrive. */
   unknown: number | null = null;
   /** The last alarms since RESYNC, the newest last. */
   alarms: Message[] = [];
   private reports: Report[] = []; // in order of time
   private asked = new Set<number>(); // stretches of the past, by number
-  private next: number | null = null; // the number of the report that comes next
+  private next: number | null = null; // number of the next report
   private life: string | undefined;
 
   constructor(private readonly connection: Connection) {
@@ -44,7 +44,7 @@ export class Measured {
     connection.on("alarm", ({ alarm }) => this.alarms.push(alarm) > MAX_ALARMS && this.alarms.shift());
     connection.on("told", ({ reply }) => reply?.kind === "Resynchronised" && (this.alarms = []));
     connection.on("measurements", (message) => {
-      if (this.next !== message.first) this.asked.clear(); // some are missing
+      if (this.next !== message.first) this.asked.clear(); // some reports are missing
       this.next = message.first + message.times.length;
       this.put(reportsOf(message));
     });
@@ -61,7 +61,7 @@ export class Measured {
     return this.reports[this.reports.length - 1];
   }
 
-  /** Returns the measured arm at t; null where it is unknown. Asks for what was measured around t if that is not known. */
+  /** Returns the measured arm at t; null if it is unknown. Then it requests the reports around t. */
   at(t: number): Report | null {
     this.recall(Math.floor(t / STRETCH));
     return between(this.reports, t);

@@ -2,7 +2,7 @@ import type { Source } from "./source";
 
 const LEAD = 1; // [s]
 
-/** The time that is shown: it follows the robot, or is played, or stands. */
+/** The displayed time: it follows the robot, is played, or stands. */
 export class Playback {
   rate = 1;
   loop = false;
@@ -11,9 +11,9 @@ export class Playback {
   private at = 0;
   private since = 0;
   private reached = true;
-  private atBegin = false; // which comes earlier when older parts come
+  private atBegin = false; // whether the start is displayed; older parts move the start
 
-  /** `wake` is called when the time that is shown has changed by a command. `wall`: the time of the day [s]. */
+  /** `wake` is called when a command has changed the displayed time. `wall`: returns the time of day [s]. */
   constructor(private readonly source: Source, private readonly wake: () => void, private readonly wall: () => number) {
     this.following = source.live;
     this.at = source.live ? source.now() : (source.span?.[0] ?? source.timeline.begin);
@@ -22,18 +22,18 @@ export class Playback {
     });
   }
 
-  /** The first time that is shown [s]: of a robot that has stood for hours before, a second before its first motion. */
+  /** The first displayed time [s]: a second before the first motion, if the robot stood before it. */
   get begin(): number {
     const { begin, segments } = this.source.timeline;
     if (this.source.span) return this.source.span[0];
     return this.source.passes && segments.length > 1 ? Math.max(begin, segments[1].start - LEAD) : begin;
   }
-  /** The last time that can be shown [s]. */
+  /** The last displayable time [s]. */
   get end(): number {
     return this.source.span?.[1] ?? Math.max(this.source.timeline.end, this.source.now());
   }
 
-  /** The time that is shown [s]. */
+  /** The displayed time [s]. */
   get time(): number {
     if (this.following) return this.source.passes ? this.source.now() : this.chase(this.source.now());
     if (!this.playing) return this.atBegin ? this.begin : this.at;
@@ -44,7 +44,7 @@ export class Playback {
     return (this.at = this.end);
   }
 
-  /** Goes after the clock of a robot in virtual time, which does a motion at once: the motion is played, and no further. */
+  /** Follows the clock of a robot in virtual time, which jumps over a motion: plays the motion up to the clock. */
   private chase(now: number): number {
     const t = this.at + this.rate * (this.wall() - this.since);
     this.reached = this.at >= now || t >= now;
@@ -53,7 +53,7 @@ export class Playback {
     return (this.at = now);
   }
 
-  /** Whether the time that is shown changes by itself. */
+  /** Whether the displayed time changes by itself. */
   get moves(): boolean {
     if (this.playing || !this.following) return this.playing;
     return this.source.passes ? this.source.now() <= this.source.timeline.end : this.time < this.source.now();
@@ -74,7 +74,7 @@ export class Playback {
     void this.recall();
     this.wake();
   }
-  /** Has older parts come, as long as the begin of what is known is shown: all, if nobody goes elsewhere. */
+  /** Requests older parts while the start of the known timeline is displayed. */
   private async recall(): Promise<void> {
     while (this.atBegin && !this.following && !this.playing && (await this.source.recall?.(this.source.timeline.begin)));
   }

@@ -2,10 +2,10 @@ import { type Model, g, toolFrame } from "./kinematics";
 import type { Timeline } from "./timeline";
 import { type Transform, originOf } from "./transform";
 
-const POLE = 1e-10; // [rad]: a tool axis this near to the vertical is vertical
-const STEP = 1e-4; // [s] to either side of a time, over which speeds are measured
+const POLE = 1e-10; // [rad] a tool axis this close to the vertical counts as vertical
+const STEP = 1e-4; // [s] distance of the samples on either side for speeds
 
-/** Returns x with so many digits, never as -0. */
+/** Returns x with `digits` decimals, never -0. */
 export function fixed(x: number, digits: number): string {
   const text = x.toFixed(digits);
   return Number(text) === 0 ? text.replace("-", "") : text;

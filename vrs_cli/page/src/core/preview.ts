@@ -1,10 +1,10 @@
 import type { Connection, Message } from "./connection";
 import type { DeltaRecord, Timeline } from "./timeline";
 
-/** How far ahead of what is heard the robot is shown: at its present, where a command of now finds it, or so much [s]. */
+/** How far ahead of the received state the robot is shown: at its present, at the arrival of a command, or by a time [s]. */
 export type Ahead = "present" | "auto" | number;
 
-/** A command on its way, and what it will do; the field names of the wire. Without `begin` it changes nothing. */
+/** A command under way and its effect, with the field names of the wire. Without `begin` it changes nothing. */
 export interface Expected {
   id: number;
   text: string;
@@ -17,9 +17,9 @@ export interface Expected {
 /** A span of time [s]. */
 export type Span = [begin: number, end: number];
 
-/** [s] for which a note about a span stays after its end. */
+/** [s] that a note about a span stays after its end. */
 const FRESH = 3;
-const MAX_LATE = 20; // commands that are remembered
+const MAX_LATE = 20; // maximum number of remembered commands
 
 /**
  * What is expected of a robot that is served. Of one behind a line with delays `vrs view` computes it, and tells it by
@@ -29,12 +29,12 @@ const MAX_LATE = 20; // commands that are remembered
 export class Preview {
   expected: Expected[] = [];
   flagged: Span[] = [];
-  /** Commands that the robot will not do, or has not done: the last ones. */
+  /** The last commands that the robot refused or missed. */
   readonly late: Expected[] = [];
   /** D_f + D_b, in seconds of the robot. */
   roundTrip = 0;
   ahead: Ahead = "present";
-  /** Whether the delays are too short to matter; so it is where nobody tells of them. */
+  /** Whether the delays are too short to matter, or unknown. */
   near = true;
   private own: Timeline | null = null;
   private sinceHeard = false;
@@ -65,43 +65,43 @@ export class Preview {
     this.sinceHeard = message.since_heard ?? false;
   }
 
-  /** The timeline with all commands on their way; the known one if there are none. */
+  /** The timeline with all commands under way; without any, the known one. */
   get predicted(): Timeline {
     return this.own ?? this.connection.timeline;
   }
 
-  /** Shows the robot so far ahead from now on. */
+  /** Chooses how far ahead the robot is shown. */
   choose(ahead: Ahead): void {
     if (this.connection.send({ type: "ahead", ahead })) this.ahead = ahead;
   }
 
-  /** Whether the robot is shown elsewhere than at its present. */
+  /** Whether the robot is shown ahead of the received state. */
   get predicts(): boolean {
     return this.ahead !== "present" && this.connection.passes;
   }
-  /** The robot's clock as it is heard, D_b late: all before it has happened as the timeline says. */
+  /** The robot's clock as received, D_b late: the timeline before it is certain. */
   heard(now: number): number {
     return Math.min(now, this.cutAt) - this.roundTrip / 2;
   }
-  /** The time at which the predicted arm stands. */
+  /** The time of the predicted arm. */
   shown(now: number): number {
     if (!this.predicts) return now;
     return this.ahead === "auto" ? now + this.roundTrip / 2 : now - this.roundTrip / 2 + (this.ahead as number);
   }
-  /** The time at which the reported arm stands: as it is heard, where another one is predicted. */
+  /** The time of the reported arm: that of the received clock if another arm is predicted. */
   reported(now: number): number {
     return this.predicts ? this.heard(now) : now;
   }
-  /** Whether nothing is heard of the robot. */
+  /** Whether the robot's messages have stopped. */
   get away(): boolean {
     return this.cutAt < Infinity;
   }
-  /** The time from which on the robot has not confirmed the timeline; Infinity if all is confirmed. */
+  /** The time after which the timeline is not confirmed; Infinity if all is confirmed. */
   unconfirmed(now: number): number {
     const begins = this.expected.flatMap(({ begin }) => begin ?? []);
     return Math.min(...begins, this.sinceHeard || this.away ? this.heard(now) : Infinity);
   }
-  /** What is not confirmed, and why; empty if all is confirmed. */
+  /** Describes what is not confirmed, and why; empty if all is confirmed. */
   doubt(now: number): string {
     const begin = this.unconfirmed(now);
     if (begin === Infinity) return "";
@@ -109,7 +109,7 @@ export class Preview {
     const way = [...this.expected.map(({ text }) => text || "a command"), ...dragged].join(", ");
     return `unconfirmed from ${begin.toFixed(3)} s on: ${this.away ? "the robot is not heard" : way}`;
   }
-  /** The note about the last flagged span that begins before t, as long as it is fresh; empty if there is none. */
+  /** The note about the last flagged span before t while it is recent, else empty. */
   flag(t: number): string {
     const last = this.flagged.filter(([begin]) => begin <= t).pop();
     if (!last || t >= last[1] + FRESH) return "";

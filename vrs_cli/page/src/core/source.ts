@@ -5,29 +5,29 @@ import { Preview } from "./preview";
 import type { Timeline } from "./timeline";
 import { World } from "./world";
 
-/** Where the page has its robot from: a connection, or a file. */
+/** The source of the page's robot: a connection, or a file. */
 export interface Source {
   readonly model: Model;
   readonly timeline: Timeline;
-  /** What is expected of a robot that is served; `timeline` is the predicted one. */
+  /** The preview of a served robot; then `timeline` is the predicted one. */
   readonly preview?: Preview;
-  /** What the body of a robot that is served measures. */
+  /** The reports of a served robot's body. */
   readonly measured?: Measured;
-  /** What is around the robot; null where there is nothing. */
+  /** The cell around the robot; null without a cell. */
   readonly cell: Cell | null;
-  /** Where its parts are. */
+  /** The parts of the cell over time. */
   readonly world: World;
-  /** The time that is followed [s]: the robot's clock, or that clock as it is heard; of a recording, its end. */
+  /** The time to follow [s]: the robot's clock, or the received clock; of a recording, its end. */
   now(): number;
-  /** Whether there is a robot, which is followed at first. */
+  /** Whether there is a robot to follow. */
   readonly live: boolean;
-  /** Whether `now` goes on by itself. */
+  /** Whether `now` advances by itself. */
   readonly passes: boolean;
-  /** The times that are played [s]; absent: all. */
+  /** The span to play [s]; absent: all. */
   readonly span?: [number, number];
   /** The name of the robot, or of the file. */
   readonly title: string;
-  /** Asks for what was before a time [s], where it is not known. Returns whether there is more of it now. */
+  /** Asks for the unknown part before a time [s]. Returns whether more is known now. */
   recall?(before: number): Promise<boolean>;
   /** Calls `changed` at each change of the timeline or the clock. */
   onChange(changed: () => void): void;
@@ -38,11 +38,11 @@ export interface Cell {
   scene: object;
 }
 
-const MEASURED_PERIOD = 0.2; // [s] between two looks at what is measured, where nothing else moves
-const STEADY = 1e-4; // [rad, m] of a joint: what is measured and has changed by less is shown with the clock
-const RECALLED = 600; // [s] that are asked for at once
+const MEASURED_PERIOD = 0.2; // [s] between two displays of measured values, if nothing else moves
+const STEADY = 1e-4; // [rad, m] of a joint: a smaller change of measured values is not drawn at once
+const RECALLED = 600; // [s] length of one request
 
-/** A robot that is served. */
+/** A served robot. */
 export class LiveSource implements Source {
   readonly live = true;
   readonly preview: Preview;

@@ -10,19 +10,19 @@ export interface Span {
 }
 
 export const PHASES = ["rest", "cruise", "accelerate", "decelerate", "blend"] as const;
-/** [s] of the timeline that are shown, one after the other. */
+/** Displayed lengths of the timeline [s], in the order of the zoom key. */
 export const ZOOMS = [Infinity, 60, 20, 5];
 
 /** Returns the index of the first segment that ends after t. */
 const segmentAt = ({ segments }: Timeline, t: number): number => countUntil(segments, t, ({ finish }) => finish);
 
-/** Returns a step of 1, 2 or 5 times a power of ten, so that a length has at most so many. */
+/** Returns a step of 1, 2 or 5 times a power of ten that fits into a length at most `most` times. */
 export function roundStep(length: number, most: number): number {
   const power = 10 ** Math.floor(Math.log10(length / most));
   return power * STEPS.find((step) => step * power * most >= length * (1 - 1e-9))!;
 }
 
-/** Returns what is shown of time: all, between round times, or the page of a zoom in which t is. */
+/** Returns the displayed span: all between round times, or the page of a zoom that contains t. */
 export function spanOf(playback: Playback, zoom: number, t: number): Span {
   if (zoom !== Infinity) {
     const low = Math.floor(t / zoom) * zoom;

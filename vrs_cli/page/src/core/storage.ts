@@ -1,13 +1,13 @@
-/** Reads what this browser remembers; null where it remembers nothing. `storage`: that of this tab, for a reload. */
+/** Reads a stored text; null if there is none. `storage`: that of the tab survives only a reload. */
 export function remembered(name: string, storage: () => Storage = () => localStorage): string | null {
   try {
     return storage().getItem(`vrs ${name}`);
   } catch {
-    return null; // a page that is a file, or a browser that keeps nothing
+    return null; // the page is a file, or the browser stores nothing
   }
 }
 
-/** Has this browser remember a text under a name; null forgets it. Returns false where there is no room. */
+/** Stores a text under a name; null removes it. Returns false if there is no room. */
 export function remember(name: string, text: string | null, storage: () => Storage = () => localStorage): boolean {
   try {
     if (text === null) storage().removeItem(`vrs ${name}`);
@@ -18,7 +18,7 @@ export function remember(name: string, text: string | null, storage: () => Stora
   }
 }
 
-/** Reads a value that is remembered as JSON; `otherwise` where there is none that can be read. */
+/** Reads a value stored as JSON; returns `otherwise` if it is missing or unreadable. */
 export function rememberedValue<T>(name: string, otherwise: T, storage?: () => Storage): T {
   try {
     return (JSON.parse(remembered(name, storage) ?? "null") as T | null) ?? otherwise;

@@ -1,20 +1,20 @@
 import { Change } from "./change";
 import type { Connection, Message } from "./connection";
 
-const PERIOD = 0.2; // [s] between two surveys at least
-const PATIENCE = 5; // [s] until a survey without an answer is asked for again
+const PERIOD = 0.2; // [s] minimum time between two surveys
+const PATIENCE = 5; // [s] after which an unanswered survey is repeated
 
-/** Asks what the robot has beside its timeline (places, programs, branches, tasks, signals, speeds), once for all parts. */
+/** Polls the robot's places, programs, branches, tasks, signals and speeds for all parts of the page. */
 export class Survey {
-  /** All that is known, null at first. */
+  /** The known data; null at first. */
   found: Message | null = null;
   private program = "";
-  private asked = ""; // the program of the last survey
-  private stale = false; // something has happened since the last survey
+  private asked = ""; // program of the last survey
+  private stale = false; // whether something has happened since the last survey
   private asking = false;
   private readonly told = new Change();
 
-  /** `surveyed` is called with each answer that is another one. */
+  /** `surveyed` is called with each answer that differs from the last. */
   constructor(private readonly connection: Connection, private readonly surveyed: (found: Message) => void) {
     connection.on(["told", "activity", "lease", "welcome", "change"], () => this.happened());
     const status = new Change();
@@ -27,12 +27,12 @@ export class Survey {
     return this.found?.tasks[0] ?? null;
   }
 
-  /** The program whose mark and breakpoints are asked for: the one that was chosen, or the one that runs. */
+  /** The program whose current step and breakpoints are polled: the chosen one, or the running one. */
   get chosen(): string {
     return this.program || this.task?.program || "";
   }
 
-  /** Chooses that program; "" for the one that runs. */
+  /** Chooses that program; "" for the running one. */
   choose(program: string): void {
     this.program = program;
     this.happened();
@@ -44,7 +44,7 @@ export class Survey {
     if (!this.asking) void this.keepUp();
   }
 
-  /** Asks, with pauses, as long as something happens. */
+  /** Polls, with pauses, while something happens. */
   private async keepUp(): Promise<void> {
     this.asking = true;
     for (; this.stale; await pause(PERIOD)) {
@@ -69,14 +69,14 @@ export class Survey {
   }
 }
 
-/** Returns what stays of a status, which the server tells each second, while nothing but time passes. */
+/** Returns the fields of a status that do not change while only time passes. */
 export function withoutTime({ clock, end, tool, ...stays }: Message): Message {
   return stays;
 }
 
-/** Waits for so long [s]. */
+/** Waits for a time [s]. */
 const pause = (seconds: number): Promise<void> => new Promise((done) => setTimeout(done, 1000 * seconds));
 
-/** Completes an answer by the lists that it leaves out because they are known. */
+/** Completes an answer with the known lists that it omits. */
 export const merged = (before: Message | null, now: Message): Message =>
   ({ ...now, places: now.places ?? before?.places ?? null, programs: now.programs ?? before?.programs ?? null });

@@ -60,7 +60,7 @@ export interface Segment extends Omit<SegmentRecord, "motion"> {
 
 const HAND = 0; // the channel of the hand: 1 open, 0 closed
 
-/** Returns how many rows have a time of at most t. They are in the order of their times. */
+/** Returns the number of rows with a time of at most t; rows are in order of time. */
 export function countUntil<R>(rows: R[], t: number, time: (row: R) => number): number {
   let [low, high] = [0, rows.length];
   while (low < high) {
@@ -95,7 +95,7 @@ export class Timeline {
   /** The dated events that are known, in order of time. */
   events: EventRecord[] = [];
   private firstEvent = 0;
-  /** The last event of each channel before those. */
+  /** The last event of each channel before the known ones. */
   private values: EventRecord[] = [];
 
   get begin(): number {
@@ -115,7 +115,7 @@ export class Timeline {
     this.firstEvent = snapshot.first_event ?? 0;
   }
 
-  /** Applies a change; false if it does not fit, and a snapshot has to be asked for. */
+  /** Applies a change; returns false if it does not fit and a snapshot is needed. */
   apply(delta: DeltaRecord, number: number): boolean {
     const keep = delta.keep - this.first;
     const edit = delta.events;
@@ -139,12 +139,12 @@ export class Timeline {
     return true;
   }
 
-  /** Returns a timeline with the same segments, which changes by itself. */
+  /** Returns an independent copy. */
   copy(): Timeline {
     return Object.assign(new Timeline(), this, { segments: [...this.segments], events: [...this.events] });
   }
 
-  /** Puts what was before the first segment that is known in front; false where it does not join on. */
+  /** Prepends an older part; returns false if it does not fit. */
   prepend(older: SnapshotRecord, number: number): boolean {
     const first = older.first ?? 0;
     const count = this.first - first;
@@ -171,13 +171,13 @@ export class Timeline {
     return Math.max(countUntil(this.segments, t, ({ start }) => start) - 1, 0);
   }
 
-  /** Returns the last event of a channel until t that was not only observed. */
+  /** Returns the last event until t that set a channel. */
   lastEvent(channel: number, t: number): EventRecord | undefined {
     return [...this.values, ...this.events].filter((event) => event.channel === channel && !event.observed && event.time <= t).pop();
   }
 
-  /** Returns how far the hand is open at t: 1 open, 0 closed. `stopped`: the same where a part between the fingers is
-   * known to stop them, or not, and they do not move. */
+  /** Returns how far the hand is open at t: 1 open, 0 closed. `stopped`: the same for resting fingers,
+   * if it is known whether a part between them has stopped them. */
   hand(t: number, stopped: (t: number) => number | undefined = () => undefined): number {
     const last = this.lastEvent(HAND, t);
     const share = last?.duration ? (t - last.time) / last.duration : 1;
@@ -203,13 +203,13 @@ export class Timeline {
     return phase !== "rest" && t >= start && t < finish;
   }
 
-  /** Returns when the commands began that are known, in order. */
+  /** Returns the start times of the known commands, in order. */
   begins(): number[] {
     const { segments } = this;
     return segments.filter((s, i) => i === 0 || segments[i - 1].motion.number !== s.motion.number).map((s) => s.start);
   }
 
-  /** Returns when the motion under way at t ends, or when the last one has ended. */
+  /** Returns the end of the motion at t, or of the last motion. */
   finishAfter(t: number): number {
     const { segments } = this;
     let last = this.index(t);
@@ -223,7 +223,7 @@ export class Timeline {
   }
 }
 
-/** Gives segments their motions: one is described once in a message, and meant by its number later. */
+/** Gives segments their motions; a message describes each motion once, and later refers to it by number. */
 function segmentsOf(records: SegmentRecord[], motion?: Motion): Segment[] {
   const known = new Map<number, Motion>();
   if (motion) known.set(motion.number, motion);

@@ -4,9 +4,9 @@ import { multiply, type Transform } from "./transform";
 
 const GRAVITY = 9.81; // [m/s2]
 
-/** A row of a track: its time [s], and what holds from then on until the next row. */
+/** A row of a track: its time [s], and the state until the next row. */
 type Row = [number, ...unknown[]];
-/** What a part does: `rests` at T_world_part, `held` at T_flange_part, `falls` from T_world_part, or is `absent`. */
+/** The state of a part: `rests` at T_world_part, `held` at T_flange_part, `falls` from T_world_part, or `absent`. */
 type PartRow = [number, "rests" | "held" | "falls" | "absent", number[], string[]];
 /** The part in the hand, and how far the fingers are open. */
 type GripRow = [number, string | null, number];
@@ -15,7 +15,7 @@ type SwitchRow = [number, boolean];
 /** Two bodies touch from one time to another [s]; null: for ever. */
 export type ContactSpan = [number, number | null, string, string];
 
-/** A course as `course` and a saved trajectory tell it (docs/protocol.md). */
+/** A course in a message `course` or a saved trajectory (docs/protocol.md). */
 export interface CourseRows {
   parts?: Record<string, PartRow[]>;
   grips?: GripRow[];
@@ -23,9 +23,9 @@ export interface CourseRows {
   notes?: [number, string, string][];
 }
 
-/** What is around the robot at any time, as the server tells it: parts, the hand, signals, sensors, contacts. */
+/** The state of the cell over time, from the server: parts, the hand, signals, sensors, contacts. */
 export class World {
-  /** Counts what was heard: what is drawn of an older count is out of date. */
+  /** Number of received messages; drawings of an older number are out of date. */
   version = 0;
   /** The course is known before this time [s]. */
   until = -Infinity;
@@ -46,7 +46,7 @@ export class World {
     return world;
   }
 
-  /** Takes a message `course` or `contacts`. */
+  /** Receives a message `course` or `contacts`. */
   hear(message: Message): void {
     this.version++;
     if (message.type === "contacts") return this.hearContacts(message.touches, message.since, message.until ?? Infinity);
@@ -70,7 +70,7 @@ export class World {
     this.touches = [...kept, ...touches].sort((a, b) => a[0] - b[0]);
   }
 
-  /** Returns T_world_part at t, null for a part that is not there. `T_world_flange`: where the arm is then. */
+  /** Returns T_world_part at t; null for an absent part. `T_world_flange`: of the arm at t. */
   pose(name: string, t: number, T_world_flange: Transform): Transform | null {
     const [begin, does, numbers] = this.row<PartRow>(`part ${name}`, t) ?? [0, "absent", []];
     if (does === "absent") return null;
@@ -91,7 +91,7 @@ export class World {
     return this.row<GripRow>("grips ", t)?.[1] ?? null;
   }
 
-  /** Returns how far the fingers are open at t where they rest: 1 open, 0 closed. They stop at a part that they take. */
+  /** Returns how far the resting fingers are open at t: 1 open, 0 closed. They stop at a part that they grip. */
   opening(t: number): number | undefined {
     return this.row<GripRow>("grips ", t)?.[2];
   }

@@ -4,7 +4,7 @@ import { ZOOMS, commandFrom, doingAt } from "../core/spans";
 import { assign, button, h, put } from "../dom";
 import { type Icon, fold, icon } from "../style/icons";
 
-/** What a button or a key does. `on`: what is switched on stays lit. */
+/** The action of a button or a key. `on`: whether a switch is on. */
 export interface Action {
   label: string;
   key: string;
@@ -17,7 +17,7 @@ const RATES = [0.1, 0.25, 0.5, 1, 2, 4, 10];
 const SKIP = 10; // [s]
 const NARROW = matchMedia("(max-width: 899px), (max-height: 499px)");
 
-/** Makes the buttons of time. Returns all that can be done with it, for keys. */
+/** Makes the buttons of time. Returns their actions, for keys. */
 export function makeBar(app: App, slot: HTMLElement, zoom: { seconds: number }): Action[] {
   const { playback } = app;
   const runs = (): boolean => playback.playing || playback.following;

@@ -7,11 +7,11 @@ import { fixed } from "../core/pose";
 import { assign, button, h, put } from "../dom";
 import type { Commands } from "./commands";
 
-const PERIOD = 200; // [ms] between two readings at least
-const OLD = 0.2; // [s]: the age of a report that is greater is said
+const PERIOD = 200; // [ms] minimum time between two updates
+const OLD = 0.2; // [s] a greater age of the last report is displayed
 
-/** Makes the panel of the robot's body: where it is measured, who it is, alarms, and RESYNC where the server has it. It is
- * there once a body was. */
+/** Makes the panel of the robot's body: its measured position, its state, alarms, and RESYNC if the server has it. It
+ * appears with the first body. */
 export function makeBody(commands: Commands, slot: HTMLElement): Part {
   const { app, connection } = commands;
   const { model, measured, preview } = app.source;
@@ -70,19 +70,19 @@ export function makeBody(commands: Commands, slot: HTMLElement): Part {
   }
 }
 
-/** Returns who the body is and what it does. */
+/** Describes the body and its state. */
 export function bodyOf({ name, mode = "follows", order = "follows" }: Message): string {
   if (!name) return "nobody is the body now";
   const ordered = order === mode ? "" : order === "holds" ? ", is to hold" : ", is to follow";
   return `${name} ${mode}${ordered}`;
 }
 
-/** Returns what became of the reports of a body, and its clock. */
+/** Describes the reports of a body, and its clock. */
 export function countsOf({ counts = {}, rate = 0, delay = 0, offset = 0 }: Message): string {
   const bad = ["lost", "late", "duplicate", "reordered"].filter((name) => counts[name]).map((name) => `${counts[name]} ${name}`);
   return [`${counts.received ?? 0} reports, ${rate.toFixed(0)} a second`, ...bad, `${Math.round(1000 * delay)} ms old on arrival`,
     `its clock is ${Math.abs(Math.round(1000 * offset))} ms ${offset < 0 ? "behind" : "ahead"}`].join(", ");
 }
 
-/** Returns an alarm in words. */
+/** Describes an alarm. */
 export const alarmOf = ({ t, joint, cause, detail }: Message): string => `${t.toFixed(2)} s, JT${joint}: likely cause: ${cause}; ${detail}`;

@@ -5,19 +5,19 @@ import { remember, rememberedValue } from "../core/storage";
 import { type Survey, withoutTime } from "../core/survey";
 import type { Transcript } from "./transcript";
 
-const MAX_SENT_CHARS = 50_000; // of what is typed at once
+const MAX_SENT_CHARS = 50_000; // maximum size of one typed text
 const MAX_HISTORY = 500; // lines
-const A_WHILE = 0.5; // [s] that a command takes before it is said to be under way
+const A_WHILE = 0.5; // [s] duration after which a command is displayed as running
 
-/** Commands of the user to the robot, and what the robot says of them. All panels that drive share it. */
+/** The user's commands to the robot and their replies, shared by all panels that drive. */
 export class Commands {
-  /** Whose lease it is, and who has asked this user for it; "" for nobody. */
+  /** Who has the lease, and who has asked this user for it; "" for nobody. */
   lease = { driver: "", asking: "" };
   status: Message = { prompt: "." };
   history: string[];
   /** Opens a program in the editor, as SEE does, with the cursor in a row (from 0). */
   see: (name: string, row: number) => void = () => {};
-  /** Is told each reply, and each line that was refused: for pictures of WHY. */
+  /** Called with each reply and each refused line, for pictures of WHY. */
   replied: (told: Message) => void = () => {};
   refused: (text: string) => void = () => {};
   private readonly questions = new Map<number, Message>();
@@ -48,7 +48,7 @@ export class Commands {
     this.welcomed(connection.welcome!);
   }
 
-  /** Calls `changed` when the lease, questions, the status or the connection is another one. */
+  /** Calls `changed` when the lease, questions, the status or the connection changes. */
   onChange(changed: () => void): void {
     this.listeners.add(changed);
     changed();
@@ -77,12 +77,12 @@ export class Commands {
   get question(): Message | undefined {
     return this.questions.values().next().value;
   }
-  /** The command that has been under way for a while; "" for none. */
+  /** The command that has been running for a while; "" for none. */
   get underWay(): string {
     const [first] = [...this.waiting.values()].filter(({ text }) => text);
     return first && performance.now() / 1000 > first.since + A_WHILE ? first.text : "";
   }
-  /** Whether a command that begins so has not ended. */
+  /** Whether a command with this beginning is unfinished. */
   waits(beginning: string): boolean {
     return [...this.waiting.values()].some(({ text }) => text.startsWith(beginning));
   }
@@ -99,7 +99,7 @@ export class Commands {
     void this.command(text);
   }
 
-  /** Sends a line that was typed, or that a button stands for. Its end says whether it was done. */
+  /** Sends a typed line, or the line of a button. The result says whether it was done. */
   async command(text: string, again = ""): Promise<Message> {
     if (!this.open) {
       this.note(`Not given, for there is no connection to the robot: ${text.trim()}`, "warning");
@@ -109,7 +109,7 @@ export class Commands {
     return this.do("line", { text }, text);
   }
 
-  /** Carries out an act. A refusal is said, and returned. */
+  /** Carries out an act. A refusal is displayed and returned. */
   act(act: Message, text = ""): Promise<Message> {
     return this.do("at", { act }, text);
   }
@@ -143,7 +143,7 @@ export class Commands {
   remember(text: string): void {
     if (!text.trim() || text === this.history[this.history.length - 1]) return;
     this.history = [...this.history, text].slice(-MAX_HISTORY);
-    remember(this.historyName, JSON.stringify(this.history)); // where there is no room, it lasts as long as the page
+    remember(this.historyName, JSON.stringify(this.history)); // without room it lasts as long as the page
   }
 
   private get historyName(): string {
@@ -183,14 +183,14 @@ export class Commands {
     if (welcome.first_line) this.type(welcome.first_line);
   }
 
-  /** Has the questions of programs put to this user. */
+  /** Asks the server to put questions of programs to this user. */
   private attend(): void {
     if (this.attends || !this.moves || !this.open) return;
     this.attends = true;
     void this.do("at", { act: { kind: "Attend" } }, "");
   }
 
-  /** Takes the status of the robot, which comes each second. */
+  /** Receives the status of the robot, which arrives each second. */
   private heed(status: Message): void {
     this.status = status;
     this.leased({ driver: status.driver ?? "" });
@@ -214,7 +214,7 @@ export class Commands {
     this.changed();
   }
 
-  /** Tells who drives, and notices of the lease. */
+  /** Displays who drives, and notices of the lease. */
   private hearLease({ holder = "", notice }: Message): void {
     const before = this.lease;
     let asking = holder === before.driver ? before.asking : "";

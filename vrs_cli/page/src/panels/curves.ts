@@ -9,9 +9,9 @@ import type { Timeline } from "../core/timeline";
 import { h } from "../dom";
 import { colour, onTheme } from "../style/theme";
 
-const SAMPLES = 300; // of a curve
-const PERIOD = 400; // [ms] between two drawings at least
-const READ_PERIOD = 100; // [ms] between two readings of the values
+const SAMPLES = 300; // number of samples of a curve
+const PERIOD = 400; // [ms] minimum time between two drawings
+const READ_PERIOD = 100; // [ms] minimum time between two updates of the values
 const COLOURS = 7;
 
 /** A plot: its name, its curves, and their values at t. `range`: of the values, with a line at each limit. */
@@ -47,7 +47,7 @@ const KINDS: Kind[] = [
   },
 ];
 
-/** Makes the plots over what the strip spans, with a line at the time that is shown. A plot that is off costs nothing. */
+/** Makes the plots over the span of the strip, with a line at the displayed time. A hidden plot is not computed. */
 export function makeCurves(app: App, slot: HTMLElement, zoom: { seconds: number }): Switch[] {
   return KINDS.map((kind) => makePlot(app, slot, zoom, kind));
 }

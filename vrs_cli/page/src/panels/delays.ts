@@ -5,13 +5,13 @@ import { assign, h } from "../dom";
 
 const PRESENT = "at its present";
 const HEARD = "as it is heard, with a prediction";
-const PERIOD = 100; // [ms] between two texts at least: times that run on are read, not watched
+const PERIOD = 100; // [ms] minimum time between two texts, so that they stay readable
 
-/** Makes the panel of delays: what is shown, and what is not certain. It is there once there is something to tell. */
+/** Makes the panel of delays: the displayed time, and what is uncertain. It appears with the first delay. */
 export function makeDelays(app: App, slot: HTMLElement): Part | void {
   const preview = app.source.preview;
   if (!preview) return;
-  let other: Ahead = "auto"; // what is chosen in place of the present
+  let other: Ahead = "auto"; // the choice besides the present
   const choose = (): void => preview.choose(choice.value === HEARD ? other : "present");
   const choice = h("select", { class: "field", "aria-label": "The robot is shown", onchange: choose },
     ...[PRESENT, HEARD].map((text) => h("option", { text, value: text })));
@@ -47,7 +47,7 @@ export function notes(preview: Preview, t: number, now: number, arrival: number 
   return found.filter(([, line]) => line);
 }
 
-const QUESTIONS = /^\s*(WHERE|STATUS|IO|PARTS|SHOW)\b/i; // their times may be past
+const QUESTIONS = /^\s*(WHERE|STATUS|IO|PARTS|SHOW)\b/i; // questions may have past times
 const BEGIN = /\b(AT|IN)\s+(\d+\.?\d*|\.\d+)\s*$/i;
 
 /** Returns how much time is left for a line that says when it begins to come to the robot in time; empty where it says
@@ -61,5 +61,5 @@ export function leadNote(line: string, now: number, arrival: number, dated: bool
   return spare < 0 ? `too late by ${(-spare).toFixed(1)} s: the earliest now is ${earliest}` : `in time: ${spare.toFixed(1)} s to spare beyond D_f`;
 }
 
-/** Returns a time that is not before t, with few digits. */
+/** Returns t rounded up, with few digits. */
 const soonest = (t: number): string => (Math.ceil(10 * t) / 10).toFixed(1);

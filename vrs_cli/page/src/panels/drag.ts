@@ -7,9 +7,9 @@ import { assign, button, choice, h, put } from "../dom";
 import type { Gizmo } from "../scene/gizmo";
 import type { Commands } from "./commands";
 
-const MIN_PERIOD = 0.02; // [s] between two wishes
-const REPEATED = 0.1; // [s] after which a wish that stays is said again: the robot knows that the hand is there
-const VISIBLE = 5e-4; // [m] that a tool is away from its wish, to be told
+const MIN_PERIOD = 0.02; // [s] minimum time between two wishes
+const REPEATED = 0.1; // [s] after which an unchanged wish is repeated, so that the robot knows that the user still holds the tool
+const VISIBLE = 5e-4; // [m] minimum displayed distance between tool and wish
 
 /** Says what keeps the tool from a wish, as `Hold.said` of vrs_cli/values/hand.py. */
 export function heldText(held: Message | undefined, model: Model): string {
@@ -43,10 +43,10 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
     if (wish) timer = window.setTimeout(send, 1000 * REPEATED);
   }
   gizmo.onDrag = (to) => {
-    if (!commands.open) return; // what is dragged without a connection is dropped
+    if (!commands.open) return; // without a connection the tool is dropped
     const began = !wish && to;
-    if (began) send(); // what a cut has broken off is let go only now
-    if (!to && wish) send(); // the last wish, before the tool is let go
+    if (began) send(); // release a tool that a cut interrupted
+    if (!to && wish) send(); // the last wish, before the release
     wish = to;
     const wait = sentAt + MIN_PERIOD - performance.now() / 1000;
     clearTimeout(timer);

@@ -13,8 +13,8 @@ import { findingIn, marksField, valEditor } from "./language";
 import { suggestions } from "./prompt";
 import words from "./words.json";
 
-const PAUSE = 0.4; // [s] without a key until the text is looked at
-const MAX_DRAFT_CHARS = 1_000_000; // of all drafts that are kept over a reload
+const PAUSE = 0.4; // [s] without a key before the text is checked
+const MAX_DRAFT_CHARS = 1_000_000; // maximum size of all stored drafts
 const OPENS = /^\s*(?:\d+\s+)?(?:(?:FOR|WHILE|CASE|DO|ELSE|VALUE|ANY)\b|IF\b.*\bTHEN\s*(?:;.*)?$)/i;
 const INDENT = 4;
 const NAME = /[#$]?[a-z][\w.]*$/i;
@@ -36,20 +36,20 @@ const breakpointField = marksField<GutterMarker, number[]>(setBreakpoints, (line
 
 /** A program as a text in an editor: its `.PROGRAM` line and one line a step, so that line n + 1 is step n. */
 export class ProgramEditor {
-  /** The program that is edited; "" for none. */
+  /** The edited program; "" for none. */
   name = "";
-  /** Runs what is edited (Ctrl-Enter), does a step of it (F10). */
+  /** Runs the edited program (Ctrl-Enter), or one step of it (F10). */
   run: () => void = () => {};
   step: () => void = () => {};
   readonly view: EditorView;
   readonly message = h("div", { class: "note editor-message", role: "status", hidden: true });
   private base = "";
-  private readonly drafts: Record<string, { base: string; text: string }>; // `base`: the text at the robot from which it began
+  private readonly drafts: Record<string, { base: string; text: string }>; // `base`: the robot's text when editing began
   private timer = 0;
   private readonly drawn = new Change();
   private confirmed = ""; // the other program that the next Save may replace
 
-  /** `changed` is called when there are unsaved changes, or none any more. */
+  /** `changed` is called when unsaved changes appear or disappear. */
   constructor(private readonly commands: Commands, private readonly changed: () => void) {
     this.drafts = rememberedValue(this.draftsName, {});
     const keys = [
@@ -86,7 +86,7 @@ export class ProgramEditor {
   get dirty(): boolean {
     return this.text !== this.base;
   }
-  /** The programs with unsaved changes, also those that are not open. */
+  /** The programs with unsaved changes, including closed ones. */
   get unsaved(): string[] {
     return Object.keys(this.drafts);
   }
@@ -103,7 +103,7 @@ export class ProgramEditor {
     }
   }
 
-  /** Opens a new program, which the robot has not yet. */
+  /** Opens a new program, which the robot does not have yet. */
   create(name: string): void {
     this.name = name;
     this.base = "";
@@ -112,7 +112,7 @@ export class ProgramEditor {
     this.view.focus();
   }
 
-  /** Looks at the program as the robot has it now; what is not saved stays. */
+  /** Reads the robot's version of the program; unsaved changes stay. */
   async look(opening = false): Promise<void> {
     const name = this.name;
     const draft = this.drafts[name];
@@ -128,7 +128,7 @@ export class ProgramEditor {
       this.replace(there);
     }
     if (this.text === there) this.base = there;
-    if (!found && !this.dirty) this.name = ""; // it was deleted
+    if (!found && !this.dirty) this.name = ""; // the program was deleted
     if (this.dirty && found && there !== this.base) {
       const take = button("Take the robot's", () => {
         this.base = there;
@@ -140,7 +140,7 @@ export class ProgramEditor {
     this.keep();
   }
 
-  /** Stores the program at the robot. Returns whether it can be executed now. */
+  /** Stores the program at the robot. Returns whether it is executable. */
   async save(): Promise<boolean> {
     const text = this.text.replace(/\n\s*\.END\s*$/i, "").trimEnd();
     const named = /^\s*\.PROGRAM\s+([\w.]+)/i.exec(text)?.[1].toLowerCase() ?? "";
@@ -167,7 +167,7 @@ export class ProgramEditor {
     return !/cannot be executed/.test(end.found.said);
   }
 
-  /** Shows the step at which the program is (line 1 is its heading), lit while it runs; and its breakpoints. */
+  /** Shows the current step (line 1 is the heading), highlighted while the program runs, and the breakpoints. */
   show(step: number | null, lit: boolean, breakpoints: number[]): void {
     if (this.dirty || !this.drawn.to([step, lit, breakpoints, this.name, this.base.length])) return;
     const doc = this.view.state.doc;
@@ -179,7 +179,7 @@ export class ProgramEditor {
     this.view.dispatch({ effects });
   }
 
-  /** Takes back all that is not saved. */
+  /** Reverts all unsaved changes. */
   revert(): void {
     this.replace(this.base);
     this.say("");
@@ -204,7 +204,7 @@ export class ProgramEditor {
     this.changed();
   }
 
-  /** Keeps what is not saved, over a reload too. */
+  /** Stores unsaved changes, so that they survive a reload. */
   private keep(): void {
     if (this.dirty && this.name) this.drafts[this.name] = { base: this.base, text: this.text };
     else delete this.drafts[this.name];
@@ -216,7 +216,7 @@ export class ProgramEditor {
 
   // --- mistakes ---
 
-  /** Has the robot look at the text. */
+  /** Asks the robot for the mistakes in the text. */
   private async find(): Promise<Diagnostic[]> {
     const { text } = this;
     if (!this.commands.supervises || !text.trim()) return [];
@@ -262,7 +262,7 @@ export class ProgramEditor {
     return true;
   }
 
-  /** Suggests the words of a step: those of the robot (as behind DO), of blocks, and the names of this text. */
+  /** Suggests words of a step: those of the robot (as after DO), of blocks, and the names of this text. */
   private async complete(context: CompletionContext): Promise<CompletionResult | null> {
     const line = context.state.doc.lineAt(context.pos);
     const before = line.text.slice(0, context.pos - line.from).trimStart();

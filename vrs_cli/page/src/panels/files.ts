@@ -4,17 +4,17 @@ import type { Commands } from "./commands";
 
 const MAX_FILE_BYTES = 1_400_000; // a message of a client has at most 2 MB, in base64
 
-/** Reads bytes out of base64. */
+/** Decodes base64. */
 export const bytesOf = (base64: string): Uint8Array<ArrayBuffer> => Uint8Array.from(atob(base64), (one) => one.charCodeAt(0));
 
-/** Gives a text or bytes to the computer as a file. */
+/** Downloads a text or bytes as a file. */
 export function download(name: string, data: BlobPart): void {
   const link = h("a", { href: URL.createObjectURL(new Blob([data])), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-/** Makes a button with which files of the computer are chosen; one that is too large is refused by `say`. */
+/** Makes a button to choose files of the computer; a file that is too large is refused by `say`. */
 export function fileButton(label: string, accept: string, take: (file: File) => unknown, say: (why: string) => void): HTMLElement {
   const input = h("input", { type: "file", accept, multiple: true, class: "unseen", tabindex: "-1", "aria-label": label });
   input.addEventListener("change", () => {

@@ -3,7 +3,7 @@ import { icon } from "../style/icons";
 import type { Action } from "./bar";
 
 const TYPED_IN = "input:not([type=checkbox], [type=range]), textarea, select, [contenteditable=true], .cm-editor";
-/** Keys that these elements take themselves. */
+/** Keys that these elements handle themselves. */
 const OWN: [string, string[]][] = [
   ["button, [type=checkbox], summary, a", ["Space"]],
   ["[type=range], [role=separator], [role=tab], [data-slot=output], .list", ["Home", "End", "PageUp", "PageDown"]],
@@ -11,7 +11,7 @@ const OWN: [string, string[]][] = [
 
 const keyOf = ({ key }: Action): HTMLElement => h("kbd", { text: key.replace("Page", "Page ") });
 
-/** Makes the keys of the page, a list of them (?), and the search for what can be done (Ctrl-K). */
+/** Makes the keys of the page, a list of them (?), and the search for actions (Ctrl-K). */
 export function makeKeys(actions: Action[], slot: HTMLElement): void {
   const list: Action = { label: "All keys", key: "?", run: () => keys.showModal() };
   const find: Action = { label: "Find by name", key: "Ctrl-K", run: () => openPalette() };

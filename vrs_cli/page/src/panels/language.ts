@@ -3,19 +3,19 @@ import { Decoration, type DecorationSet, EditorView, ViewPlugin, type ViewUpdate
 import type { Message } from "../core/connection";
 import words from "./words.json";
 
-/** A text and what it is: `number`, `error`, ...; the names of `Ink` in vrs_cli/render/colours.py. */
+/** A text and its kind: `number`, `error`, ...; the names of `Ink` in vrs_cli/render/colours.py. */
 export type Run = [text: string, ink: string];
 
 const TOKEN =
   /(;.*)|("[^"]*"?)|(\^[BHD]?[0-9A-F]+|'.|(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?)|([#$%.]?[A-Z][\w.]*)|(\s+)|(.)/gisu;
 const SORTS = ["comment", "string", "number", "word", "text", "operator"];
-const ASSIGNED = /^\s*(?:\[[^\]]*\]\s*)?=(?!=)/; // what follows a name that is assigned
+const ASSIGNED = /^\s*(?:\[[^\]]*\]\s*)?=(?!=)/; // the text after the name of an assignment
 const MAX_COLOURED = 2000; // characters of a line; the rest is plain
 const of = (list: string[]): Set<string> => new Set(list);
 const FIRST = [["command", of(words.command)], ["instruction", of(words.instruction)], ["control", of(words.control)]] as const;
 const [FUNCTIONS, CONSTANTS, LINKS] = [of(words.function), of(words.constant), of(words.link)];
 
-/** The ink of a word that starts a statement, also of one that is cut short; null where it starts none. */
+/** Returns the ink of a word that starts a statement, which may be abbreviated; null if it starts none. */
 function firstInk(word: string): string | null {
   const exact = FIRST.find(([, list]) => list.has(word));
   if (exact) return exact[0];
@@ -23,7 +23,7 @@ function firstInk(word: string): string | null {
   return FIRST.find(([, list]) => [...list].some((one) => one.startsWith(word)))?.[0] ?? null;
 }
 
-/** Divides a line of VAL-II into runs: a quick look at its words, as vrs_cli/render/scan.py does it. */
+/** Divides a line of VAL-II into runs: by its words, as `scan` of vrs_cli/render/colours.py does. */
 export function scan(line: string): Run[] {
   const runs: Run[] = [];
   let first = true;
@@ -46,7 +46,7 @@ export function scan(line: string): Run[] {
   return runs;
 }
 
-/** Colours the lines of VAL-II that are seen in an editor. */
+/** Colours the visible lines of VAL-II in an editor. */
 const colours = ViewPlugin.fromClass(
   class {
     decorations: DecorationSet;
@@ -76,7 +76,7 @@ function coloured(view: EditorView): DecorationSet {
   return builder.finish();
 }
 
-/** Returns a field of marks in a text, which move with it: those of `ranges` from an effect on. */
+/** Returns a field of marks that move with the text; an effect replaces them by those of `ranges`. */
 export function marksField<V extends RangeValue, T>(
   effect: StateEffectType<T>, ranges: (value: T, doc: Text) => Range<V>[], provide?: (field: StateField<RangeSet<V>>) => Extension,
 ): StateField<RangeSet<V>> {
@@ -88,7 +88,7 @@ export function marksField<V extends RangeValue, T>(
   });
 }
 
-/** Returns what a finding of the robot says, and where in a text. */
+/** Returns the message and the place in the text of a finding of the robot. */
 export function findingIn(doc: Text, { text, detail, hint, span }: Message): { from: number; to: number; message: string } {
   const line = doc.line(Math.min(span.line ?? 1, doc.lines));
   const from = Math.min(line.from + span.column - 1, Math.max(line.to - 1, line.from));
@@ -96,7 +96,7 @@ export function findingIn(doc: Text, { text, detail, hint, span }: Message): { f
   return { from, to, message: `${text}${detail ? `: ${detail}` : ""}${hint ? ` (${hint})` : ""}` };
 }
 
-/** Has an editor of VAL-II coloured and labelled, and left alone by what corrects prose. */
+/** Returns the extensions of an editor of VAL-II: colours, a label, no spelling correction. */
 export const valEditor = (label: string, more: Record<string, string> = {}): Extension => [
   colours, EditorView.contentAttributes.of({ "aria-label": label, autocapitalize: "off", autocorrect: "off", spellcheck: "false", ...more }),
 ];

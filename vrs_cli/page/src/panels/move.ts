@@ -5,15 +5,15 @@ import { DEGREES, g, jointUnits } from "../core/kinematics";
 import { assign, choice, h } from "../dom";
 import type { Commands } from "./commands";
 
-const RESTS = 0.2; // [s] after which a slider that is moved no more is meant
-const HELD = 1; // [s] after a slider was moved in which it does not follow the arm
-const FOLLOWS = 0.1; // [s] at least between two places of sliders that follow the arm
-const MIN_CHANGE = 0.05; // [mm, deg] of a slider
+const RESTS = 0.2; // [s] without motion after which the value of a slider counts
+const HELD = 1; // [s] after a slider was moved before it follows the arm again
+const FOLLOWS = 0.1; // [s] minimum time between two updates of sliders that follow the arm
+const MIN_CHANGE = 0.05; // [mm, deg] minimum change of a slider
 const STEPS = [0.1, 0.5, 1, 2, 5, 10, 20, 50]; // [mm, deg] of a click
-const SPEEDS = [1, 2, 5, 10, 20, 50]; // [%] of a button that is held: 50 % are 250 mm/s, the most by hand in ISO 10218-1 (T1)
-const HOLD_AFTER = 0.25; // [s] after which a button is held, and not clicked
-const SAID_EVERY = 0.1; // [s]: how often a button that is held says so
-const FARTHER = 0.5; // [s] at full speed that each word of it leads
+const SPEEDS = [1, 2, 5, 10, 20, 50]; // [%] while a button is held: 50 % are 250 mm/s, the limit of ISO 10218-1 (T1)
+const HOLD_AFTER = 0.25; // [s] after which a pressed button counts as held
+const SAID_EVERY = 0.1; // [s] between two messages of a held button
+const FARTHER = 0.5; // [s] of motion at full speed per message
 const AXES = {
   world: ["X", "Y", "Z", "RX", "RY", "RZ"],
   tool: ["TX", "TY", "TZ", "TRX", "TRY", "TRZ"],
@@ -22,10 +22,10 @@ type Frame = keyof typeof AXES | "joints";
 const HINT = "Click: a step. Hold it down: the arm moves until it is let go";
 
 const rounded = (x: number): number => Math.round(10 * x) / 10 + 0;
-/** Writes a number as VAL-II has it, with two decimals at most. */
+/** Returns a number in VAL-II's form with at most two decimals. */
 const plain = (x: number): string => String(Number(x.toFixed(2)) + 0);
 
-/** A slider with a field: of a joint or the speed. `meant` is called when its user has set it and it rests. */
+/** A slider with a field, of a joint or the speed. `meant` is called when the user has set it and it rests. */
 class Slider {
   readonly row: HTMLElement;
   private readonly range: HTMLInputElement;
@@ -40,13 +40,13 @@ class Slider {
     this.row = h("div", { class: "slider-row" }, h("span", { class: "label", text: label }), this.range, this.field, h("span", { class: "note", text: unit }));
   }
 
-  /** Forgets what was slid. */
+  /** Drops a value that is not sent yet. */
   drop(): void {
     this.wanted = null;
     this.at = -Infinity;
   }
 
-  /** Shows a value, where the user sets none. */
+  /** Shows a value unless the user is setting one. */
   follow(value: number): void {
     if (this.wanted !== null || performance.now() / 1000 < this.at + HELD) return;
     if (this.range.value !== String(value)) this.range.value = String(value);
@@ -64,14 +64,14 @@ class Slider {
   private rest(): void {
     if (this.wanted === null) return;
     if (this.meant(this.wanted)) this.wanted = null;
-    else setTimeout(() => this.rest(), 1000 * FOLLOWS); // where the motion before leads is not known yet
+    else setTimeout(() => this.rest(), 1000 * FOLLOWS); // the goal of the motion before is not known yet
   }
 }
 
 /** Has a button tell `again` while it is held down, by pointer or key, and `end` when it is let go: `held` if it was for so long.
  * Returns what lets go of it: `silently` where that is not told. */
 function watchHold(button: HTMLElement, again: () => void, end: (held: boolean) => void): (silently: boolean) => void {
-  let timer = 0; // 0: it is not down
+  let timer = 0; // 0: not pressed
   let held = false;
   const repeat = (): void => {
     held = true;
@@ -94,7 +94,7 @@ function watchHold(button: HTMLElement, again: () => void, end: (held: boolean) 
     begin();
   });
   button.addEventListener("pointerup", () => letGo(false, true));
-  button.addEventListener("contextmenu", (event) => event.preventDefault()); // a finger that stays long
+  button.addEventListener("contextmenu", (event) => event.preventDefault()); // a long touch opens a menu
   button.addEventListener("keydown", (event) => {
     if (!isKey(event)) return;
     event.preventDefault();
@@ -115,7 +115,7 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
   const speed = new Slider("SPEED", "%", 1, 100, 1, (value) => (void commands.command(`SPEED ${plain(value)}`, "SPEED"), true));
   const sliders = joints.map(({ unit, scale, lower, upper }, i) =>
     new Slider(`Joint ${i + 1}`, unit, rounded(scale * lower), rounded(scale * upper), 0.1, (value) => turn(i, value)));
-  /** Turns a joint to a value by a JOG from where it goes now; false while that is not known. */
+  /** Turns a joint to a value by a JOG from its current goal; returns false while that is unknown. */
   function turn(i: number, value: number): boolean {
     if (commands.waits("JOG")) return false;
     const { timeline } = app.source;
@@ -132,9 +132,9 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
   let frame: Frame = "world";
   let told = "";
   let onWay = false;
-  /** Leads the arm a little farther along an axis while a button is held. */
+  /** Moves the arm a little farther along an axis while a button is held. */
   async function press(index: number, sign: number): Promise<void> {
-    if (onWay) return; // no faster than the arm answers: after the button is let go no earlier step follows
+    if (onWay) return; // one step at a time, so that none follows the release of the button
     const percent = Number(pace.value);
     const full = frame === "joints" ? joints[index].scale * joints[index].limit : index >= 3 ? DEGREES * angular_speed : 1000 * linear_speed;
     const amount = Math.round(sign * FARTHER * percent * 10 * full) / 1000;
@@ -183,7 +183,7 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     h("p", { class: "note", text: HINT }));
   const others = h("p", { class: "note", text: "Who drives moves the arm." });
   slot.append(panel, others);
-  new ResizeObserver(() => app.wake()).observe(slot); // the tab is opened
+  new ResizeObserver(() => app.wake()).observe(slot); // when the tab is opened
   connection.on("state", () => {
     if (commands.open) return;
     [speed, ...sliders].forEach((slider) => slider.drop());
@@ -195,7 +195,7 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     show({ now, timeline, surveyed, source }: Shown): void {
       assign(panel, { hidden: !commands.mayDrive });
       assign(others, { hidden: commands.mayDrive });
-      if (!slot.offsetParent || !change.to(`${performance.now()}`)) return; // nobody sees it
+      if (!slot.offsetParent || !change.to(`${performance.now()}`)) return; // the tab is hidden
       g(source.model, timeline, now).forEach((x, i) => sliders[i].follow(rounded(joints[i].scale * x)));
       if (surveyed) speed.follow(surveyed.monitor_speed);
     },

@@ -3,10 +3,10 @@ import { button, h } from "../dom";
 import { icon } from "../style/icons";
 import { remember, remembered } from "../core/storage";
 
-/** A line that moves every robot, and is understood at a glance. */
+/** A simple line that moves every robot. */
 export const HINT = "DRIVE 1, 30, 50";
 
-/** Makes the robot's name with the state of its connection, and what has to be known: a cut, who may only look, errors of the page. */
+/** Makes the robot's name with the state of its connection, and notices: a cut, a role that may only watch, errors of the page. */
 export function makeNotice(app: App, head: HTMLElement, slot: HTMLElement): void {
   const { connection, source } = app;
   const name = source.title;
@@ -37,7 +37,7 @@ export function makeNotice(app: App, head: HTMLElement, slot: HTMLElement): void
   show();
 }
 
-/** Tells of errors of the page itself, each once. */
+/** Displays errors of the page itself, each once. */
 function showFaults(box: HTMLElement): void {
   const tell = (error: unknown): void => {
     const text = error instanceof Error ? error.message : String(error);
@@ -50,7 +50,7 @@ function showFaults(box: HTMLElement): void {
   addEventListener("unhandledrejection", (event) => tell(event.reason));
 }
 
-/** Makes a hint with one line to press, for who has never moved a robot in this browser. `type` does what Enter does at the prompt. */
+/** Makes a hint with one line to press, for users who have never moved a robot in this browser. `type` acts like Enter at the prompt. */
 export function makeHint(app: App, slot: HTMLElement, type: (line: string) => void): void {
   if (remembered("used") || app.connection?.welcome?.role === "observer") return;
   const box = h("div", { class: "note hint" }, "Type a line of VAL-II, or begin with ",

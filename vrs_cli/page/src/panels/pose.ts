@@ -6,11 +6,11 @@ import { doingAt } from "../core/spans";
 import { multiply, originOf } from "../core/transform";
 import { h, put } from "../dom";
 
-const PERIOD = 66; // [ms] between two readings at least
+const PERIOD = 66; // [ms] minimum time between two updates
 const WORDS_PERIOD = 1000; // [ms] between two texts for screen readers
-const NEAR = 0.02; // of the range of a joint, within which a limit is near
+const NEAR = 0.02; // of the range of a joint: distance at which a limit is marked
 
-/** Makes the live pose: where the tool is and how it is turned, each joint within its range, speeds; and the same in words. */
+/** Makes the live pose: position and orientation of the tool, each joint within its range, speeds, and the same in words. */
 export function makePose(app: App, slot: HTMLElement, view: HTMLElement): void {
   const { model, title } = app.source;
   const cell = (): HTMLElement => h("td", { class: "number" });

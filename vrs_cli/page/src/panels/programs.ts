@@ -8,7 +8,7 @@ import { download, fileButton, loadFile, makeFiles } from "./files";
 
 const NONE = "No program is in memory: type one, or load a file";
 
-/** Makes the tab of programs: one in an editor with its present step, and what runs and stops it. */
+/** Makes the tab of programs: an editor with the current step, and buttons to run and stop. */
 export function makePrograms(commands: Commands, slot: HTMLElement): Part {
   const { survey, supervises } = commands;
   const choice = h("select", { class: "field", "aria-label": "Program", onchange: () => void choose(choice.value) });
@@ -58,7 +58,7 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
     const names = new Set([...rowsOf(survey.found).map(({ name }) => name), ...editor.unsaved]);
     for (let i = 1; ; i++) if (!names.has(`program${i}`)) return `program${i}`;
   }
-  /** Runs or steps the program of the editor: saved first, where it was changed; a step goes on where it stands. */
+  /** Runs or steps the program of the editor, after saving changes; a step continues at the current one. */
   async function run(word: "EXECUTE" | "SSTEP"): Promise<void> {
     if (!editor.name) return commands.note(NONE);
     if (editor.dirty && !(await editor.save())) return;
@@ -105,7 +105,7 @@ export function makePrograms(commands: Commands, slot: HTMLElement): Part {
   };
 }
 
-/** Says that what a program has read of a signal does not hold any more, as vrs_cli/render/displaced.py does. `at`: when. */
+/** Says that a signal no longer has the value that a program read, as vrs_cli/render/displaced.py does. `at`: the time [s]. */
 export function untrueSentence({ signal, name, on, changed, command, place }: Message, at = ""): string {
   const given = command ? `${command} was given` : "a program went on";
   const what = `${signal}${name ? ` (${name})` : ""} ${changed ? "came" : "was"} ${on ? "on" : "off"}`;

@@ -14,21 +14,21 @@ import { leadNote } from "./delays";
 import { findingIn, valEditor } from "./language";
 
 const MAX_SUGGESTIONS = 50;
-const PATIENCE = 1; // [s] that a line waits to be looked at for mistakes before it is sent
-const PAUSE = 0.15; // [s] without a key until a line is looked at while it is typed
-const LEAD_PERIOD = 200; // [ms] between two readings of the time that is left
-const STOPPING = /^\s*AB/i; // lines that wait for nothing
+const PATIENCE = 1; // [s] maximum wait for the check of a line before it is sent
+const PAUSE = 0.15; // [s] without a key before a typed line is checked
+const LEAD_PERIOD = 200; // [ms] between two updates of the remaining time
+const STOPPING = /^\s*AB/i; // lines that are sent at once
 
 /** Makes the line of VAL-II: history, completion, mistakes marked in place; a line with a mistake stays. */
 export function makePrompt(commands: Commands, slot: HTMLElement): void {
   if (!commands.moves) return;
   const { connection } = commands;
-  let at = 0; // how many lines before the newest of the history the field shows; 0: none
-  let draft = ""; // what was typed before the history was gone through
+  let at = 0; // number of the displayed line of the history, from the newest; 0: none
+  let draft = ""; // the typed text before the history was opened
   let searching = false;
-  let lines: string[] = []; // that are ended, and not sent yet
+  let lines: string[] = []; // complete lines that are not sent yet
   let checking = false;
-  let refused = { line: "", found: {} as Message }; // the last line that was not sent, which stays with its mistake
+  let refused = { line: "", found: {} as Message }; // the last line that was not sent, with its mistake
   const mistake = h("div", { class: "note bad prompt-mistake", role: "status", hidden: true });
   const lead = h("div", { class: "note prompt-lead", hidden: true });
   const sign = h("span", { class: "prompt-sign code", "aria-hidden": "true" });
@@ -40,14 +40,14 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
 
   // --- mistakes ---
 
-  /** Says a mistake, and returns its mark. */
+  /** Displays a mistake, and returns its mark. */
   function said(found: Message): Diagnostic[] {
     const one: Diagnostic = { ...findingIn(view.state.doc, found), severity: "error" };
     mistake.hidden = false;
     mistake.textContent = one.message;
     return [one];
   }
-  /** Finds the mistake of the line while it is typed, but none in the word that is being typed. */
+  /** Finds mistakes in the line while it is typed, except in the unfinished word. */
   async function look(): Promise<Diagnostic[]> {
     const line = text();
     if (line && line === refused.line) return said(refused.found);
@@ -73,7 +73,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     }
     return true;
   }
-  /** Sends the lines that are ended, one after the other; one with a mistake is put back, and those after it go. */
+  /** Sends complete lines one after the other; a line with a mistake returns to the field, and later ones are dropped. */
   async function next(): Promise<void> {
     if (checking) return;
     checking = true;
@@ -91,7 +91,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     }
     checking = false;
   }
-  /** Keeps a line that is not sent in the history. */
+  /** Keeps an unsent line in the history. */
   function drop(line: string): void {
     commands.remember(line);
     commands.note(`Not given, for there is no connection to the robot: ${line.trim()}`, "warning");
@@ -126,7 +126,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     put(at ? commands.history[commands.history.length - at] : draft);
     return true;
   }
-  /** Up and down go through the menu where it is open, then through the rows of the text, then through the history. */
+  /** Handles Up and Down: in an open menu, then in the rows of the text, then in the history. */
   const vertical = (by: 1 | -1) => (): boolean => {
     if (completionStatus(view.state) === "active" && (searching || by < 0 || selectedCompletion(view.state)))
       return moveCompletionSelection(by < 0)(view);
@@ -145,13 +145,13 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
     { key: "Ctrl-c", run: () => interrupt() },
     { key: "Escape", run: () => ((searching = false), closeCompletion(view) || ((mistake.hidden = true), false)) },
   ];
-  /** Takes the suggestion that is chosen, or the first one; leaves the line where nothing is suggested in an empty one. */
+  /** Accepts the chosen suggestion, or the first one; leaves an empty line without suggestions. */
   function tab(): boolean {
     if (completionStatus(view.state) !== "active") return text().trim() ? startCompletion(view) : false;
     if (!selectedCompletion(view.state)) moveCompletionSelection(true)(view);
     return acceptCompletion(view) || true;
   }
-  /** Ctrl-C, where nothing is selected that would be copied: drops the line, or the program that is typed. */
+  /** Handles Ctrl-C without a selection: drops the line, or the program that is being typed. */
   function interrupt(): boolean {
     if (!view.state.selection.main.empty) return false;
     if (text()) put("");
@@ -204,7 +204,7 @@ export function makePrompt(commands: Commands, slot: HTMLElement): void {
   });
 }
 
-/** Turns choices of the robot into a menu behind `pos`. */
+/** Returns choices of the robot as a menu at `pos`. */
 export function suggestions(choices: Message[], pos: number): CompletionResult | null {
   if (!choices.length) return null;
   const length = Math.max(...choices.map((one) => one.length));

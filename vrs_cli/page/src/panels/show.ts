@@ -9,7 +9,7 @@ import type { Action } from "./bar";
 
 const THEMES: Record<Theme, string> = { system: "As the system", light: "Light", dark: "Dark" };
 
-/** Makes the menu of what is shown, which this browser remembers, and of light and dark. Returns what can be done, for keys. */
+/** Makes the menu of displayed things and of light and dark; this browser stores the choices. Returns its actions, for keys. */
 export function makeShow(slot: HTMLElement, groups: { heading: string; switches: Switch[] }[]): Action[] {
   const actions: Action[] = [];
   const content = h("div", { class: "show-menu", role: "group", "aria-label": "Show" });
@@ -35,7 +35,7 @@ export function makeShow(slot: HTMLElement, groups: { heading: string; switches:
   return actions;
 }
 
-/** Makes the buttons of the camera. Returns what they do, for keys. */
+/** Makes the buttons of the camera. Returns their actions, for keys. */
 export function makeCamera(app: App, slot: HTMLElement, cameras: CameraAction[]): Action[] {
   const actions = cameras.map((camera) => {
     const { label, hint } = camera;

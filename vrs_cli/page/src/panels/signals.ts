@@ -3,11 +3,11 @@ import { Change } from "../core/change";
 import { button, h } from "../dom";
 import type { Commands } from "./commands";
 
-const ALWAYS = 8; // signals of a bank that are there always
-const MAX_SHOWN = 64; // of a bank
+const ALWAYS = 8; // signals of a bank that are always shown
+const MAX_SHOWN = 64; // maximum number of displayed signals of a bank
 const BANKS = [["Outputs", 1, 1000, ALWAYS], ["Inputs", 1001, 2000, ALWAYS], ["Internal", 2001, 3000, 0]] as const;
 
-/** Makes the tab of signals: each is a lamp, and a switch for who may drive. The names are those of the cell. */
+/** Makes the tab of signals: each is a lamp, and a switch for users who may drive. The names are those of the cell. */
 export function makeSignals(commands: Commands, slot: HTMLElement): Part {
   const names: Record<string, string> = commands.connection.welcome!.cell?.names ?? {};
   const stack = h("div", { class: "stack signals" });

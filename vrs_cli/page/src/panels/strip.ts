@@ -7,13 +7,13 @@ import { assign, h } from "../dom";
 import { colour, onTheme } from "../style/theme";
 import { untrueSentence } from "./programs";
 
-const [AXIS, BAND, NAMES] = [15, 18, 16]; // [px] of the numbers, the phases, and the names of commands
-const DENSE = 3; // [px] between two commands, below which they are counted instead of named
-const BIN = 4; // [px] in which they are counted
-const MIN_NAME = 26; // [px] that a name needs at least
-const REDRAW = 100; // [ms] between two drawings at least
+const [AXIS, BAND, NAMES] = [15, 18, 16]; // [px] heights of the numbers, the phases, and the names of commands
+const DENSE = 3; // [px] closer commands are counted, not named
+const BIN = 4; // [px] width of a column of counted commands
+const MIN_NAME = 26; // [px] minimum room for a name
+const REDRAW = 100; // [ms] minimum time between two drawings
 
-/** What is in doubt of a timeline: times that are not confirmed, that were shown wrong, and of commands that failed. */
+/** Doubtful parts of a timeline: unconfirmed times, times displayed wrongly, and times of failed commands. */
 interface Doubts {
   unconfirmed: number;
   flagged: [number, number][];
@@ -30,7 +30,7 @@ function doubtsOf({ source: { preview }, surveyed, now }: Shown): Doubts {
   };
 }
 
-/** Makes the timeline as a strip: phases by colour, commands by name, what is in doubt; it is where time is sought. */
+/** Makes the strip of the timeline: phases by colour, commands by name, and doubtful parts. It also sets the displayed time. */
 export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }): void {
   const canvas = h("canvas", { "aria-hidden": "true" });
   const [cursor, present] = [h("div", { class: "cursor" }), h("div", { class: "present" })];
@@ -82,7 +82,7 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
     app.playback.seek(app.playback.time + to);
   });
 
-  /** Tells of the time under the pointer; of the time that is shown where the strip has the keyboard. */
+  /** Describes the time under the pointer, or the displayed time if the strip has the keyboard. */
   function showTip(): void {
     const focused = strip.matches(":focus-visible");
     assign(tip, { hidden: !shown || (hovered === null && !focused) });
@@ -123,7 +123,7 @@ export function makeStrip(app: App, slot: HTMLElement, zoom: { seconds: number }
   app.add({ show });
 }
 
-/** What the parts of the strip draw with: the pen, and where a time is [px]. */
+/** The drawing context of the strip: the pen, and the place of a time [px]. */
 interface Sheet {
   pen: CanvasRenderingContext2D;
   span: Span;
@@ -171,7 +171,7 @@ function drawAxis({ pen, span, width, place }: Sheet): void {
   }
 }
 
-/** Fills each column with the phases in it, one above the other; runs of columns with one phase in one piece. */
+/** Fills each column with its phases, one above the other; columns with one equal phase are drawn as one piece. */
 function drawPhases({ pen, width }: Sheet, found: Float32Array, column: number): void {
   pen.fillStyle = colour("--rest");
   pen.fillRect(0, AXIS, width, BAND);
@@ -209,7 +209,7 @@ function drawDoubts({ pen, span, width, place }: Sheet, doubts: Doubts): void {
   for (const [begin, end] of doubts.flagged) if (begin < span.high && end > span.low) hatch(Math.max(place(begin), 0), Math.min(place(end), width), "--stop", -1);
 }
 
-/** Marks where commands begin, with their names as far as there is room; counts them where they are too many. */
+/** Marks the starts of commands, with names if there is room; counts them if they are too many. */
 function drawCommands({ pen, width, place }: Sheet, commands: { t: number; text: string }[]): void {
   const top = AXIS + BAND;
   if (commands.length * DENSE > width) {
@@ -232,7 +232,7 @@ function drawCommands({ pen, width, place }: Sheet, commands: { t: number; text:
   });
 }
 
-/** Returns a text, or as much of it as there is room for [px], with an ellipsis. */
+/** Returns a text, truncated with an ellipsis to fit the room [px]. */
 function shortened(pen: CanvasRenderingContext2D, text: string, room: number): string {
   if (pen.measureText(text).width <= room) return text;
   let letters = Math.min(text.length - 1, Math.floor(room / 4));

@@ -2,12 +2,12 @@ import { Change } from "../core/change";
 import { assign, button, h, put } from "../dom";
 import type { Commands } from "./commands";
 
-const PATIENCE = 3; // [s] until STOP is said to have no answer
-const [STOPPED_FOR, REFUSED_FOR] = [2, 8]; // [s] that the result is shown
+const PATIENCE = 3; // [s] maximum wait for an answer to STOP
+const [STOPPED_FOR, REFUSED_FOR] = [2, 8]; // [s] for which the result is shown
 const KEY = "."; // with Ctrl
 const NO_CONNECTION = "No connection to the robot: it is tried again";
 
-/** Makes the row that says who drives, and lets this user ask for it or give it; and what is under way. */
+/** Makes the row of the lease: who drives, buttons to request or give the lease, and the running command. */
 export function makeDrives(commands: Commands, slot: HTMLElement): void {
   const offer = (label: string, act: string, to = ""): HTMLElement => button(label, () => commands.drive(act, to));
   const row = h("div", { class: "row spread drives", role: "status" });
@@ -33,7 +33,7 @@ export function makeDrives(commands: Commands, slot: HTMLElement): void {
   });
 }
 
-/** Makes the place of questions: of the robot (Y/N, Change?) and of programs (PROMPT), with buttons or a field. */
+/** Makes the box of questions of the robot (Y/N, Change?) and of programs (PROMPT), with buttons or a field. */
 export function makeQuestions(commands: Commands, slot: HTMLElement): void {
   if (!commands.moves) return;
   const change = new Change();
@@ -62,7 +62,7 @@ export function makeQuestions(commands: Commands, slot: HTMLElement): void {
   });
 }
 
-/** Makes the button STOP: it brakes and stops all tasks, whoever drives, and says what became of it. */
+/** Makes the button STOP: it brakes and stops all tasks, whoever drives, and displays the result. */
 export function makeStop(commands: Commands, slot: HTMLElement): void {
   if (!commands.moves) return;
   const note = h("div", { class: "note bad stop-said", role: "alert", hidden: true });
@@ -74,7 +74,7 @@ export function makeStop(commands: Commands, slot: HTMLElement): void {
     result = now;
     put(note, why);
     assign(note, { hidden: !why });
-    assign(made, { hidden: !(commands.supervises || commands.lease.driver === commands.name) }); // others are refused
+    assign(made, { hidden: !(commands.supervises || commands.lease.driver === commands.name) }); // other users would be refused
     made.classList.toggle("lost", !commands.open);
     put(made, result || (commands.open ? "STOP" : "STOP: no connection"));
   }

@@ -2,16 +2,16 @@ import { remember, rememberedValue } from "../core/storage";
 import { button, h } from "../dom";
 import { type Run, scan } from "./language";
 
-const MAX_LINES = 2000; // in the document; older ones go
+const MAX_LINES = 2000; // maximum lines in the document
 const MAX_LINE_CHARS = 4000;
-const MAX_KEPT_LINES = 400; // over a reload
+const MAX_KEPT_LINES = 400; // maximum lines that survive a reload
 const MAX_KEPT_CHARS = 200_000;
-const [MIN_COLUMNS, MAX_COLUMNS] = [28, 200]; // that replies are drawn for
+const [MIN_COLUMNS, MAX_COLUMNS] = [28, 200]; // limits of the columns of replies
 const MARGIN = 32; // [px] of the columns: padding, and the bar that scrolls
 const ofTab = (): Storage => sessionStorage;
-const NEAR_END = 24; // [px] from the end, where the newest is followed
+const NEAR_END = 24; // [px] from the end within which the newest line is followed
 
-/** Returns how many columns a transcript has in its slot, as wide as that is now. */
+/** Returns the number of columns of a transcript at the current width of its slot. */
 export function columnsOf(slot: HTMLElement): number {
   const ruler = h("div", { class: "transcript", style: "position: absolute; visibility: hidden; padding: 0", text: "m".repeat(100) });
   slot.append(ruler);
@@ -21,7 +21,7 @@ export function columnsOf(slot: HTMLElement): number {
   return Number.isFinite(columns) && columns > 0 ? Math.min(Math.max(columns, MIN_COLUMNS), MAX_COLUMNS) : MIN_COLUMNS;
 }
 
-/** What was said, the newest last: a bounded list of lines of styled runs, which is there again after a reload. */
+/** The transcript: a bounded list of lines of styled runs, the newest last, which survives a reload. */
 export class Transcript {
   private lines: { runs: Run[]; element?: HTMLElement }[] = [];
   private again = { key: "", from: 0 };
@@ -31,7 +31,7 @@ export class Transcript {
   private readonly list = h("div", { class: "transcript" });
   private readonly newest = button("↓ Newest", () => this.toEnd(), { class: "transcript-newest", hidden: true });
 
-  /** `name`: under which the lines are kept for a reload. */
+  /** `name`: the key under which lines are stored for a reload. */
   constructor(private readonly slot: HTMLElement, private readonly name: string) {
     slot.append(this.list, this.newest);
     slot.addEventListener("scroll", () => this.follow(slot.scrollHeight - slot.scrollTop - slot.clientHeight < NEAR_END));
@@ -41,7 +41,7 @@ export class Transcript {
     this.say(rememberedValue<Run[][]>(name, [], ofTab));
   }
 
-  /** Adds lines that were typed. `again`: what they are another one of: if they come one after the other, the last stays. */
+  /** Adds typed lines. `again`: a key; of consecutive lines with the same key only the last stays. */
   echo(prompt: string, text: string, again = ""): void {
     if (again && again === this.again.key) this.lines.splice(this.again.from).forEach((line) => line.element?.remove());
     const from = this.lines.length;
@@ -79,7 +79,7 @@ export class Transcript {
     this.draw();
   }
 
-  /** Draws what is new at the next frame; what would go at once is never drawn. */
+  /** Draws new lines at the next frame; lines that would be removed at once are never drawn. */
   private draw(): void {
     if (this.lines.length > 2 * MAX_LINES) this.drop();
     if (this.drawing) return;
@@ -114,7 +114,7 @@ export class Transcript {
   private keep(): void {
     const lines = this.lines.slice(-MAX_KEPT_LINES).map((line) => line.runs);
     while (JSON.stringify(lines).length > MAX_KEPT_CHARS) lines.splice(0, Math.ceil(lines.length / 4));
-    remember(this.name, JSON.stringify(lines), ofTab); // where there is no room, what was kept before stays
+    remember(this.name, JSON.stringify(lines), ofTab); // without room, the earlier lines stay stored
   }
 }
 

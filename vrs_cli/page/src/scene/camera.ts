@@ -2,10 +2,10 @@ import * as THREE from "three";
 import { frames, slides } from "../core/kinematics";
 import { roomOf, type Bodies } from "./figure";
 
-const FIELD = 0.66; // [rad] of view, from top to bottom: as a lens of 50 mm sees
-/** From the robot to who looks at it: from the front, on its left, from above. */
+const FIELD = 0.66; // [rad] vertical field of view, that of a 50 mm lens
+/** The direction from the robot to the viewer: in front, to its left, above. */
 export const HOME = new THREE.Vector3(0.8, 0.55, 0.38);
-/** Directions from which the camera looks. The little Y has X to the right in a picture from above. */
+/** Directions of the camera. The small Y puts X to the right in the view from above. */
 export const DIRECTIONS = {
   front: new THREE.Vector3(1, 0, 0),
   side: new THREE.Vector3(0, -1, 0),
@@ -14,7 +14,7 @@ export const DIRECTIONS = {
 
 export const makeCamera = (): THREE.PerspectiveCamera => new THREE.PerspectiveCamera(THREE.MathUtils.radToDeg(FIELD), 1, 0.01, 100);
 
-/** Puts a camera where it sees all of a ball from a direction; `margin`: how much room that takes, in balls. */
+/** Places a camera so that it sees a whole ball from a direction; `margin`: the visible room in balls. */
 export function placeCamera(camera: THREE.PerspectiveCamera, ball: THREE.Sphere, towards: THREE.Vector3, margin = 1): void {
   const half = Math.atan(Math.tan(FIELD / 2) * Math.min(1, camera.aspect));
   camera.position.copy(ball.center).addScaledVector(towards.clone().normalize(), (margin * ball.radius) / Math.sin(half));

@@ -18,7 +18,7 @@ const DARK: Palette = {
   unconfirmed: "#f0c420", flagged: "#ff5050", predicted: "#5f9cf0", measured: "#f58bc3", branches: ["#b08ce8", "#55bcbc", "#e080a6"],
 };
 
-/** Of the axes of frames: X, Y, Z. */
+/** Colours of the axes of frames: X, Y, Z. */
 export const AXES = ["#d1342f", "#2e9e4f", "#2f6fde"].map((colour) => new Color(colour));
 
 /** The colours of shapes by their names in the robot's file. */

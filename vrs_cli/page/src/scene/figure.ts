@@ -10,7 +10,7 @@ import { geometry } from "./shapes";
 export const matrixOf = (T: ArrayLike<number>): THREE.Matrix4 =>
   new THREE.Matrix4(T[0], T[1], T[2], T[3], T[4], T[5], T[6], T[7], T[8], T[9], T[10], T[11], 0, 0, 0, 1);
 
-/** Sets the pose of an object that is not moved otherwise. */
+/** Sets the pose of an object that nothing else moves. */
 export function setPose(object: THREE.Object3D, T: Transform): void {
   object.matrixAutoUpdate = false;
   object.matrix.copy(matrixOf(T));
@@ -47,13 +47,13 @@ export interface Body {
   link: number;
   geometry: THREE.BufferGeometry;
   opens: Opening[];
-  /** Surfaces out of files may have holes: both sides are drawn. */
+  /** Whether both sides are drawn, because surfaces of files may have holes. */
   holes: boolean;
-  /** Of a mesh with textures: the material of its file. */
+  /** The material of a mesh file with textures. */
   material?: THREE.Material;
 }
 
-/** Returns a geometry with all vertices in one colour, if they have none, as one that can be merged with others. */
+/** Returns a geometry that can be merged with others; vertices without colours get one colour. */
 export function plain(from: THREE.BufferGeometry, colour: THREE.Color): THREE.BufferGeometry {
   const made = new THREE.BufferGeometry();
   for (const name of ["position", "normal"]) made.setAttribute(name, from.getAttribute(name));
@@ -66,14 +66,14 @@ export function plain(from: THREE.BufferGeometry, colour: THREE.Color): THREE.Bu
   return made.index ? made : mergeVertices(made);
 }
 
-/** The surfaces of a robot, shared by all figures of it: one for each link and each part of the hand. */
+/** The surfaces of a robot, shared by all its figures: one for each link and each part of the hand. */
 export class Bodies {
   readonly all: Body[] = [];
-  /** Calls back with bodies that come later: of mesh files. */
+  /** Callbacks for bodies that arrive later, from mesh files. */
   readonly onMore = new Set<(bodies: Body[]) => void>();
-  /** Of the meshes that could not be had. */
+  /** Number of meshes that could not be loaded. */
   missing = 0;
-  /** Resolves when all meshes are there, or are known to be missing. */
+  /** Resolves when all meshes are loaded or known to be missing. */
   readonly ready: Promise<void>;
 
   constructor(readonly model: Model) {
@@ -116,7 +116,7 @@ export class Bodies {
   }
 }
 
-/** Loads a mesh from its address; one in the address itself without a request, which the page's policy may forbid. */
+/** Loads a mesh from its address. A mesh inside a data address needs no request, which the page's policy may forbid. */
 function loaded(loader: GLTFLoader, address: string): ReturnType<GLTFLoader["loadAsync"]> {
   const [, data] = address.split(";base64,");
   return data === undefined ? loader.loadAsync(address) : loader.parseAsync(Uint8Array.from(atob(data), (c) => c.charCodeAt(0)).buffer, "");
@@ -124,7 +124,7 @@ function loaded(loader: GLTFLoader, address: string): ReturnType<GLTFLoader["loa
 
 const body = (first: Shape, parts: THREE.BufferGeometry[]): Body => ({ link: first.link, geometry: mergeGeometries(parts), opens: openings(first), holes: false });
 
-/** How a ghost is drawn: its material, its place in the order of drawing, and perhaps another surface for each of a body. */
+/** The style of a ghost: its material, its place in the order of drawing, and optionally another surface for each body. */
 export interface Look {
   material: THREE.Material;
   order: number;
@@ -133,13 +133,13 @@ export interface Look {
 
 const OWN = new THREE.MeshLambertMaterial({ vertexColors: true });
 const OWN_HOLES = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
-/** Paints of links: of a robot that is not heard any more, and of what touches. */
+/** Paints of links: of a robot without messages, and of touching bodies. */
 export const [GREY, RED] = ["#9aa0a6", "#d63031"].map((color) => new THREE.MeshLambertMaterial({ color, side: THREE.DoubleSide }));
 
 /** An arm: a node for each link, with its surfaces. Its root stands at T_world_robot. */
 export class Figure {
   readonly root = new THREE.Group();
-  /** Frames of the base and of all links, in which other things can be put. */
+  /** Frames of the base and of all links, which can hold other objects. */
   readonly links: THREE.Group[] = [];
   private readonly meshes: { body: Body; mesh: THREE.Mesh }[] = [];
   private readonly paints = new Map<number, THREE.Material>();
@@ -173,7 +173,7 @@ export class Figure {
     return this.look?.material ?? this.paints.get(body.link) ?? body.material ?? (body.holes ? OWN_HOLES : OWN);
   }
 
-  /** Stands at these frames (T_robot_link), the hand open (1), closed (0) or between; `T`: T_world_robot. */
+  /** Sets the frames (T_robot_link) and the hand, from 0 (closed) to 1 (open); `T`: T_world_robot. */
   pose(frames: Transform[], hand: number, T: Transform): void {
     setPose(this.root, T);
     frames.forEach((frame, i) => setPose(this.links[i], frame));
@@ -182,12 +182,12 @@ export class Figure {
     for (const { body, mesh } of this.meshes) if (body.opens.length) setPose(mesh, opened(body.opens, hand));
   }
 
-  /** Shows or hides the surfaces of a link; the links after it stay as they are. */
+  /** Shows or hides the surfaces of one link only. */
   showLink(link: number, on: boolean): void {
     for (const { body, mesh } of this.meshes) if (body.link === link) mesh.visible = on;
   }
 
-  /** Paints a link, 0 the base; null: in its own colours. */
+  /** Paints a link (0: the base); null: in its own colours. */
   paint(link: number, paint: THREE.Material | null): void {
     if (paint) this.paints.set(link, paint);
     else this.paints.delete(link);
@@ -195,7 +195,7 @@ export class Figure {
   }
 }
 
-/** Returns the least box around bodies at some postures of the robot (T_robot_link), in its own frame [m]. */
+/** Returns the smallest box around bodies at some postures of the robot (T_robot_link), in the robot's frame [m]. */
 export function roomOf(bodies: Body[], postures: Transform[][]): THREE.Box3 {
   const room = new THREE.Box3();
   for (const frames of postures)
@@ -206,7 +206,7 @@ export function roomOf(bodies: Body[], postures: Transform[][]): THREE.Box3 {
   return room;
 }
 
-/** Returns how far the tool can get from the first axis [m], for the sizes of what is drawn. */
+/** Returns the maximum distance of the tool from the first axis [m], the scale of drawings. */
 export function reachOf({ joints }: Model, zero: Transform[]): number {
   let at = originOf(zero[zero.length - 1]);
   let far = 0;

@@ -11,17 +11,17 @@ import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
 const OPACITY = 0.32;
-const BESIDE = 0.004; // [m] of a link: one that stands nearer is not seen either, as that of the base never is
-export const COINCIDE = 0.02; // [rad, m] of a joint: a ghost that stands nearer would only tint the arm
-const OUTLINE = 2.5; // [px] the width of an outline
+const BESIDE = 0.004; // [m] a link of a ghost this close to the arm is hidden, as the base is
+export const COINCIDE = 0.02; // [rad, m] of a joint: a ghost this close to the arm would only tint it
+const OUTLINE = 2.5; // [px] width of an outline
 
-/** How an arm is drawn that is not there: the figures it consists of, and the colours that they have. */
+/** The drawing of a ghost: its figures and their colours. */
 interface Drawing {
   figures: Figure[];
   colours: THREE.Color[];
 }
 
-/** Draws an arm that is seen through. Its nearest surface alone is drawn, so that what lies behind does not show as clutter. */
+/** Draws a translucent arm. Only its nearest surface is drawn, so that hidden surfaces do not clutter it. */
 function clear(_stage: Stage, bodies: Bodies): Drawing {
   const depth = new THREE.MeshBasicMaterial({ colorWrite: false, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   const seen = new THREE.MeshLambertMaterial({ transparent: true, opacity: OPACITY, depthWrite: false, side: THREE.DoubleSide });
@@ -42,7 +42,7 @@ function outline(stage: Stage, bodies: Bodies, stencilRef = 1): Drawing {
       if (length(away) > 0.0) gl_Position.xy += normalize(away) * ${(2 * OUTLINE).toFixed(1)} / resolution * gl_Position.w;`);
   };
   const known = new Map<THREE.BufferGeometry, THREE.BufferGeometry>();
-  /** Returns a surface with one normal at each corner, so that the wider one has no gaps. */
+  /** Returns a surface with one normal per corner, so that the wider surface has no gaps. */
   const surface = (from: THREE.BufferGeometry): THREE.BufferGeometry => {
     const bare = new THREE.BufferGeometry().setAttribute("position", from.getAttribute("position")).setIndex(from.index);
     const made = known.get(from) ?? mergeVertices(bare, 1e-5);
@@ -54,13 +54,13 @@ function outline(stage: Stage, bodies: Bodies, stencilRef = 1): Drawing {
   return { figures: [mark, edge].map((material, order) => new Figure(bodies, { material, order: 10 * stencilRef + order, surface })), colours: [edge.color] };
 }
 
-/** Draws an arm that is seen through, with an outline. */
+/** Draws a translucent arm with an outline. */
 function filled(stage: Stage, bodies: Bodies): Drawing {
   const [inside, edge] = [clear(stage, bodies), outline(stage, bodies, 2)];
   return { figures: [...inside.figures, ...edge.figures], colours: [...inside.colours, ...edge.colours] };
 }
 
-/** An arm where the moment has it: one that is not there yet, or would be. It is made when it is first seen. */
+/** A ghost: a second arm at other joints. It is made when it is first visible. */
 export class Ghost {
   visible = true;
   private readonly root = new THREE.Group();
@@ -68,7 +68,7 @@ export class Ghost {
   private readonly change = new Change();
   private readonly paint = (colours: Palette): void => this.drawing?.colours.forEach((one) => one.set(this.colour(colours)));
 
-  /** `joints`: where it stands at a moment; null for nowhere. */
+  /** `joints`: returns its joints at a time; null: hidden. */
   constructor(
     private readonly stage: Stage, private readonly bodies: Bodies, private readonly make: typeof clear, private readonly colour: (colours: Palette) => string,
     private readonly joints: (shown: InWorld) => number[] | null,
@@ -84,7 +84,7 @@ export class Ghost {
     this.change.forget();
   }
 
-  /** Stands at its joints, or hides where there are none, or the arm is there too. Returns where it is seen. */
+  /** Shows the ghost, or hides it without joints or beside the arm. Returns the displayed joints. */
   show(shown: InWorld): number[] | null {
     const q = this.visible ? this.joints(shown) : null;
     if (!q || Math.max(...q.map((x, i) => Math.abs(x - shown.q[i]))) < COINCIDE) {
@@ -114,19 +114,19 @@ export class Ghost {
   }
 }
 
-/** Returns where the motion under way ends, as an outline; nothing at rest. */
+/** Returns the goal of the current motion as an outline; nothing at rest. */
 export const goalView = (stage: Stage, bodies: Bodies): Ghost =>
   new Ghost(stage, bodies, outline, ({ goal }) => goal, ({ timeline, t }) => {
     const steered = timeline.locate(t)[0].motion.kind === "steered"; // a stream of targets has no goal of its own
     return steered || !timeline.moves(t) ? null : g(bodies.model, timeline, timeline.finishAfter(t));
   });
 
-/** Returns the arm as it is expected, beside the one that is reported: while the robot is followed. */
+/** Returns the predicted arm beside the reported one, while the page follows the robot. */
 export const predictionView = (stage: Stage, bodies: Bodies, follows: () => boolean): Ghost =>
   new Ghost(stage, bodies, clear, ({ predicted }) => predicted, ({ source: { preview }, now }) =>
     preview?.predicts && follows() ? g(bodies.model, preview.predicted, preview.shown(now)) : null);
 
-/** Returns the arm as the robot's body has measured it. */
+/** Returns the arm that the robot's body has measured. */
 export const measuredView = (stage: Stage, bodies: Bodies): Ghost =>
   new Ghost(stage, bodies, filled, ({ measured }) => measured, ({ measured }) => measured?.q ?? null);
 
@@ -136,7 +136,7 @@ interface Branch {
   timeline: Timeline | null;
 }
 
-/** Shows the arm as other branches have it at the time that is shown, each with how much later it ends. */
+/** Shows the arm of other branches at the displayed time, each with the difference of its end. */
 export class BranchView {
   visible = true;
   private readonly all = new Map<string, Branch>();
@@ -165,7 +165,7 @@ export class BranchView {
     });
   }
 
-  /** Makes a branch in the k-th of the colours. */
+  /** Makes a branch in the k-th colour. */
   private make(k: number): Branch {
     const joints = ({ t }: InWorld): number[] | null => branch.timeline && g(this.bodies.model, branch.timeline, t);
     const branch: Branch = { ghost: new Ghost(this.stage, this.bodies, clear, ({ branches }) => branches[k], joints), version: -1, timeline: null };
@@ -175,7 +175,7 @@ export class BranchView {
   private fetch(name: string, version: number, branch: Branch): void {
     branch.version = version;
     void this.connection.ask("at", { act: { kind: "ShowBranch", name } }).then((answer) => {
-      if (answer.found?.kind !== "BranchShown") return void (branch.version = -1); // it is gone, or is asked for again
+      if (answer.found?.kind !== "BranchShown") return void (branch.version = -1); // the branch is gone, or was requested again
       branch.timeline = new Timeline();
       branch.timeline.replace(answer.found.snapshot);
       this.stage.change();

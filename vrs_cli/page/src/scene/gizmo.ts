@@ -7,32 +7,32 @@ import { matrixOf } from "./figure";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
-const RELEASE = 400; // [ms] after the last key, when the tool is let go
-const LIT_COLOUR = "#f0a020"; // of an arrow under the pointer
-const LIT = 0.09; // of the reach: the ball at a joint that is at its limit
-const [STEP, TURN] = [0.005, Math.PI / 90]; // [m, rad] of a key; a tenth of it with Shift
-const [SIZE, TOUCH_SIZE] = [0.85, 1.25]; // of the arrows: their targets have 24 px, 44 where fingers point
+const RELEASE = 400; // [ms] after the last key before the tool is released
+const LIT_COLOUR = "#f0a020"; // colour of an arrow under the pointer
+const LIT = 0.09; // of the reach: radius of the ball at a joint at its limit
+const [STEP, TURN] = [0.005, Math.PI / 90]; // [m, rad] step of a key
+const [SIZE, TOUCH_SIZE] = [0.85, 1.25]; // sizes of the arrows: their targets have 24 px, and 44 px for touch
 const KEYS: Record<string, [axis: number, sign: number, turns: boolean]> = {
   ArrowRight: [0, 1, false], ArrowLeft: [0, -1, false], ArrowUp: [1, 1, false], ArrowDown: [1, -1, false], PageUp: [2, 1, false], PageDown: [2, -1, false],
   x: [0, 1, true], X: [0, -1, true], y: [1, 1, true], Y: [1, -1, true], z: [2, 1, true], Z: [2, -1, true],
 };
 
-/** The arrows and rings with which the tool is dragged. Who drives the robot hears of the wishes by `onDrag`. */
+/** The arrows and rings that drag the tool. `onDrag` receives the wishes. */
 export class Gizmo {
-  /** Called with the wished T_world_tool while the gizmo is dragged, and with null when it is let go. */
+  /** Called with the wished T_world_tool during a drag, and with null at its end. */
   onDrag: (wish: Transform | null) => void = () => {};
-  /** Whether the gizmo may be seen: for one who may drive, while the robot is followed. */
+  /** Whether the gizmo may be visible: for users who may drive, while the page follows the robot. */
   enabled: () => boolean = () => false;
-  /** Whether the arrows stand along the axes of the tool or of the world. */
+  /** Whether the arrows have the directions of the tool or of the world. */
   axes: "tool" | "world" = "tool";
-  /** What the gizmo can do. */
+  /** The possible motions of the gizmo. */
   motions: "both" | "move" | "turn" = "both";
   private readonly proxy = new THREE.Object3D();
   private readonly move: TransformControls;
   private readonly turn: TransformControls;
   private readonly ball: THREE.Mesh;
-  private tool: Transform | null = null; // T_world_tool, shown last
-  private T_gizmo_tool: Transform | null = null; // while it is dragged
+  private tool: Transform | null = null; // the last displayed T_world_tool
+  private T_gizmo_tool: Transform | null = null; // during a drag
   private keyTimer = 0;
   private readonly arranged = new Change();
   private held = { text: "", joint: 0 };
@@ -49,11 +49,11 @@ export class Gizmo {
   private control(mode: "translate" | "rotate"): TransformControls {
     const made = new TransformControls(this.stage.camera, this.stage.view);
     made.setMode(mode);
-    made.setSpace("local"); // the proxy itself stands along the world, or the tool
+    made.setSpace("local"); // the proxy itself has the directions of the world or the tool
     made.attach(this.proxy);
     made.enabled = false;
     made.setColors(AXES[0], AXES[1], AXES[2], LIT_COLOUR);
-    made.showXYZE = made.showE = false; // a ring square to the view is taken by mistake for one of the axes
+    made.showXYZE = made.showE = false; // a ring facing the viewer would be mistaken for that of an axis
     const fingers = matchMedia("(pointer: coarse)").matches;
     made.setSize((fingers ? TOUCH_SIZE : SIZE) * (mode === "rotate" ? 1 : 0.8));
     made.addEventListener("change", () => this.stage.change());
@@ -67,18 +67,18 @@ export class Gizmo {
     return made;
   }
 
-  /** Whether somebody holds it now. */
+  /** Whether it is being dragged. */
   get dragged(): boolean {
     return this.T_gizmo_tool !== null;
   }
 
-  /** The arrows are not taken while a ring is under the pointer, and the other way round. */
+  /** Disables the arrows while a ring is under the pointer, and the rings under an arrow. */
   private oneAtATime(active: TransformControls): void {
     const other = active === this.move ? this.turn : this.move;
     if (!this.dragged) other.enabled = other.getHelper().visible && active.axis === null;
   }
 
-  /** Whether it is in the picture. */
+  /** Whether it is visible. */
   get seen(): boolean {
     return this.enabled() || this.dragged;
   }
@@ -104,7 +104,7 @@ export class Gizmo {
     this.drop();
   }
 
-  /** Lets go of the gizmo, as its user does: also at a cut of the connection. */
+  /** Ends a drag, also when the connection is lost. */
   drop(): void {
     this.stage.controls.enabled = true;
     if (this.dragged) this.onDrag(null);
@@ -131,7 +131,7 @@ export class Gizmo {
     return true;
   }
 
-  /** Shows what holds the tool back: a text at the tool, and a ball at the joint (counted from 1; 0: none) that is at its limit. */
+  /** Shows what holds the tool back: a text at the tool, and a ball at the joint at its limit (from 1; 0: none). */
   showHeld(text: string, joint: number): void {
     this.held = { text, joint };
     this.stage.change();

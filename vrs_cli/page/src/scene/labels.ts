@@ -2,7 +2,7 @@ import * as THREE from "three";
 import { h } from "../dom";
 import type { Stage } from "./stage";
 
-/** What a label is: more important ones have their place first. */
+/** Kinds of labels, the most important first. */
 const RANKS = ["held", "why", "joint", "frame", "part", "place", "branch", "command"] as const;
 export type LabelKind = (typeof RANKS)[number];
 
@@ -15,11 +15,11 @@ interface Label {
   shown: string;
 }
 
-/** Where a label may stand beside its point: the share of its width and height that it is moved. In the order of preference. */
+/** Places of a label beside its point, as shares of its width and height, in order of preference. */
 const PLACES = [[0, -1], [0, 0], [-1, -1], [-1, 0], [-0.5, -1.5], [-0.5, 0.5]];
 const GAP = 7; // [px] between a point and its label
 
-/** Returns the upper left corners of labels beside their points [px], the first ones first; null for what finds no room. */
+/** Returns the upper left corners of labels beside their points [px]; earlier labels have priority; null without room. */
 export function arrange(labels: { x: number; y: number; width: number; height: number }[], width: number, height: number): ([number, number] | null)[] {
   const taken: [number, number, number, number][] = [];
   return labels.map((label) => {
@@ -36,7 +36,7 @@ export function arrange(labels: { x: number; y: number; width: number; height: n
   });
 }
 
-/** Texts at points of the picture, as elements above the canvas. None covers another one; what finds no place is left out. */
+/** Texts at points of the picture, as elements above the canvas. Labels never overlap; those without room are hidden. */
 export class Labels {
   private readonly layer = h("div", { class: "labels" });
   private readonly all = new Map<string, Label>();
@@ -46,7 +46,7 @@ export class Labels {
     stage.beforeDraw.add(() => this.place());
   }
 
-  /** Has a text at a point in the world [m]; `key` names it. */
+  /** Sets a text at a point in the world [m]; `key` identifies it. */
   set(key: string, kind: LabelKind, text: string, [x, y, z]: ArrayLike<number> & Iterable<number>): void {
     let label = this.all.get(key);
     if (!label) {
@@ -60,7 +60,7 @@ export class Labels {
     label.width = -1;
   }
 
-  /** Takes away a label, or all whose key begins so, unless it is `one`. */
+  /** Removes a label if `one`, else all labels whose key begins with `key`. */
   remove(key: string, one = false): void {
     for (const [name, label] of this.all) {
       if (one ? name !== key : !name.startsWith(key)) continue;
@@ -69,7 +69,7 @@ export class Labels {
     }
   }
 
-  /** Puts all labels where they have room. */
+  /** Places all labels. */
   private place(): void {
     const { camera, width, height } = this.stage;
     const point = new THREE.Vector3();
@@ -78,7 +78,7 @@ export class Labels {
       if (label.width < 0) [label.width, label.height] = [label.element.offsetWidth, label.element.offsetHeight];
     const seen = order.map((label) => {
       point.copy(label.at).project(camera);
-      const before = Math.abs(point.z) <= 1; // the camera, not behind it
+      const before = Math.abs(point.z) <= 1; // before the camera, not behind it
       return { x: before ? ((point.x + 1) / 2) * width : -Infinity, y: ((1 - point.y) / 2) * height, width: label.width, height: label.height };
     });
     arrange(seen, width, height).forEach((at, i) => {

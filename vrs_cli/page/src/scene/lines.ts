@@ -9,10 +9,10 @@ import { matrixOf, plain } from "./figure";
 
 const MATERIAL = new THREE.MeshBasicMaterial({ vertexColors: true });
 const TURNS = [new THREE.Matrix4().makeRotationZ(-Math.PI / 2), new THREE.Matrix4(), new THREE.Matrix4().makeRotationX(Math.PI / 2)];
-const ALL = 1000; // [s] longer than the times of all pieces that are drawn together
-const BEHIND = 6; // [px] of depth that lines lie behind the dots on them
+const ALL = 1000; // [s] longer than any drawn line
+const BEHIND = 6; // [px] depth of lines behind their dots
 
-/** A piece of a line: two points in the world [m], and the times there [s]; of a dashed line, how far they are along it. */
+/** A piece of a line: two points in the world [m], and their times [s]; of a dashed line, their distances along it. */
 export interface Piece {
   a: Point;
   b: Point;
@@ -21,13 +21,13 @@ export interface Piece {
   colour: THREE.Color;
 }
 
-/** Many pieces of lines that are a few pixels wide, drawn at once. */
+/** Many pieces of lines, a few pixels wide, drawn at once. */
 export class Lines {
   readonly mesh: LineSegments2;
   private readonly material: LineMaterial;
-  private origin = 0; // [s] times are stored from here on, so that they keep their precision
+  private origin = 0; // [s] origin of the stored times, which keeps their precision
 
-  /** `linewidth`: of the lines [px]; `dash`: how long dashes and the gaps between them are, 0 for whole lines. */
+  /** `linewidth` [px]; `dash`: length of dashes and gaps, 0: solid lines. */
   constructor(linewidth: number, dash = 0) {
     this.material = new LineMaterial({
       linewidth, vertexColors: true, dashed: dash > 0, dashSize: dash, gapSize: dash, polygonOffset: true, polygonOffsetFactor: BEHIND, polygonOffsetUnits: 1,
@@ -47,7 +47,7 @@ export class Lines {
     ["instanceDistanceStart", "instanceDistanceEnd"].forEach((name, i) => made.setAttribute(name, new THREE.InterleavedBufferAttribute(times, 1, i)));
   }
 
-  /** Draws only what is before a time [s] (`past`), or after it: as one dash that ends, or begins, there. */
+  /** Draws only the part before a time [s] (`past`), or the part after it, as one dash. */
   split(t: number, past: boolean): void {
     const here = Math.min(Math.max(t - this.origin, -ALL / 2), ALL / 2);
     Object.assign(this.material, { dashed: true, dashSize: ALL, gapSize: ALL, dashOffset: (past ? ALL : 0) - here });

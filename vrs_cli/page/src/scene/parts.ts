@@ -9,8 +9,8 @@ import type { InWorld } from "./scene";
 import { geometry } from "./shapes";
 import type { Stage } from "./stage";
 
-const LASTING = 0.1; // [s] for which what touches is red at least: a short contact is seen too
-const THIN = 0.003; // [m] the least radius at which a beam is seen
+const LASTING = 0.1; // [s] minimum duration of red paint, so that short contacts are visible
+const THIN = 0.003; // [m] minimum displayed radius of a beam
 const LIT = new THREE.Color("#ffc400");
 const DARK = new THREE.Color("#607080");
 
@@ -19,7 +19,7 @@ type Zone = { size: number[]; T_world_zone: number[] };
 interface Body { name: string; shape: Shape; colour: number[]; T_world_part?: number[]; T_world_fixture?: number[] }
 interface Region extends Partial<Zone> { type: string; begin?: number[]; end?: number[]; place?: number[]; direction?: number[]; range?: number; radius?: number }
 
-/** What is around a robot, as `cell.scene` of the welcome says it. */
+/** The cell around a robot: `cell.scene` of the welcome. */
 export interface CellScene {
   parts?: Body[];
   fixtures?: Body[];
@@ -37,7 +37,7 @@ export function surfaceOf({ type, size, radius = 0, height = 0, pieces = [] }: S
   return mergeGeometries(pieces.map((points) => new ConvexGeometry(points.map((p) => new THREE.Vector3(p[0], p[1], p[2])))));
 }
 
-/** Returns the surface of what a sensor sees; that of a thin beam is thicker. */
+/** Returns the surface of a sensor's region; a thin beam is drawn thicker. */
 function regionOf({ type, size, begin, end, place, direction, range = 0, radius = 0 }: Region): THREE.BufferGeometry {
   if (type === "Zone") return new THREE.BoxGeometry(...(size as [number, number, number]));
   const [from, to] = type === "Beam" ? [begin!, end!] : [place!, place!.map((x, i) => x + range * direction![i])];
@@ -46,10 +46,10 @@ function regionOf({ type, size, begin, end, place, direction, range = 0, radius 
 
 interface Drawn { mesh: THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>; own: THREE.Color }
 
-/** The cell: parts where the world says, fixtures, sensors that light up, and where feeders and sinks are. What touches is red. */
+/** The cell: parts, fixtures, sensors that light up, feeders and sinks. Touching bodies are red. */
 export class PartsView {
   readonly root = new THREE.Group();
-  /** Whether parts have their names beside them. */
+  /** Whether parts have labels. */
   named = true;
   private readonly bodies = new Map<string, Drawn>();
   private readonly sensors: Drawn["mesh"][] = [];
@@ -83,7 +83,7 @@ export class PartsView {
     for (const { zone } of sinks) this.outline(new THREE.BoxGeometry(...(zone.size as [number, number, number])), zone.T_world_zone, stage.colours.stop);
   }
 
-  /** Draws the edges of a place where parts come or go. */
+  /** Draws the edges of a feeder or a sink. */
   private outline(surface: THREE.BufferGeometry, T: number[], colour: string): void {
     const lines = new THREE.LineSegments(new THREE.EdgesGeometry(surface, 30), new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.7 }));
     setPose(lines, Float64Array.from(T));
@@ -120,7 +120,7 @@ export class PartsView {
     this.stage.change(true);
   }
 
-  /** Paints what touches red, and what does not any more in its own colour. */
+  /** Paints touching bodies red, and others in their own colours. */
   private paint(red: Set<string>): void {
     for (const name of new Set([...red, ...this.red])) {
       if (red.has(name) === this.red.has(name)) continue;
@@ -133,7 +133,7 @@ export class PartsView {
     this.red = red;
   }
 
-  /** Says in words what is to be seen at t, for those who do not see it. */
+  /** Describes the parts at t for screen readers. */
   told(t: number): string[] {
     const { world } = this;
     const held = world.held(t);

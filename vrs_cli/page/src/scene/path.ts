@@ -7,16 +7,16 @@ import type { InWorld } from "./scene";
 import { Dots, Lines, type Piece } from "./lines";
 import type { Stage } from "./stage";
 
-const AROUND = 60; // [s] of the way to either side of the present
-const STEP = 20; // [s] after which that is looked at anew
-const WIDTH = 3; // [px] of lines
-const WIDE = 8; // [px] of what is not confirmed and of what was shown wrongly, behind the lines
-const [DOT, MARK] = [5, 9]; // [px] between two segments, and where a command takes over
-const MAX_TEXTS = 40; // of commands
-const COST = 10; // times as long as it took to draw the way, it is not drawn again
-const RECENT = 60; // [s] that what was shown wrongly stays in the picture
+const AROUND = 60; // [s] of the path on either side of the displayed time
+const STEP = 20; // [s] after which this window moves
+const WIDTH = 3; // [px] width of lines
+const WIDE = 8; // [px] width of unconfirmed and wrongly displayed parts, behind the lines
+const [DOT, MARK] = [5, 9]; // [px] dots between two segments, and at the start of a command
+const MAX_TEXTS = 40; // maximum number of labels of commands
+const COST = 10; // the path is not redrawn for this multiple of its drawing time
+const RECENT = 60; // [s] for which a wrongly displayed part stays visible
 
-/** Returns the texts at each place; places nearer to each other than that [m] are one. */
+/** Returns the texts at each place; places closer than `near` [m] are joined. */
 export function gather(named: { at: Point; text: string }[], near: number): { at: Point; texts: string[] }[] {
   const found: { at: Point; texts: string[] }[] = [];
   for (const { at, text } of named) {
@@ -27,7 +27,7 @@ export function gather(named: { at: Point; text: string }[], near: number): { at
   return found;
 }
 
-/** The way of the tool, past and planned, and where each command takes over. */
+/** The path of the tool, past and planned, and the start of each command. */
 export class PathView {
   readonly root = new THREE.Group();
   commands = false;
@@ -41,7 +41,7 @@ export class PathView {
   private readonly sides = new Change();
   private drawings = 0;
   private near: WayLine[] = [];
-  private wait = 0; // [ms] until when the way is not drawn again
+  private wait = 0; // [ms] time of the next possible drawing
   private timer = 0;
 
   constructor(private readonly stage: Stage, model: Model) {
@@ -57,7 +57,7 @@ export class PathView {
     this.redraw();
   }
 
-  /** Has the way drawn anew at the next moment. */
+  /** Forces a new drawing of the path. */
   redraw(): void {
     this.drawn = [];
   }
@@ -103,7 +103,7 @@ export class PathView {
     gather(written, 0.02 * reach).forEach(({ at, texts }, k) => this.stage.labels.set(`command ${k}`, "command", texts.join("\n"), at));
   }
 
-  /** Draws what is not confirmed, and what was shown wrongly a while ago, of a robot behind a line with delays. */
+  /** Draws unconfirmed and recently wrong parts of the path of a robot behind a line with delays. */
   private showSides({ t, now, source }: InWorld): void {
     const { preview } = source;
     const since = preview ? preview.unconfirmed(now) : Infinity;
@@ -113,7 +113,7 @@ export class PathView {
     this.wide.set([...this.cut(since, Infinity, unconfirmed), ...flagged.flatMap(([begin, end]) => this.cut(begin, end, wrong))]);
   }
 
-  /** Returns the pieces of the way between two times. */
+  /** Returns the pieces of the path between two times. */
   private cut(begin: number, end: number, colour: string): Piece[] {
     return this.near.flatMap((line) => piecesOf(line, colour)).flatMap((piece) => {
       const { a, b, from, to } = piece;
@@ -130,7 +130,7 @@ function piecesOf({ begin, times, points }: WayLine, paint: string): Piece[] {
   return points.slice(1).map((b, i) => ({ a: points[i], b, from: begin + times[i], to: begin + times[i + 1], colour }));
 }
 
-/** The way of the tool tip in one segment: points in the world [m], with the times in the segment [s]. */
+/** The path of the tool tip in one segment: points in the world [m], with their times in the segment [s]. */
 interface Sampled {
   duration: number;
   frames: unknown;
@@ -138,7 +138,7 @@ interface Sampled {
   points: Point[];
 }
 
-/** The same at its time; `starts`: a command takes over where it begins. */
+/** The same with its start time; `starts`: whether a command starts there. */
 interface WayLine {
   segment: Segment;
   begin: number;
@@ -150,16 +150,16 @@ interface WayLine {
   starts: boolean;
 }
 
-export const ERROR = 0.0005; // [m] between the way and its lines, at most
-const MARGIN = 0.8; // of the error: between the probes the way is a little farther from its line
-const LATE = 0.004; // [m] between the tip and the place on its line that belongs to the time
-const TURN = 0.5; // [rad, m] of all joints together: on so short a way the tip turns to and fro once at most
-const LOOKS = 16; // parts of a segment by which the way of its joints is measured
-const PROBES = [0.25, 0.5, 0.75]; // of a line: where its distance from the way is looked at
-const DEEPEST = 12; // halvings
-const MAX_PIECES = 6000; // of a way with more, the lines around the present are returned
+export const ERROR = 0.0005; // [m] maximum distance between the path and its lines
+const MARGIN = 0.8; // of the error: reserve for distances between the probes
+const LATE = 0.004; // [m] maximum distance between the tip and the point of the line at the same time
+const TURN = 0.5; // [rad, m] of all joints together: on a path this short the tip turns back at most once
+const LOOKS = 16; // parts of a segment for measuring the path of its joints
+const PROBES = [0.25, 0.5, 0.75]; // of a line: places to measure the distance from the path
+const DEEPEST = 12; // maximum number of halvings
+const MAX_PIECES = 6000; // maximum number of lines; more are cut to those around the displayed time
 
-/** Returns a function from the time in a segment to the place of the tool tip in the world. */
+/** Returns a function from the time in a segment to the position of the tool tip in the world. */
 function tipOf(model: Model, { motion, joints, line }: Segment): (s: number) => Point {
   const [T_world_robot, tool] = [baseOf(motion), toolOf(motion)];
   const at = (polynomials: number[][], s: number): number[] => polynomials.map((polynomial) => value(polynomial, s));
@@ -174,11 +174,11 @@ export function distanceFromLine(p: Point, a: Point, b: Point): number {
   return Math.hypot(...there.map((x, i) => x - part * along[i]));
 }
 
-/** Samples the way of the tip in a segment: few points, by curvature and by how evenly time passes on each piece. */
+/** Samples the path of the tip in a segment: few points, by curvature and by the evenness of time on each piece. */
 function sample(model: Model, segment: Segment): Sampled {
   const tip = tipOf(model, segment);
   const duration = segment.finish - segment.start;
-  let way = 0; // of all joints together
+  let way = 0; // path of all joints together
   for (const polynomial of segment.joints ?? [])
     for (let k = 0; k < LOOKS; k++)
       way += Math.abs(value(polynomial, (duration * (k + 1)) / LOOKS) - value(polynomial, (duration * k) / LOOKS));
@@ -209,16 +209,16 @@ function sample(model: Model, segment: Segment): Sampled {
   return { duration, frames: segment.motion.frames, times, points };
 }
 
-/** Computes the way of the tool of one robot. What an edit leaves as it is, is not computed again. */
+/** Computes the path of one robot's tool. Segments that an edit does not change are not recomputed. */
 export class Way {
   private readonly known = new WeakMap<object, Sampled>();
-  /** Segments sampled so far: for tests. */
+  /** Number of sampled segments, for tests. */
   computed = 0;
 
   constructor(private readonly model: Model) {}
 
   private sampled(segment: Segment): Sampled {
-    const path = (segment.joints ?? segment.line)!; // stays the same object where the segment is moved in time
+    const path = (segment.joints ?? segment.line)!; // stays the same object if the segment is only shifted in time
     const known = this.known.get(path);
     if (known && known.duration === segment.finish - segment.start && known.frames === segment.motion.frames) return known;
     const made = sample(this.model, segment);
@@ -227,7 +227,7 @@ export class Way {
     return made;
   }
 
-  /** Returns the lines between two times [s], in order; of too many those nearest to `t`. */
+  /** Returns the lines between two times [s], in order; if too many, those nearest to `t`. */
   lines(timeline: Timeline, begin: number, end: number, t: number): WayLine[] {
     const found: WayLine[] = [];
     let before: Segment | null = null;

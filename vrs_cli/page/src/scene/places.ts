@@ -8,12 +8,12 @@ import { gather } from "./path";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
-const LONG = 0.055; // of the reach: the axes
-const NEAR = 0.01; // of the reach: names of places so near to each other stand in one label
-const DASH = 0.02; // of the reach: a dash of what cannot be followed, and the gap behind it
-const BALL = 0.02; // of the reach
-const WIDTH = 3; // [px] of lines
-const MAX_CHARS = 300; // of the text of a picture
+const LONG = 0.055; // of the reach: length of the axes
+const NEAR = 0.01; // of the reach: places this close share one label
+const DASH = 0.02; // of the reach: length of dashes and gaps of lines that the arm cannot follow
+const BALL = 0.02; // of the reach: radius of balls
+const WIDTH = 3; // [px] width of lines
+const MAX_CHARS = 300; // maximum length of the text of a picture
 
 /** The named locations of the robot: small frames with their names. A precision point is where its joints bring the tool. */
 export class PlacesView {
@@ -45,7 +45,7 @@ export class PlacesView {
     this.stage.change();
   }
 
-  /** Returns the pose in the world; null for joints of another robot, and for what is not defined. */
+  /** Returns the pose in the world; null for joints of another robot, and for undefined locations. */
   private pose(row: Message, { base, tool }: Message): Transform | null {
     if (row.pose) return transformOf(row.pose);
     if (row.joints?.length !== this.model.joints.length) return null;
@@ -58,14 +58,14 @@ export class PlacesView {
 export interface Sketch {
   text: string;
   at: Point;
-  /** Lines that the arm can follow, and that it cannot. */
+  /** Lines that the arm can follow (`followed`) and cannot follow (`refused`). */
   followed?: [Point, Point][];
   refused?: [Point, Point][];
   balls?: [name: string, at: Point, kind: "good" | "bad" | "stop"][];
   frames?: number[][];
 }
 
-/** What WHY and EXPLAIN say, as a picture at the robot, until the robot does something else. */
+/** The picture of WHY and EXPLAIN at the robot, until the timeline changes. */
 export class ReasonView {
   readonly root = new THREE.Group();
   private readonly followed = new Lines(WIDTH);

@@ -2,7 +2,7 @@
 export interface Quality {
   readonly shadow: boolean;
   readonly antialias: boolean;
-  /** At most so many pixels of the picture for one of CSS. */
+  /** Maximum number of pixels of the picture per CSS pixel. */
   readonly ratio: number;
 }
 
@@ -15,10 +15,10 @@ export const QUALITIES: Quality[] = [
   { shadow: false, antialias: false, ratio: 0.67 },
 ];
 const PICTURES = 30;
-const SLOW = 50; // [ms] a longer median of the time between pictures lowers the quality
-const FAST = 22; // [ms] a shorter one raises it
-const GAP = 1000; // [ms] between two pictures: the page was hidden, or nothing moved
-const PATIENCE = 30_000; // [ms] before a quality that was too slow is tried again; doubled each time
+const SLOW = 50; // [ms] a longer median time between pictures lowers the quality
+const FAST = 22; // [ms] a shorter median raises it
+const GAP = 1000; // [ms] a longer pause means that the page was hidden or nothing moved
+const PATIENCE = 30_000; // [ms] before a quality that was too slow is tried again; it doubles each time
 
 /** Chooses the quality by the time between pictures that follow each other without a pause. */
 export class QualityControl {
@@ -26,7 +26,7 @@ export class QualityControl {
   private last = -Infinity;
   private patience = PATIENCE;
   private since = -Infinity;
-  /** The quality stays. */
+  /** Whether the quality stays fixed. */
   fixed = false;
 
   constructor(public level = 0) {}
@@ -35,7 +35,7 @@ export class QualityControl {
     return QUALITIES[this.level];
   }
 
-  /** Takes a picture drawn at `now` [ms]; `follows`: it was asked for as soon as the one before was drawn. Returns whether the quality changes. */
+  /** Records a picture drawn at `now` [ms]; `follows`: it was requested right after the one before. Returns whether the quality changes. */
   drawn(now: number, follows: boolean): boolean {
     const time = now - this.last;
     this.last = now;

@@ -8,19 +8,19 @@ import { matrixOf, setPose, type Bodies, type Figure } from "./figure";
 import type { InWorld } from "./scene";
 import type { Stage } from "./stage";
 
-const END = "#d64e3e"; // of the ends of a range
-const [LARGEST, SMALLEST] = [0.2, 0.1]; // radius of the first joint's arc and of the last one's, for an arm that reaches 1
-const WIDE = 0.16; // of an arc, in its radius
-const WINDS = 0.1; // how much an arc grows with each half turn, in its radius, so that one of several turns winds
-const ABOVE = 0.004; // [m] over the bodies of its link
-const FINEST = (5 * Math.PI) / 180; // [rad] between corners of an arc
-const NEAR = 0.05; // of its range: so near to its end a joint is marked
+const END = "#d64e3e"; // colour of the ends of a range
+const [LARGEST, SMALLEST] = [0.2, 0.1]; // of the reach: radius of the first and of the last joint's arc
+const WIDE = 0.16; // of the radius: width of an arc
+const WINDS = 0.1; // of the radius: growth of an arc per half turn, so that several turns form a spiral
+const ABOVE = 0.004; // [m] height above the bodies of its link
+const FINEST = (5 * Math.PI) / 180; // [rad] maximum angle between corners of an arc
+const NEAR = 0.05; // of its range: distance from the end at which a joint is marked
 const Z = [0, 0, 1];
 
 const flat = (colour: string, more: THREE.MeshBasicMaterialParameters = {}): THREE.MeshBasicMaterial =>
   new THREE.MeshBasicMaterial({ color: colour, side: THREE.DoubleSide, ...more });
 
-/** Returns the surface between two lines of as many points. */
+/** Returns the surface between two lines with equal numbers of points. */
 function ribbon(first: number[][], second: number[][]): THREE.BufferGeometry {
   const index: number[] = [];
   const count = first.length;
@@ -28,7 +28,7 @@ function ribbon(first: number[][], second: number[][]): THREE.BufferGeometry {
   return new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute([...first, ...second].flat(), 3)).setIndex(index);
 }
 
-/** Returns a ribbon between two angles at a height; it winds outwards from the lower end of the range. */
+/** Returns a ribbon between two angles at a height, a spiral outwards from the lower end of the range. */
 function sector(from: number, to: number, lower: number, radius: number, height: number): THREE.BufferGeometry {
   const count = Math.max(2, Math.ceil((to - from) / FINEST) + 1);
   const rim = (share: number): number[][] =>
@@ -50,7 +50,7 @@ interface Scale {
   height: number;
 }
 
-/** The range of each joint as an arc about its axis (a rail where it slides), with a hand at its value. Made when first seen. */
+/** The range of each joint as an arc about its axis (a rail if it slides), with a hand at its value. It is made when first visible. */
 export class RangesView {
   private readonly root: THREE.Object3D[] = [];
   private scales: Scale[] = [];
@@ -126,10 +126,10 @@ export class RangesView {
   }
 }
 
-const STEPS = 60; // of a full circle about the first axis
-const AGAIN = 2000; // [ms] between two questions for the boundary
+const STEPS = 60; // corners of a full circle about the first axis
+const AGAIN = 2000; // [ms] minimum time between two requests for the boundary
 
-/** The boundary of the reach in the present configuration, for an arm that turns about its first axis. The robot computes it. */
+/** The boundary of the reach in the current configuration, for an arm that turns about its first axis. The robot computes it. */
 export class ReachView {
   private on = false;
   private readonly mesh = new THREE.Mesh(new THREE.BufferGeometry(), flat("#fff", { transparent: true, opacity: 0.16, depthWrite: false }));

@@ -17,7 +17,7 @@ import { PlacesView, ReasonView, type Sketch } from "./places";
 import { RangesView, ReachView } from "./reach";
 import { Stage } from "./stage";
 
-/** What a button at the canvas does with the camera. `on`: of what stays pressed. */
+/** The action of a camera button. `on`: whether it is pressed. */
 export interface CameraAction {
   readonly icon: Icon;
   readonly label: string;
@@ -30,7 +30,7 @@ export interface CameraAction {
  * WHY or EXPLAIN says until the timeline changes, and null takes it away. */
 export type Scene = ReturnType<typeof makeScene>;
 
-/** The moment that is shown, in the world: T_robot_world is the BASE of the motion under way. */
+/** The displayed state in the world frame: T_robot_world is the BASE of the current motion. */
 export interface InWorld extends Shown {
   T_world_robot: Transform;
   T_world_tool: Transform;
@@ -99,7 +99,7 @@ export function makeScene(app: App, slot: HTMLElement) {
 
   // --- the camera ---
   let base = identity(); // T_world_robot
-  let touched = false; // the user has moved the camera
+  let touched = false; // whether the user has moved the camera
   let follows = false;
   let tip: THREE.Vector3 | null = null;
   const home = (towards = HOME): void => stage.look(homeBall(bodies).applyMatrix4(matrixOf(base)), towards);
@@ -153,7 +153,7 @@ export function makeScene(app: App, slot: HTMLElement) {
     if (!app.playback.moves) describe(here);
     stage.draw(app.playback.moves);
   };
-  /** Says what the picture shows, for screen readers: the tool, what the hand holds, where parts stand, what touches. */
+  /** Describes the picture for screen readers: the tool, the held part, the places of parts, contacts. */
   const describe = ({ t, T_world_tool }: InWorld): void => {
     const [x, y, z] = originOf(T_world_tool).map((one) => fixed(1000 * one, 0));
     const text = ["the robot", `its tool is at X ${x} Y ${y} Z ${z} mm`, ...(parts?.told(t) ?? [])].join("; ");

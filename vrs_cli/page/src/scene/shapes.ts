@@ -3,24 +3,24 @@ import { RoundedBoxGeometry } from "three/examples/jsm/geometries/RoundedBoxGeom
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Shape } from "../core/kinematics";
 
-const BEVEL = 0.06; // of the smallest size of a body: how far its edges are broken
-const SIDES = 40; // of a full circle
+const BEVEL = 0.06; // of the smallest size of a body: width of its bevels
+const SIDES = 40; // sides of a full circle
 const HALF = SIDES / 2;
 
 const vector = (a: number[]): THREE.Vector3 => new THREE.Vector3(a[0], a[1], a[2]);
 const pair = (of: number | number[] | undefined): [number, number] => (Array.isArray(of) ? [of[0], of[1] ?? of[0]] : [of ?? 0, of ?? 0]);
 
-/** Returns what turns Y to the way from a to b, and moves the origin to a. */
+/** Returns the matrix that turns Y to the direction from a to b, and moves the origin to a. */
 function upright(a: THREE.Vector3, b: THREE.Vector3): THREE.Matrix4 {
   const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), b.clone().sub(a).normalize());
   return new THREE.Matrix4().compose(a, turn, new THREE.Vector3(1, 1, 1));
 }
 
-/** Turns profiles (radius, height) about Y; each has edges of its own. */
+/** Rotates profiles (radius, height) about Y; each has its own edges. */
 const lathe = (profiles: [number, number][][]): THREE.BufferGeometry =>
   mergeGeometries(profiles.map((profile) => new THREE.LatheGeometry(profile.map(([r, z]) => new THREE.Vector2(r, z)), SIDES)));
 
-/** Returns an arc of a meridian of a ball between two angles from its top. */
+/** Returns a meridian arc of a ball between two angles from its top. */
 function arc(r: number, height: number, from: number, to: number): [number, number][] {
   const count = Math.max(2, Math.ceil((Math.abs(to - from) / Math.PI) * HALF));
   return Array.from({ length: count + 1 }, (_, i) => {
@@ -46,14 +46,14 @@ function cylinder(a: THREE.Vector3, b: THREE.Vector3, [low, high]: [number, numb
   return lathe(corners.slice(1).map((corner, i) => [corners[i], corner])).applyMatrix4(upright(a, b));
 }
 
-/** Makes two caps and the cone that touches both balls; the larger ball alone where it holds the other. */
+/** Makes two caps and the cone that touches both balls; only the larger ball if it contains the other. */
 function capsule(a: THREE.Vector3, b: THREE.Vector3, [low, high]: [number, number]): THREE.BufferGeometry {
   const length = a.distanceTo(b);
   if (length <= Math.abs(low - high)) {
     const [{ x, y, z }, r] = low >= high ? [a, low] : [b, high];
     return new THREE.SphereGeometry(r, SIDES, HALF).translate(x, y, z);
   }
-  const edge = Math.acos((low - high) / length); // where the cone begins, from the top of each ball
+  const edge = Math.acos((low - high) / length); // angle of the cone's edge from the top of each ball
   return lathe([[...arc(low, 0, Math.PI, edge), ...arc(high, length, edge, 0)]]).applyMatrix4(upright(a, b));
 }
 
@@ -76,7 +76,7 @@ function slab(shape: Shape, a: THREE.Vector3, b: THREE.Vector3, [low, high]: [nu
   made.computeVertexNormals();
   const x = b.clone().sub(a).normalize();
   const across = vector(shape.across!);
-  const z = across.sub(x.clone().multiplyScalar(x.dot(across))).normalize(); // as near to `across` as can be
+  const z = across.sub(x.clone().multiplyScalar(x.dot(across))).normalize(); // perpendicular to x, as close to `across` as possible
   return made.applyMatrix4(new THREE.Matrix4().makeBasis(x, z.clone().cross(x), z).setPosition(a));
 }
 

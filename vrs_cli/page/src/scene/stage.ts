@@ -10,18 +10,18 @@ import { QualityControl } from "./quality";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 
-const MARGIN = 1.12; // around the arm in the picture
-const KEY = new THREE.Vector3(0.45, -0.28, 0.85).normalize(); // towards the lamp: behind the robot's right shoulder, from above
+const MARGIN = 1.12; // of the radius: room around the arm in the picture
+const KEY = new THREE.Vector3(0.45, -0.28, 0.85).normalize(); // direction of the lamp: above, behind the robot's right shoulder
 const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
-const FIRST_OF_SOFTWARE = 3; // quality at which a machine without a GPU begins
-const REST = 350; // [ms] without a change after which a picture without antialiasing is drawn once more with more pixels
-const STILL = 2; // pixels of such a picture for one of CSS
+const FIRST_OF_SOFTWARE = 3; // first quality on a machine without a GPU
+const REST = 350; // [ms] without a change before a still picture is drawn with more pixels
+const STILL = 2; // pixels of a still picture per CSS pixel
 
 const CELL = 0.1; // [m] between the lines of the floor
-const SECTION = 0.5; // [m] between those that have a number
-const BELOW = 0.0005; // [m] the floor lies lower than the foot of the robot, which would flicker in it
-const MAX_LETTER = 0.08; // [m] so that numbers do not run into each other
-const TILE = [256, 64]; // [px] of a number in the texture
+const SECTION = 0.5; // [m] between lines with a number
+const BELOW = 0.0005; // [m] of the floor below the foot of the robot, so that they do not flicker
+const MAX_LETTER = 0.08; // [m] maximum size of numbers, so that they do not overlap
+const TILE = [256, 64]; // [px] size of a number in the texture
 
 /** The floor: lines, numbers in mm along X and Y, and the shadow of the robot. */
 class Floor {
@@ -61,7 +61,7 @@ class Floor {
     const [high, wide] = [1.6 * letter, (1.6 * letter * TILE[0]) / TILE[1]];
     const positions: number[] = [], uvs: number[] = [], index: number[] = [];
     places.forEach(([x, y], i) => {
-      // text runs along Y, its foot to X, so that who stands before the robot reads it
+      // text runs along Y with its foot towards X, so that a viewer in front of the robot can read it
       positions.push(x + high / 2, y - wide / 2, 0, x + high / 2, y + wide / 2, 0, x - high / 2, y + wide / 2, 0, x - high / 2, y - wide / 2, 0);
       const [low, up] = [1 - (i + 1) / rows, 1 - i / rows];
       uvs.push(0, low, 1, low, 1, up, 0, up);
@@ -96,16 +96,16 @@ class Floor {
   }
 }
 
-/** The canvas with its camera, floor and lights. It is drawn only when something has changed. */
+/** The canvas with its camera, floor and lights. It is drawn only after changes. */
 export class Stage {
   readonly scene = new THREE.Scene();
   readonly camera = makeCamera();
   readonly controls: OrbitControls;
-  /** Holds the canvas and, above it, the labels. */
+  /** The element with the canvas and the labels above it. */
   readonly view = h("div", { class: "scene", tabindex: "0", role: "img", "aria-label": "the robot" });
   readonly floor: Floor;
   readonly labels: Labels;
-  /** Pictures drawn so far. */
+  /** Number of drawn pictures. */
   pictures = 0;
   colours: Palette = palette(isDark());
   width = 1;
@@ -123,13 +123,13 @@ export class Stage {
   private still = false;
   private timer = 0;
 
-  /** `reach`, `foot`: how far the arm reaches, and the height on which it stands [m]. `wake` asks for one picture. */
+  /** `reach`, `foot`: the reach of the arm, and the height of its foot [m]. `wake` requests one picture. */
   constructor(slot: HTMLElement, readonly reach: number, foot: number, private readonly wake: () => void) {
     slot.append(this.view);
     this.labels = new Labels(this);
     this.floor = new Floor(reach, foot);
     this.lamp.position.copy(KEY).multiplyScalar(4 * reach);
-    this.fill.position.set(0.6, 1, 0.35); // beside who looks at the robot
+    this.fill.position.set(0.6, 1, 0.35); // beside the viewer
     Object.assign(this.lamp.shadow.camera, { left: -1.6 * reach, right: 1.6 * reach, top: 1.6 * reach, bottom: -1.6 * reach, near: 0.5 * reach, far: 8 * reach });
     this.lamp.shadow.mapSize.set(2048, 2048);
     this.lamp.shadow.radius = 4;
@@ -153,14 +153,14 @@ export class Stage {
     this.resize();
   }
 
-  /** Has the next picture drawn; `shadow`: something that throws a shadow has moved. */
+  /** Requests the next picture; `shadow`: whether something that casts a shadow has moved. */
   change(shadow = false): void {
     this.dirty = true;
     if (shadow) this.renderer.shadowMap.needsUpdate = true;
     this.wake();
   }
 
-  /** Draws the picture if something has changed. `moves`: the next one is asked for as soon as this one is drawn. */
+  /** Draws the picture if something has changed. `moves`: whether the next one follows at once. */
   draw(moves: boolean): void {
     if (!this.dirty) {
       this.followed = false;
@@ -177,21 +177,21 @@ export class Stage {
     if (!this.quality.quality.antialias) this.timer = window.setTimeout(() => this.drawStill(), REST);
   }
 
-  /** Draws a picture that stays with more pixels, which the browser makes smooth. */
+  /** Draws a still picture with more pixels, which the browser smooths. */
   private drawStill(): void {
     if (this.dirty || document.hidden) return;
     this.setRatio(STILL);
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** Sets how many pixels there are for one of CSS: those of the quality, or those of a picture that stays. */
+  /** Sets the pixels per CSS pixel: those of the quality, or of a still picture. */
   private setRatio(still = 0): void {
     this.still = still > 0;
     this.renderer.setPixelRatio(still || Math.min(devicePixelRatio, this.quality.quality.ratio));
     this.renderer.setSize(this.width, this.height, false);
   }
 
-  /** The quality of the picture, 0 the finest: for tests and measurements. */
+  /** The quality of the picture, 0 the finest, for tests and measurements. */
   get level(): number {
     return this.quality.level;
   }
@@ -202,7 +202,7 @@ export class Stage {
     this.refine();
   }
 
-  /** Looks at a ball from a direction so that all of it is seen. */
+  /** Points the camera at a ball from a direction, so that all of it is visible. */
   look(ball: THREE.Sphere, towards: THREE.Vector3): void {
     placeCamera(this.camera, ball, towards, MARGIN);
     this.controls.target.copy(ball.center);
@@ -210,7 +210,7 @@ export class Stage {
     this.change();
   }
 
-  /** Moves camera and what it looks at. */
+  /** Moves the camera and its target. */
   pan(by: THREE.Vector3): void {
     this.camera.position.add(by);
     this.controls.target.add(by);
@@ -218,17 +218,17 @@ export class Stage {
     this.change();
   }
 
-  /** Makes a canvas; its antialiasing cannot be changed later, so that another quality may need another one. */
+  /** Makes a canvas. Antialiasing cannot be changed later, so another quality may need another canvas. */
   private makeRenderer(): void {
     this.renderer?.dispose();
     this.renderer?.domElement.remove();
     const canvas = document.createElement("canvas");
-    // three.js itself asks for a canvas with alpha, which browsers then blend with what is below it
+    // three.js itself would request a canvas with alpha, which browsers blend with the page below
     const context = canvas.getContext("webgl2", { alpha: false, antialias: this.quality.quality.antialias, stencil: true, powerPreference: "low-power" });
     this.renderer = new THREE.WebGLRenderer({ canvas, context: context ?? undefined });
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
-    this.renderer.domElement.setAttribute("aria-hidden", "true"); // the view has a text of its own
+    this.renderer.domElement.setAttribute("aria-hidden", "true"); // the view has its own text
     this.view.prepend(this.renderer.domElement);
     this.applyQuality();
   }
@@ -270,7 +270,7 @@ export class Stage {
   }
 }
 
-/** Returns what draws here, as the browser names it. */
+/** Returns the browser's name of the renderer. */
 function rendererName(): string {
   const gl = document.createElement("canvas").getContext("webgl2");
   const info = gl?.getExtension("WEBGL_debug_renderer_info");

@@ -24,7 +24,7 @@ function svg<K extends keyof SVGElementTagNameMap>(tag: K, attributes: Record<st
   return element;
 }
 
-/** Makes an icon. It is hidden from screen readers: what holds it has the name. */
+/** Makes an icon. It is hidden from screen readers, because its button has the name. */
 export function icon(name: Icon): SVGSVGElement {
   const made = svg("svg", { viewBox: "0 0 16 16", width: "16", height: "16", "aria-hidden": "true", focusable: "false" });
   const style = PATHS[name].startsWith("*") ? { fill: "currentColor" } : LINES;
@@ -51,7 +51,7 @@ export function menu(content: HTMLElement, name: Icon, label: string, text = "")
   return [made, content];
 }
 
-/** Has content shown in its place, and where there is no room, in a menu. Returns its button and the content. */
+/** Shows content in its place, or in a menu if there is no room. Returns its button and the content. */
 export function fold(content: HTMLElement, name: Icon, label: string, narrow: MediaQueryList): [HTMLButtonElement, HTMLElement] {
   const [opener] = menu(content, name, label);
   const arrange = (): void => {

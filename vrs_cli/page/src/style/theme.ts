@@ -1,13 +1,13 @@
 import { remember, remembered } from "../core/storage";
 
-// Light or dark: as the system says, or as was chosen here.
+// Light or dark: the setting of the system, or the choice of the user.
 export type Theme = "system" | "light" | "dark";
 
 const listeners = new Set<() => void>();
 const system = matchMedia("(prefers-color-scheme: dark)");
 const resolved = new Map<string, string>();
 
-/** Returns which theme was chosen here. */
+/** Returns the theme that the user chose. */
 export const chosenTheme = (): Theme => (document.documentElement.dataset.theme as Theme | undefined) ?? "system";
 
 /** Returns whether the page is dark now. */
@@ -16,7 +16,7 @@ export function isDark(): boolean {
   return chosen === "dark" || (chosen === "system" && system.matches);
 }
 
-/** Has the page shown in a theme, and this browser remember it. */
+/** Shows the page in a theme, and stores the choice. */
 export function chooseTheme(theme: Theme): void {
   remember("theme", theme === "system" ? null : theme);
   document.documentElement.dataset.theme = theme;
@@ -27,7 +27,7 @@ export function chooseTheme(theme: Theme): void {
 export function onTheme(changed: () => void): void {
   listeners.add(changed);
 }
-/** Returns a custom property such as "--accent" as a colour that a canvas takes: rgb(...). */
+/** Returns a custom property such as "--accent" as a colour for a canvas: rgb(...). */
 export function colour(property: string): string {
   let found = resolved.get(property);
   if (found === undefined) {
