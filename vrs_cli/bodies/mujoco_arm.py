@@ -293,8 +293,11 @@ class MujocoArm:
             if self._steps % self._every == 0:
                 found.append(self._report())
         self._reference = target
-        if stopped:
-            self._lock_standing()
+        if stopped:  # the brakes lock joints that stand, unless they slip
+            slipping = {one.joint - 1 for _, one in self._active if isinstance(one, scenario.SlippingBrake)}
+            for i, rate in enumerate(self._d.qvel.tolist()):
+                if abs(rate) < STILL and i not in slipping and not self._d.eq_active[i]:
+                    self._hold_joint(i, True)
 
     def _observe(self, noise: Floats, acceleration: Floats) -> None:
         """Read the encoders, and filter them with fixed gains (Benedict and Bordner, 1962). In place, to save time."""
@@ -390,13 +393,6 @@ class MujocoArm:
             if isinstance(one, scenario.SlippingBrake):
                 brakes[one.joint - 1] = min(brakes[one.joint - 1], one.torque)
         self._m.dof_frictionloss[:] = self.inertial.coulomb + brakes
-
-    def _lock_standing(self) -> None:
-        """Hold the joints that stand still under brakes that do not slip."""
-        slipping = {one.joint - 1 for _, one in self._active if isinstance(one, scenario.SlippingBrake)}
-        for i, rate in enumerate(self._d.qvel.tolist()):
-            if abs(rate) < STILL and i not in slipping and not self._d.eq_active[i]:
-                self._hold_joint(i, True)
 
     def _release_brakes(self) -> None:
         """Release the brakes; the motors hold the joints."""

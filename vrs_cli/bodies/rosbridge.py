@@ -284,7 +284,13 @@ class RosArm:
                 case "publish" if message.topic == self.settings.states:
                     self._take_states(body_lines.read_joint_states(message), now)
                 case "service_response" if message.id in self._asked:
-                    self._take_time(message, now)
+                    asked, time = self._asked.pop(message.id), body_lines.read_time(message)
+                    self._answers += 1
+                    if time is not None:
+                        self._sync.hear(asked, time, time, now)
+                    else:
+                        known = "the clock of ROS is known by the stamps of joint_states alone"
+                        self.tell("time", f"{GET_TIME} does not answer: {known}")
                 case "action_result" if message.id == f"trajectory-{self._number}" or message.id is None:
                     self._take_result(message)
                 case "status" if message.level in ("error", "warning"):
@@ -292,17 +298,6 @@ class RosArm:
                         self.tell(f"status {message.msg}", f"rosbridge: {message.level}: {str(message.msg)[:300]}")
         except IllegalValue as error:
             self.tell("garbage", f"{error} (this and others like it are left out)")
-
-    def _take_time(self, message: body_lines.RosbridgeMessage, now: float) -> None:
-        assert message.id is not None, "it was asked by its id"
-        asked, time = self._asked.pop(message.id), body_lines.read_time(message)
-        self._answers += 1
-        if time is None:
-            self.tell(
-                "time", f"{GET_TIME} does not answer: the clock of ROS is known by the stamps of joint_states alone"
-            )
-        else:
-            self._sync.hear(asked, time, time, now)
 
     def _take_states(self, states: body_lines.JointStates, now: float) -> None:
         """Report joint_states, unless joints are missing or the stamp is wrong."""
@@ -371,7 +366,13 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
     if rosbridge does not answer at first, or another client is the body.
     """
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
-    hearing = asyncio.create_task(_hear_changes(body, arm))
+
+    async def hear_changes() -> None:
+        with suppress(VrsError):  # `ticks` raises it too
+            async for change in body.changes():
+                arm.change(change.cut if isinstance(change, TimelineDelta) else -inf)
+
+    hearing = asyncio.create_task(hear_changes())
     try:
         while True:
             try:
@@ -400,13 +401,6 @@ async def _wait(body: BodyClient, seconds: float) -> None:
     async for _ in body.ticks():
         if loop.time() >= due:
             return
-
-
-async def _hear_changes(body: BodyClient, arm: RosArm) -> None:
-    """Give each change of the timeline to the arm."""
-    with suppress(VrsError):  # `ticks` raises it too
-        async for change in body.changes():
-            arm.change(change.cut if isinstance(change, TimelineDelta) else -inf)
 
 
 async def _converse(body: BodyClient, arm: RosArm, socket: Socket) -> None:

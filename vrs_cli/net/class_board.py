@@ -77,7 +77,17 @@ class ClassBoard:
     async def _carry_out(self, client: ClientSession, message: messages.ClientMessage) -> None:
         match message:
             case messages.AskHelp(wanted=wanted, student=student):
-                self._ask_help(client, student, wanted=wanted)
+                own = client.grant.name
+                if _teaches(client):
+                    if wanted or student not in self._help:
+                        raise RequestRefused(f"{student or own} does not ask for help", "students ask")
+                    own = student
+                elif student and student != own:
+                    raise RequestRefused("that is for the teacher", "ask for yourself")
+                if wanted:
+                    self._help.setdefault(own, self._wall())
+                else:
+                    self._help.pop(own, None)
             case messages.HandIn(name=name, text=text):
                 student = client.grant.name
                 if text is None:
@@ -96,19 +106,6 @@ class ClassBoard:
                 data = await asyncio.to_thread(self._folder.archive)
                 client.send(messages.Fetched(id, "hand-ins.zip", data))
         self.tell()
-
-    def _ask_help(self, client: ClientSession, student: str, *, wanted: bool) -> None:
-        name = client.grant.name
-        if _teaches(client):
-            if wanted or student not in self._help:
-                raise RequestRefused(f"{student or name} does not ask for help", "students ask")
-            name = student
-        elif student and student != name:
-            raise RequestRefused("that is for the teacher", "ask for yourself")
-        if wanted:
-            self._help.setdefault(name, self._wall())
-        else:
-            self._help.pop(name, None)
 
     def _announce(self, client: ClientSession, text: str, student: str) -> None:
         if len(text) > MAX_CHARS:

@@ -128,7 +128,10 @@ class CourseComputer:
         course = known.course
         wanted = max(course.timeline.last, self._now()) + AHEAD
         if self.wants_more(known):
-            return replace(known, until=_went_on(course, wanted))
+            until, done = -inf, time.thread_time() + STEP
+            while until <= wanted and time.thread_time() < done:
+                until = course.known_until(wanted)
+            return replace(known, until=until)
         if not self.looks:
             return known
         return self._look_ahead(known, wanted) or self._look_back(known) or known
@@ -165,14 +168,6 @@ class CourseComputer:
         names = self._checker.names
         found = self._checker.touches(known.course.timeline, begin, end, known.course)
         return [ContactSpan(one.begin, one.end, *(names[owner] for owner in one.owners)) for one in found]
-
-
-def _went_on(course: WorldCourse, wanted: float) -> float:
-    """Compute a course for STEP seconds of CPU time; return the time before which it is known then [s]."""
-    until, done = -inf, time.thread_time() + STEP
-    while until <= wanted and time.thread_time() < done:
-        until = course.known_until(wanted)
-    return until
 
 
 def join_contacts(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) -> tuple[ContactSpan, ...]:
@@ -344,7 +339,9 @@ class CourseThread(CourseTeller):
                 if not goes_on:
                     self._wait()
                 time.sleep(max(took * (1.0 / SHARE - 1.0), STEP))
-                self._give_way()
+                until = time.monotonic() + LAG
+                while self._works() and time.monotonic() < until:  # the robot's own work comes first, for a while
+                    time.sleep(LOOKS_EVERY)
         except Exception as error:
             self._failed(error)
 
@@ -353,12 +350,6 @@ class CourseThread(CourseTeller):
         with self._changed:
             if not (self._ended or self._cut is not NEVER or self._wants_more()):
                 self._changed.wait()
-
-    def _give_way(self) -> None:
-        """Wait while the robot has work, for some time."""
-        until = time.monotonic() + LAG
-        while self._works() and time.monotonic() < until:
-            time.sleep(LOOKS_EVERY)
 
 
 def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRows, float]:

@@ -262,7 +262,12 @@ class FarEnd:
                 self._set_clock(self._clock)
                 self._round_trip = self.sync.round_trip(0.5)
             case messages.Measurements():
-                self._take_reports(message)
+                if (mirror := self.mirror) is not None:
+                    if message.first > self._told_reports:  # earlier reports are missing
+                        end = mirror.record.view.end
+                        self.unmeasured = min(self.unmeasured, -1.0 if end is None else end)
+                    self._told_reports = message.first + len(message.times)
+                    self._add_reports([message])
             case messages.Pulled(state):
                 self._pulled = state
                 if state.issued is not None:
@@ -346,17 +351,6 @@ class FarEnd:
             self.flags.forget(self.now - REMEMBERED)
             self.flags.ahead = self.shown_time - self.now
             self.flags.add_change(cut, cut, self.now)
-
-    def _take_reports(self, message: messages.Measurements) -> None:
-        """Take reports of the body, and note whether earlier ones are missing."""
-        mirror = self.mirror
-        if mirror is None:
-            return
-        if message.first > self._told_reports:
-            end = mirror.record.view.end
-            self.unmeasured = min(self.unmeasured, -1.0 if end is None else end)
-        self._told_reports = message.first + len(message.times)
-        self._add_reports([message])
 
     def recall_reports(self, part: messages.ShownMeasured) -> None:
         """Take reports of the body that were asked for."""

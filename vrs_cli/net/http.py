@@ -144,16 +144,12 @@ class ServedPage:
         """Return the file of a request's path, None if there is none. Paths are only looked up in a table: they are not
         decoded, and never become names of files.
         """
-        if path.startswith(VIEW) and _is_segment(path.removeprefix(VIEW)):
-            path = "/index.html"
+        name = path.removeprefix(VIEW)
+        if path.startswith(VIEW) and 0 < len(name) <= 200 and not set(name) & set("/\\") and name.isprintable():
+            path = "/index.html"  # which says so if no robot has this name
         elif path in (WALL, f"{WALL}/"):
             path = "/wall.html"
         return self._files.get(path)
-
-
-def _is_segment(text: str) -> bool:
-    """Return whether a text is one segment of a path; the page itself says if no robot has this name."""
-    return 0 < len(text) <= 200 and not set(text) & set("/\\") and text.isprintable()
 
 
 def _all(headers: Headers, name: str) -> str:
@@ -387,7 +383,14 @@ class HttpAnswers:
     async def _page(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
         name, _, file = path.removeprefix(ROBOTS).partition(f"/{MESH}/")
         if path.startswith(ROBOTS) and file:
-            return await self._glb(unquote(name), file)
+            try:  # only clients of the robot know the address of a mesh
+                found_mesh = await asyncio.to_thread(self._mesh, unquote(name), file)
+            except VrsError as error:
+                if not isinstance(error, NonexistentFile):
+                    self._tell(f"{unquote(name)}: {error}")
+                return refusal_of(HTTPStatus.NOT_FOUND, "there is no such mesh")
+            cache = "Cache-Control", "private, max-age=31536000, immutable"
+            return response_of(HTTPStatus.OK, found_mesh, "model/gltf-binary", cache)
         hosts = headers.get_all("Host")
         if len(hosts) != 1:
             return refusal_of(HTTPStatus.BAD_REQUEST, "one Host is wanted")
@@ -419,17 +422,6 @@ class HttpAnswers:
             names = json.dumps({"robots": [*self._robots(grant)]}).encode()
             return response_of(HTTPStatus.OK, names, KINDS[".json"], ("Cache-Control", "no-store"))
         return found.response(headers)
-
-    async def _glb(self, name: str, file: str) -> Response:
-        """Answer with a mesh of a robot. Its address is secret: only clients of the robot know it."""
-        try:
-            found = await asyncio.to_thread(self._mesh, name, file)
-        except VrsError as error:
-            if not isinstance(error, NonexistentFile):
-                self._tell(f"{name}: {error}")
-            return refusal_of(HTTPStatus.NOT_FOUND, "there is no such mesh")
-        cache = "Cache-Control", "private, max-age=31536000, immutable"
-        return response_of(HTTPStatus.OK, found, "model/gltf-binary", cache)
 
     # --- a cookie for a token ---
 

@@ -97,7 +97,13 @@ class Publisher:
 
     async def open(self) -> None:
         """Connect. Raises RequestRefused if NATS does not answer, or keeps no streams."""
-        self._connection = await _connect(self._url, self._told, self._begin_anew_all)
+
+        def begin_anew() -> None:  # NATS has lost messages, and perhaps its streams
+            for robot in self._robots.values():
+                robot.lost = True
+                robot.stir.set()
+
+        self._connection = await _connect(self._url, self._told, begin_anew)
         try:
             await self._connection.jetstream().account_info()
         except Error:
@@ -109,12 +115,6 @@ class Publisher:
         assert self._connection is not None, "it is open"
         if robot.name not in self._robots:
             self._robots[robot.name] = _Robot(robot, self._connection, self._told)
-
-    def _begin_anew_all(self) -> None:
-        """Publish all robots from a new beginning: NATS has lost messages, and perhaps its streams."""
-        for robot in self._robots.values():
-            robot.lost = True
-            robot.stir.set()
 
     async def close(self) -> None:
         """Send what waits, and close the connection."""

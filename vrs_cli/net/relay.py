@@ -369,19 +369,16 @@ class _Link:
                     chosen = message.value()
                     self._end.ahead = self._end.ahead if chosen is None else chosen
                 case messages.Subscribe():
-                    await self._robot.send(encode(self._with_window(message), self._encoding))
+                    self._wanted = message.world
+                    window = message.window if self._window is None else self._window
+                    if self._end.connection.surrounded:
+                        window = None  # the places of parts follow from the whole timeline
+                    after = message.after if self._end.mirror is not None else None  # None: begin with a snapshot
+                    await self._robot.send(encode(replace(message, window=window, after=after), self._encoding))
                 case _:
                     said = self._end.hear_page(message)
                     await self._robot.send(frame if said is message else encode(said, self._encoding))
             await self._tell()
-
-    def _with_window(self, wanted: messages.Subscribe) -> messages.Subscribe:
-        """Return a subscription with the window of this relay, and with a snapshot if none is known here."""
-        self._wanted = wanted.world
-        window = wanted.window if self._window is None else self._window
-        if self._end.connection.surrounded:
-            window = None  # the places of parts follow from the whole timeline
-        return replace(wanted, window=window, after=wanted.after if self._end.mirror is not None else None)
 
     async def backward(self) -> None:
         """Pass the robot's messages on to the page."""

@@ -358,7 +358,11 @@ class Room(ServedRobot):
         if session.running and not session.driver.awaited and (self._watch is None or self._watch.done()):
             self._watch = self._self.put(session.watch_over())  # so that a program whose user has gone continues
         self._withdraw_questions()
-        self._measure(now)
+        wrong = self._meter.look(session.actor.worked, now)
+        if wrong is not None and not session.driver.end_by(wrong):
+            self._call(Session.stop, urgent=True)  # tasks that nobody waits for
+            told = messages.Told(refusal(wrong, ""))
+            self.put(lambda: self._spread(told, None))
         self._push_status()
         if self.broadcast.course is not None:
             self.broadcast.course.tick()
@@ -410,14 +414,6 @@ class Room(ServedRobot):
                     ticket.throw(AskedInVain(), question.id)
 
         self._call(look)
-
-    def _measure(self, now: float) -> None:
-        """Stop programs that use too much CPU time."""
-        wrong = self._meter.look(self.session.actor.worked, now)
-        if wrong is not None and not self.session.driver.end_by(wrong):
-            self._call(Session.stop, urgent=True)  # tasks that nobody waits for
-            told = messages.Told(refusal(wrong, ""))
-            self.put(lambda: self._spread(told, None))
 
     def _push_status(self) -> None:
         """Update the status of users at a prompt: when something has happened, and each second."""

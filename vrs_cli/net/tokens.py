@@ -424,7 +424,15 @@ class ClassFolder(Struct, frozen=True):
         if not known and not there:
             raise UsageError(f"{student} is no student of {self.root}", "vrs class links lists them")
         for robot in robots:
-            self._wait_for_end(self.journal / f"{robot}.vrst")
+            deadline, journal = time.monotonic() + SECONDS_TO_END, self.journal / f"{robot}.vrst"
+            while journal.exists():  # until a running server has closed the robot
+                try:
+                    hold(journal).release()
+                    break
+                except FileError:
+                    if time.monotonic() > deadline:
+                        raise
+                time.sleep(0.1)
         with writing(self.root, "do it again when the server has ended"):
             for path in there:
                 if path.is_dir() and not path.is_symlink():
@@ -436,18 +444,6 @@ class ClassFolder(Struct, frozen=True):
     def _files_of(self, robot: str) -> list[Path]:
         beside = (f"{robot}.vrst", f"{robot}.v2", f".{robot}.vrst.lock", f".{robot}.v2.lock")
         return [path for path in (self.files / robot, *(self.journal / name for name in beside)) if path.exists()]
-
-    def _wait_for_end(self, journal: Path) -> None:
-        """Wait until a running server has closed a robot. Raises FileError if it does not."""
-        deadline = time.monotonic() + SECONDS_TO_END
-        while journal.exists():
-            try:
-                hold(journal).release()
-                return
-            except FileError:
-                if time.monotonic() > deadline:
-                    raise
-            time.sleep(0.1)
 
     def _forget_in_audits(self, student: str) -> None:
         """Remove the lines about a student from the audit."""

@@ -375,7 +375,7 @@ class DivergenceWatch:
             self._waiting.append([])
         self._waiting[-1].append(block)
         if len(self._waiting) > WAITS + 1 and self._found is None and levels.max() < 0.25:
-            self.healthy.learn(_join_blocks(self._waiting.popleft()))
+            self.healthy.learn(Blocks(*map(np.concatenate, zip(*self._waiting.popleft(), strict=True))))
 
     def _load_ratio(self, load: Floats, error: Floats) -> tuple[float, int]:
         """Return twice the logarithm of the likelihood ratio of a load, and for how many blocks it has been there: each
@@ -426,7 +426,3 @@ class DivergenceWatch:
         noise: Floats = SAMPLE_NOISE * healthy.deviation.mean(axis=0)
         mode = samples[-1].mode
         return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, mode)
-
-
-def _join_blocks(blocks: list[Blocks]) -> Blocks:
-    return Blocks(*map(np.concatenate, zip(*blocks, strict=True)))

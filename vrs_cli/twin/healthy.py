@@ -136,15 +136,11 @@ class HealthyResidual:
             self._weight[number] = self._weight[number] * decay + len(these)
             self._squares[number] = self._squares[number] * decay + (these**2).sum(axis=0)
             self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
-        self._set_noise()
-        self.learned += len(blocks.times)
-
-    def _set_noise(self) -> None:
-        """Set the noise of all classes: at least that of the largest error, and more while little is learned."""
         weight = np.maximum(self._weight, 1.0)
-        own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)
-        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)
+        own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)  # at least that of the largest error
+        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # and more while little is learned
         self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # less activity, no more noise
+        self.learned += len(blocks.times)
 
 
 def load_torque(arm: RobotArm, q: Joints, qd: Joints | None = None, qdd: Joints | None = None) -> Floats:
