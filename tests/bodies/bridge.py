@@ -38,6 +38,7 @@ class Bridge:
         self.controller, self.offset = controller, offset
         self.has_time, self.refuses = True, False
         self.subscribed, self.refused = False, list[str]()
+        self.watched = False  # the state of the controller is subscribed to
 
     def receive(self, text: str | bytes, t: float) -> Iterator[Mapping[str, Any]]:
         """Take a message at the caller's time t [s], and yield the answers."""
@@ -45,6 +46,8 @@ class Bridge:
         match message:
             case {"op": "subscribe", "topic": "/joint_states", "type": "sensor_msgs/msg/JointState"}:
                 self.subscribed = True
+            case {"op": "subscribe", "type": "control_msgs/msg/JointTrajectoryControllerState"}:
+                self.watched = True
             case {"op": "advertise", "topic": topic, "type": "trajectory_msgs/msg/JointTrajectory"} if topic == TOPIC:
                 pass
             case {"op": "call_service", "service": "/rosapi/get_time", "id": id}:
@@ -73,6 +76,12 @@ class Bridge:
             self.refused.append(str(refusal))
             raise
 
+    def controller_states(self) -> list[dict[str, Any]]:
+        """Return the state that the controller publishes: none while it is not active."""
+        topic = "/joint_trajectory_controller/controller_state"
+        message = {"op": "publish", "topic": topic, "msg": {"joint_names": list(self.controller.names)}}
+        return [message] if self.watched and not self.controller.stopped else []
+
     def states(self, t: float) -> dict[str, Any]:
         """Return a message with joint_states of the caller's time t [s]."""
         position, velocity, _ = self.controller.state(t + self.offset)
@@ -92,6 +101,8 @@ async def served(bridge: Bridge, rate: float, port: int = 0) -> AsyncIterator[st
             while True:
                 if bridge.subscribed:
                     await socket.send(json.dumps(bridge.states(time.monotonic())))
+                    for state in bridge.controller_states():
+                        await socket.send(json.dumps(state))
                 await asyncio.sleep(1.0 / rate)
 
         publishing = asyncio.create_task(publish())

@@ -74,6 +74,7 @@ class Run:
         self.mangle: Callable[[dict[str, Any]], object] = lambda message: message
         settings = RosSettings("ws://arm", NAMES, replaces=replaces, by_action=by_action)
         self.arm = RosArm(self.body, settings, self.told.append)  # type: ignore[arg-type]
+        self.tells_state = True  # the controller publishes its state
         self.connect()
         hearing = self.body.engine.events.subscribe(woken=lambda: None)
         self.changes = hearing.take_all
@@ -99,6 +100,8 @@ class Run:
             while self.on_way and self.on_way[0][0] <= now:
                 for answer in self.bridge.receive(self.on_way.pop(0)[1], now):
                     self.arm.hear(json.dumps(answer))
+            for state in self.bridge.controller_states() if self.tells_state else ():
+                self.arm.hear(json.dumps(state))
             for k in range(states):
                 message = self.mangle(self.bridge.states(now - TICK + (k + 1) * TICK / states))
                 self.arm.hear(message if isinstance(message, str) else json.dumps(message))
@@ -242,6 +245,36 @@ def test_a_server_that_began_anew_is_followed_only_from_where_the_arm_is(lost: f
     run.until(9.0)
     assert run.error(7.0) < 1e-6
     assert run.body.reports[-1].mode is BodyMode.FOLLOWS
+
+
+def test_an_arm_whose_controller_is_not_active_has_stopped() -> None:
+    run = Run()
+    run.until(1.0)
+    run.move(*AWAY)
+    run.until(1.5)
+    assert run.body.reports[-1].mode is BodyMode.FOLLOWS
+    run.controller.stop(run.body.now() + OFFSET)
+    run.until(4.0)
+    stands = run.body.reports[-1].joints
+    received = len(run.controller.received)
+    assert run.body.reports[-1].mode is BodyMode.STOPPED
+    assert run.told == ["the controller is not active: the arm has stopped"]
+    run.move(*BACK)
+    run.until(5.0)
+    assert len(run.controller.received) == received, "nothing is sent to an arm that has stopped"
+    run.controller.release()
+    run.until(6.0)
+    assert (run.body.reports[-1].mode, run.body.reports[-1].joints) == (BodyMode.HOLDS, stands), "until RESYNC"
+
+
+def test_a_controller_that_never_publishes_its_state_counts_as_active() -> None:
+    run = Run()
+    run.tells_state = False
+    run.until(1.0)
+    run.move(*AWAY)
+    run.until(4.0)
+    assert run.body.reports[-1].mode is BodyMode.FOLLOWS
+    assert run.error(1.0) < 0.01
 
 
 def test_an_arm_that_moves_elsewhere_is_stopped_gently() -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from socket import create_server
 
 import numpy as np
+import pytest
 
 import vrs_cli as vrs
 from tests.live import until
@@ -82,8 +83,11 @@ def test_resync_brings_an_arm_of_ros_back(tmp_path: Path) -> None:
         move(r, -WAY, speed=10.0)
         until(lambda: error(r, r.measured.unknown_since or 0.0) < NEAR and r.measured.velocity[-1].any())
         print("stop", file=bridge.stdin, flush=True)
-        until(lambda: error(r, r.measured.unknown_since or 0.0) > 1.0)
+        until(lambda: r.measured.modes[-1] == "stopped")
+        with pytest.raises(vrs.VrsError, match="stopped"):
+            r.resync()
         print("release", file=bridge.stdin, flush=True)
+        until(lambda: r.measured.modes[-1] == "holds")
         r.resync()
         follows(r)
 

@@ -35,6 +35,7 @@ from vrs_cli.wire import body_lines
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATES = "sensor_msgs/msg/JointState"
+CONTROLLER_STATE = "control_msgs/msg/JointTrajectoryControllerState"
 ACTION = "control_msgs/action/FollowJointTrajectory"
 GET_TIME = "/rosapi/get_time"
 ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
@@ -50,6 +51,8 @@ EARLIER, LATER = 60.0, 1.0  # [s] a measurement may be so much before and after 
 SET_BACK = 1.0  # [s] if stamps go back by more, the clock of ROS was set
 SETTLING = 2.0  # [s] the arm waits so long for the first answers before it follows
 SILENT = 3.0  # [s] without joint_states, after which a message says so
+STATE_PERIOD_MS = 200  # between two states of the controller, which it publishes only while it is active
+MAX_STATE_GAP_S = 1.0  # without them, while joint_states come, the arm counts as stopped
 OPENING = 10.0  # [s] in which a connection opens
 MAX_TOLD = 5  # different messages of rosbridge that are shown in one connection
 
@@ -80,14 +83,15 @@ class RosSettings(Struct, frozen=True):
 class RosArm:
     """The conversation with rosbridge, without the socket: `due` returns messages to send, `hear` takes messages.
 
-    `mode`: in reports; the arm also holds where it cannot follow, until RESYNC. `tell`: takes messages for the user,
-    each kind once in a connection.
+    `mode`: in reports; the arm also holds where it cannot follow, until RESYNC. It has stopped while its controller,
+    which was active before, publishes no state. `tell`: takes messages for the user, each kind once in a connection.
     """
 
     def __init__(self, body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
         self.body, self.settings, self.mode = body, settings, BodyMode.HOLDS
         self._tell, self._told = tell, set[str]()
         self._names = [one.name for one in settings.joints]
+        self._state_topic = f"{settings.controller}/controller_state"
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
@@ -99,6 +103,7 @@ class RosArm:
         self._measured: tuple[float, Joints, Joints] | None = None
         self._last_stamp, self._next_report = -inf, -inf
         self._begun = self._came = now
+        self._active_at: float | None = None  # when the controller published its state last
         self._starts, self._retried = True, False
         self._order = self.body.order
         self._cut, self._waiting, self._until = inf, -inf, inf
@@ -120,7 +125,11 @@ class RosArm:
     def opening(self) -> list[Mapping[str, Any]]:
         """Return the first messages of a connection."""
         settings = self.settings
-        asked: list[Mapping[str, Any]] = [{"op": "subscribe", "id": "states", "topic": settings.states, "type": STATES}]
+        state = {"topic": self._state_topic, "type": CONTROLLER_STATE, "throttle_rate": STATE_PERIOD_MS}
+        asked: list[Mapping[str, Any]] = [
+            {"op": "subscribe", "id": "states", "topic": settings.states, "type": STATES},
+            {"op": "subscribe", "id": "controller", **state},
+        ]
         if not settings.by_action:
             topic = f"{settings.controller}/joint_trajectory"
             asked.append({"op": "advertise", "id": "trajectories", "topic": topic, "type": TRAJECTORY})
@@ -139,6 +148,13 @@ class RosArm:
             self.tell("silent", f"no joints come on {self.settings.states} of {self.settings.url}")
         if self._measured is None or (self._answers < FIRST_ANSWERS and now - self._begun < SETTLING):
             return found
+        if self._active_at is not None and now - self._active_at > MAX_STATE_GAP_S:
+            if self.mode is not BodyMode.STOPPED:
+                self.tell(f"stopped {self._active_at}", "the controller is not active: the arm has stopped")
+            self.mode, self._cut = BodyMode.STOPPED, inf
+            return found
+        if self.mode is BodyMode.STOPPED:
+            self.mode = BodyMode.HOLDS
         if self.body.far.rate == 1.0:
             return found + [self._message(one) for one in self._trajectories(now)]
         self.tell("rate", "the robot's clock does not run as fast as real time: the arm of ROS holds")
@@ -283,6 +299,8 @@ class RosArm:
             match message.op:
                 case "publish" if message.topic == self.settings.states:
                     self._take_states(body_lines.read_joint_states(message), now)
+                case "publish" if message.topic == self._state_topic:
+                    self._active_at = now
                 case "service_response" if message.id in self._asked:
                     asked, time = self._asked.pop(message.id), body_lines.read_time(message)
                     self._answers += 1
