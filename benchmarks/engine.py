@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
+from vrs_cli.engine import problem, single_motion
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
@@ -154,7 +155,14 @@ def planned(tasks: list[tuple[Joints, ...]], profile: Profile = Profile.LSPB) ->
 
 def _plan(profile: Profile, q: Joints, v: Joints, goal: Joints, a: Joints = ()) -> tuple[Segment, ...]:
     motion = Motion(1, MotionKind.JOINT, Start.AT, goal=goal, profile=profile)
+    forget_plans()
     return plan_motion(Problem(ARM, Here(JointState(q, v, a)), motion, 0.0))
+
+
+def forget_plans() -> None:
+    """Let f plan anew what it remembers: a program seldom makes one motion twice from the same state."""
+    single_motion._remembered_plan.cache_clear()
+    problem._REMEMBERED_STATES.clear()
 
 
 def editing(engine: Engine) -> list[Figure]:
@@ -164,7 +172,11 @@ def editing(engine: Engine) -> list[Figure]:
     at = delta.cut
 
     def repeated(work: Callable[[], object]) -> float:
-        return each(lambda _: work(), range(50))
+        def anew(_: int) -> object:
+            forget_plans()
+            return work()
+
+        return each(anew, range(50))
 
     return [
         Figure("f and timeline: MOVE appended", repeated(lambda: plan(arm, timeline, last, end, end))),
