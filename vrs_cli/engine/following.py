@@ -294,20 +294,25 @@ class Follower:
         """
         if path is not self._path:
             self._path, self._states = path, path.states()
-        pose, twist = self._states(s)
-        T_robot_flange = self.flange(pose)
-        at_once = state_on(self.arm, path, s, (pose, twist), T_robot_flange, near) if self.arm.guesses else None
-        if at_once is None and soon:
-            return None
-        joints = at_once[0] if at_once else joints_on(self.arm, path, s, T_robot_flange, near)
-        if joints is None or not self.arm.limits_ok(joints):
+        arm, at_once, (pose, twist) = self.arm, None, self._states(s)
+        T_robot_flange = pose if self.no_tool else compose(pose, self.T_tool_flange)
+        if arm.guesses or path.guides or arm.steady is not None:
+            at_once = state_on(arm, path, s, (pose, twist), T_robot_flange, near) if arm.guesses else None
+            if at_once is None and soon:
+                return None
+            joints = at_once[0] if at_once else joints_on(arm, path, s, T_robot_flange, near)
+        else:
+            joints = arm.branch_joints(T_robot_flange, path.configuration, near)
+        if joints is None or not arm.limits_ok(joints):
             return None
         vx, vy, vz, wx, wy, wz = twist
         if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STILL * STILL:
             return Sample(s, joints, (0.0,) * len(joints))
         if at_once:
             return _new(Sample, (s, *at_once))
-        return _new(Sample, (s, joints, joint_velocity(self.arm, path, s, joints, twist, self.tool)))
+        if path.guides or arm.steady is not None:
+            return _new(Sample, (s, joints, joint_velocity(arm, path, s, joints, twist, self.tool)))
+        return _new(Sample, (s, joints, arm.joint_velocity(joints, twist, self.tool)))
 
     def joints(self, path: CartesianPath, s: float, near: Joints) -> Joints | None:
         """Return the joints at a time; None where the path is out of reach."""

@@ -230,7 +230,7 @@ class StretchLoad:
         columns = zip(*[rates for _, rates in means], strict=True)
         near = dict[int, None]()  # the samples, each once
         for column, limit in zip(columns, self.limits.max_acceleration, strict=True):
-            most = _largest(column)
+            most = max(max(column), -min(column))
             if most > NEAR_LIMIT * limit:
                 k = _where_largest(column)
                 around = column[max(k - 1, 0) : k + 2]
@@ -274,8 +274,9 @@ class StretchLoad:
         if not rates:
             return Load()
         columns = list(zip(*[row for _, row in rates], strict=True))
-        ratios = [_largest(column) / limit for column, limit in zip(columns, self.limits.max_acceleration, strict=True)]
-        joint = _where_largest(ratios)
+        rows = zip(columns, self.limits.max_acceleration, strict=True)
+        ratios = [max(max(column), -min(column)) / limit for column, limit in rows]
+        joint = ratios.index(max(ratios))
         at = rates[_where_largest(columns[joint])][0]
         return Load(0.0, ratios[joint] * margin, joint=joint + 1, at=(self.path, at))
 
@@ -376,11 +377,11 @@ def _slopes(rows: list[Rates]) -> list[Rates]:
 
 def _largest(values: Sequence[float]) -> float:
     """Return the greatest absolute value."""
-    return max(*values, -min(values))
+    return max(max(values), -min(values))
 
 
 def _where_largest(values: Sequence[float]) -> int:
-    sizes = [abs(v) for v in values]
+    sizes = list(map(abs, values))
     return sizes.index(max(sizes))
 
 
