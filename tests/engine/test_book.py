@@ -11,7 +11,7 @@ import pytest
 
 from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
-from vrs_cli.engine.book import MAX_MOTIONS_COMPARED, ROW, MemoryWindow, WindowSize, displacement
+from vrs_cli.engine.book import MAX_MOTIONS_COMPARED, ROW_LENGTH, MemoryWindow, WindowSize, displacement
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError
@@ -225,9 +225,9 @@ def test_little_leaves_memory_after_one_change_and_as_much_as_comes() -> None:
     for number in range(900):  # each cuts the one before it off where that slows down
         engine.perform(Move(goals[number % 2], False), program=True)
         store.segments.append(0)
-    assert max(store.segments) <= 2 * ROW + 10
+    assert max(store.segments) <= 2 * ROW_LENGTH + 10
     in_memory = sum(len(part.row) for _, _, part in engine.timeline.parts() if not part.row.away)
-    assert in_memory <= 300 + 2 * ROW
+    assert in_memory <= 300 + 2 * ROW_LENGTH
     assert len(engine.timeline) > 1500
     assert (store.checkpoints, len(engine.book.history.done)) == (2, 200)
 
@@ -361,8 +361,8 @@ class Rows:
 
 def test_the_last_row_may_grow_to_a_full_one_and_those_before_it_to_half_of_one() -> None:
     """So that no row becomes far longer by what comes next, nor by a smaller one that joins it."""
-    for last in (ROW - 1, ROW):
-        rows = [Length(ROW // 2 - 1), Length(ROW // 2), Length(last)]
+    for last in (ROW_LENGTH - 1, ROW_LENGTH):
+        rows = [Length(ROW_LENGTH // 2 - 1), Length(ROW_LENGTH // 2), Length(last)]
         window = MemoryWindow(Store(), WindowSize(changes=200, segments=10**6, checkpoint=10**6))
         window.let_go(Rows(rows), (), 0, 0)  # type: ignore[arg-type]
-        assert [row.closed for row in rows] == [False, True, last == ROW]
+        assert [row.closed for row in rows] == [False, True, last == ROW_LENGTH]

@@ -165,7 +165,7 @@ def small_parts() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for module in (timeline, lines, journals, past, book, trajectory_file):
             patch.setattr(module, "PART", 4)
-        patch.setattr(book, "ROW", 6)
+        patch.setattr(book, "ROW_LENGTH", 6)
         yield
 
 

@@ -24,14 +24,14 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
-TURN = 0.5  # [rad, m] of all joints together: on so short a way the tip turns to and fro once at most
-PROBES = (0.25, 0.5, 0.75)  # of a line: where its distance from the way is looked at
-MARGIN = 0.8  # of the error: between the probes the way is a little farther from its line
+TURN = 0.5  # [rad, m] of all joints together: on a shorter way the tip turns to and fro at most once
+PROBES = (0.25, 0.5, 0.75)  # parts of a line at which its distance from the way is measured
+MARGIN = 0.8  # part of the error: between the probes the way is a little farther from its line
 DEEPEST = 12  # halvings: a line of 1 s is not made shorter than 0.25 ms
-WHOLE = 10.0  # [s] what is in sight begins and ends at such times: most of it stays the same then
+WHOLE = 10.0  # [s] the part in sight begins and ends at multiples of this time, so that most of it stays the same
 
-Tip = Callable[[float], Vector]  # where the tool tip is in the world [m], s seconds into a segment
-Place = tuple[float, Vector]  # a time [s], and where the tool tip is then
+Tip = Callable[[float], Vector]  # the place of the tool tip in the world [m], s seconds into a segment
+Place = tuple[float, Vector]  # a time [s], and the place of the tool tip then
 
 
 class ToolLine(NamedTuple):
@@ -72,7 +72,8 @@ class ToolPath:
 
     def __init__(self, arm: RobotArm, error: float) -> None:
         self._arm, self._error = arm, error
-        self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}  # a row kept has its own identity
+        # by the id of a row, which is kept, so that the id stays its own
+        self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}
 
     def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
         """Return in order the lines that the tip draws between two times [s]; some lines beside them may be among
@@ -107,7 +108,7 @@ def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLi
 
 
 def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
-    tip, pieces = tip_of(arm, segment), 1  # of equal time, in which the way is looked at
+    tip, pieces = tip_of(arm, segment), 1  # of equal time, into which the way is cut
     if isinstance(segment.path, JointPath):
         way = sum(high - low for low, high in segment.path.extremes(segment.duration))
         pieces = max(ceil(way / TURN), 1)
@@ -175,9 +176,9 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
 
 LOOKS = 8  # parts of a piece between which it is compared with g; even, so that halves share the places
 PIECE_MARGIN = (
-    0.9  # of the tolerance, kept at the places that are compared: between them a piece may be a little farther off
+    0.9  # part of the tolerance, allowed at the compared places: between them a piece may be a little farther off
 )
-MIN_PIECE_S = 2.0**-20  # [s] a piece that is halved no more, about 1 us
+MIN_PIECE_S = 2.0**-20  # a shorter piece is not halved: about 1 us
 TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m]
 
 
@@ -229,7 +230,7 @@ def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[Joi
         twist, still = path.twist(s), (0.0,) * arm.model.joint_count
         try:
             return joint_velocity(arm, path, s, joints(s), twist, segment.motion.frames.tool) if any(twist) else still
-        except StraightLineSingular:  # pieces next to a singular pose join without a jump, if not smoothly
+        except StraightLineSingular:  # next to a singular pose pieces join without a jump, but not smoothly
             return still
 
     def state(s: float) -> _State:

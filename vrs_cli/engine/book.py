@@ -29,12 +29,12 @@ from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, KeptDeltas, Timel
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
-AT_ONCE = 50  # changes that are planned before whoever waits may have his turn
+AT_ONCE = 50  # changes planned before others may have their turn
 R = TypeVar("R")
-Parts = Generator[None, None, R]  # work a part at a time: whoever drives may do something else meanwhile
-ROW = 128  # segments: a row of so many grows no more; after one change no row is written beyond them (3 ms of CPU)
-MAX_MOTIONS_COMPARED = 100  # motions that are looked at: what it costs does not depend on how much is scheduled
-SAME_TIME = 5e-4  # [s] two times that are shown alike
+Parts = Generator[None, None, R]  # work done a part at a time: between parts the driver may do something else
+ROW_LENGTH = 128  # segments: a row of this length grows no more; one change writes at most this many (3 ms of CPU)
+MAX_MOTIONS_COMPARED = 100  # motions: so the cost does not depend on how much is scheduled
+SAME_TIME = 5e-4  # [s] times closer than that are shown alike
 
 
 class WindowSize(Struct, frozen=True):
@@ -78,11 +78,14 @@ class MemoryWindow:
         edits = [delta.events.keep - SMALL - 1 for delta in deltas if delta.events is not None]
         self._first_event = max(min([self._first_event, *edits]), 0)
         count = len(timeline)
-        for index, _, leaf in timeline.parts(max(count - 2 * ROW, 0)):
+        for index, _, leaf in timeline.parts(max(count - 2 * ROW_LENGTH, 0)):
             row, is_last = leaf.row, index + leaf.count == count
-            if not row.closed and len(row) >= (ROW if is_last else ROW // 2):
-                row.close()  # no row at the end grows far beyond ROW: not by what is next, nor by one that joins it
-        due = timeline.version - self._checkpoint >= max(self.reach.checkpoint, (count + timeline.event_count) // ROW)
+            if not row.closed and len(row) >= (ROW_LENGTH if is_last else ROW_LENGTH // 2):
+                # so no row at the end grows far beyond ROW_LENGTH, by new segments or by a row that joins it
+                row.close()
+        due = timeline.version - self._checkpoint >= max(
+            self.reach.checkpoint, (count + timeline.event_count) // ROW_LENGTH
+        )
         written = self._write_rows(timeline, due=due) and self._write_events(timeline, due=due)
         if written and due and self.store.keep_checkpoint(timeline, commands, number):
             self._checkpoint = timeline.version
@@ -97,7 +100,7 @@ class MemoryWindow:
             if not (leaves or due):
                 break
             if row.kept is None:
-                if written >= ROW:
+                if written >= ROW_LENGTH:
                     return False
                 written += len(row)
                 row.close()
@@ -118,8 +121,8 @@ class MemoryWindow:
         written, before = 0, True
         for index, _, leaf in timeline.event_parts(self._first_event):
             row = leaf.row
-            if row.kept is None and (due or len(row) >= ROW):
-                if written >= ROW:
+            if row.kept is None and (due or len(row) >= ROW_LENGTH):
+                if written >= ROW_LENGTH:
                     return False
                 written += len(row)
                 row.closed = True
@@ -239,7 +242,7 @@ class Book:
         Of the target before, `deltas` keeps only what the robot did.
         """
         self._change([delta], goes_on=True)
-        if len(self.deltas) % PART != 1:  # where a part begins, both stay as they are written down
+        if len(self.deltas) % PART != 1:  # at the begin of a part both stay as they are written down
             before = self.deltas[-2]
             kept = before.segments[: delta.keep - before.keep]
             shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
@@ -257,8 +260,8 @@ class Book:
         """Take over the changes of a book that began as a copy of this one. Raises FileError."""
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
-        self._change(deltas, other.timeline if self.window is None else other.timeline.in_rows(ROW))
-        self.deltas = other.deltas.copy()  # shared, as far as they are packed
+        self._change(deltas, other.timeline if self.window is None else other.timeline.in_rows(ROW_LENGTH))
+        self.deltas = other.deltas.copy()  # packed parts are shared
         self.history, self.number = other.history.copy(), other.number
         self._let_go(deltas)
         self.told(deltas)
@@ -298,7 +301,7 @@ class Book:
 
     def keep_short(self, window: MemoryWindow) -> None:
         """Keep only the end of the book in memory from now on."""
-        self.timeline, self.window = self.timeline.in_rows(ROW), window
+        self.timeline, self.window = self.timeline.in_rows(ROW_LENGTH), window
         for _ in list(self.timeline.parts()):
             self._let_go(())
 
@@ -384,7 +387,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
         if one.motion.start is Start.AT and one.segments and abs(one.executed - one.issued) > SAME_TIME
     ]
     new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MAX_MOTIONS_COMPARED)}
-    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # what is not among these is nowhere
+    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # then a motion that is not among these is gone
     new.update((motion.number, time) for motion, time in _event_times(book.timeline, since, commands))
     rows = [
         (motion, begin, new.get(motion.number))

@@ -45,18 +45,19 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
-KEPT = 0.25  # of the less of two clearances: what is left for certain on the way between them, where it is clear
-AT_END = 1e-4  # of a path: nearer to where it begins or ends on a boundary, at rest, samples are close by themselves
+KEPT = 0.25  # part of the smaller of two clearances that must certainly be left between them
+AT_END = 1e-4  # part of a path: nearer to a rest on a boundary, samples are close anyway
 MAX_SEARCH_LOOKS = 5000
-REMEMBERED = 64  # surveys: a line that is planned with other stops, or for a key that is held, comes again
-FEW_LOOKS = 8  # places that are no nearer to each other than samples are anyway
-CLOSE = (0.01, 0.01, 0.01, 0.1)  # parts of the greatest clearances of a path: less is close to a boundary
-NEAR = 1e-5  # [m] of a touch, where its place is found to a billionth by differences
-INSIDE = 1e-5  # [m] of the end of a line, where it is seen whether it is a tangent
-SLOPE = 1e-8  # [m] of a clearance [m2] by the way: less is a tangent
+REMEMBERED = 64  # surveys: a line may be planned again, with other stops or while a key is held
+FEW_LOOKS = 8  # looks: with no more of them, samples are as close anyway
+# parts of the greatest clearances of a path: a smaller clearance is close to a boundary
+CLOSE = (0.01, 0.01, 0.01, 0.1)
+NEAR = 1e-5  # [m] step of differences around a touch, by which its place is found to a billionth
+INSIDE = 1e-5  # [m] from the end of a line: there differences show whether it is a tangent
+SLOPE = 1e-8  # [m] slope of a clearance [m2] along the way: a smaller one is a tangent
 NEWTON_STEPS = 3
-TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
-STRAIGHTENINGS = 2  # the second one for what rounding left
+TOUCHING = 0.01  # [rad, m] a joint that changes by less over a touch of a boundary does not jump
+STRAIGHTENINGS = 2  # the second one removes the rounding of the first
 
 
 class Touch(NamedTuple):
@@ -125,7 +126,7 @@ class _Search:
                     return PathSurvey(beyond=middle)
                 pending.append((middle, seen))
                 continue
-            for which in on_boundary:  # which may go on from a part that was noted before
+            for which in on_boundary:  # the touch may continue one that was noted before
                 before = next((touch for touch in self.touches if touch[1:] == (begin, which)), None)
                 if before is None:
                     self.touches.append(Touch(begin, end, which))
@@ -154,12 +155,12 @@ class _Search:
             if low > edge and low >= KEPT * min(x, y):
                 continue
             if on_boundary and max(x, y) == inf:
-                continue  # a hair beyond the boundary, where no joints are
+                continue  # slightly beyond the boundary, where there are no joints
             if not (max(x, y) <= 2.0 * edge and low >= -edge):
                 return False, []
             on_boundary.append(which)
             if which != SHOULDER:
-                break  # what comes after it depends on it, in a way that no bound is known of
+                break  # no bound is known for the later clearances, which depend on this one
             least = self.arm.least_clearance(a, b, self.pace, h, beside_axis=True)
         return True, on_boundary
 
@@ -221,7 +222,7 @@ def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, f
     rates = [most(derivative(turn.angle), lasting) for turn in turns]
     bends = [most(derivative(derivative(turn.angle)), lasting) for turn in turns]
     across = length(cross(turns[0].axis, v)) if len(turns) == 1 else length(v)
-    total = sum(rates)  # of several turns the rates of the axes of the later ones add to the second derivative
+    total = sum(rates)  # with several turns the axes of later ones move, which adds to the second derivative
     return total * across, (sum(bends) + total * total * (1.0 if len(turns) < 2 else 2.0)) * across
 
 
@@ -242,7 +243,8 @@ class Kinks:
         hand = follower.arm.hand
         assert hand is not None
         pace = pace_of(path, 1.0, hand, follower.T_tool_flange)
-        self.speed = pace.speed if pace.speed > ON_BOUNDARY else pace.tilt  # of a hand that stands, as [m] at 1 m
+        # [m/s]; of a hand that only turns, its speed at 1 m
+        self.speed = pace.speed if pace.speed > ON_BOUNDARY else pace.tilt
 
     def stops(self, near: Joints) -> list[Stop]:
         """Return where the line has to stop. Raises StraightLineSingular if it cannot be followed."""
@@ -331,7 +333,8 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
         axis = rotate(inverse(hand.T_axis_base), across)
         at = compose(flange, translation(*hand.centre))
         back = translation(*(-part for part in hand.centre))
-        sides = (compose(rotation_about(axis, side), at) for side in (angle, -angle))  # about that centre
+        # turns about the centre of the wrist
+        sides = (compose(rotation_about(axis, side), at) for side in (angle, -angle))
         turned = [compose(at_position(side, *position(at)), back) for side in sides]
         goal = compose(min(turned, key=lambda pose: length(_across(follower, pose))), follower.tool)
     return goal

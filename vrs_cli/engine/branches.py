@@ -62,8 +62,8 @@ class Branches:
         self.engine = engine
         self.who: Hashable = None
         self._main = self._present = _Branch(MAIN, None)
-        self._made: dict[tuple[Hashable, str], _Branch] = {}  # by who made them, and their names
-        self._places: dict[Hashable, _Branch] = {}  # where those are who are not on main
+        self._made: dict[tuple[Hashable, str], _Branch] = {}  # by user and name
+        self._places: dict[Hashable, _Branch] = {}  # the branch of each user who is not on main
 
     # --- reading ---
 
@@ -111,7 +111,7 @@ class Branches:
 
     def make(self, name: str) -> None:
         """Make a branch of the present course of events, and switch to it. Raises UsageError for a name in use."""
-        self.engine.book.end_stream()  # its command changes there
+        self.engine.book.end_stream()  # the command of the stream changes at its end
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
         self._add(_Branch(name, fork, structs.replace(here, book=here.book.copy())))
@@ -275,7 +275,7 @@ class Branches:
         if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
             undone = f"{name} has undone commands of {MAIN}, which has changed since"
             raise UsageError(undone, f"{{UNDO}} them on {MAIN}, or {{DELETEB {name}}}")
-        numbers: dict[int, int] = {}  # of the commands on the branch, and what they become on main
+        numbers: dict[int, int] = {}  # numbers of the commands on the branch => their numbers on main
         for number, step in enumerate(done[len(known) :], main.book.number + 1):
             motion = step.delta.motion._replace(number=number)
             numbers[step.delta.motion.number] = number
@@ -299,7 +299,7 @@ class Branches:
             timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
             if motion.start is not Start.AT:
                 clock = max(clock, timeline.end)
-            elif stood:  # as after motions in real time, each AT its instant: the clock goes on over them
+            elif stood:  # motions AT an instant, as in real time: the clock passes over them
                 clock = max(clock, destination_at(arm, timeline, delta.executed).time)
             yield
             main.book.check_same(begun[0])

@@ -29,14 +29,14 @@ from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import MotionKind
 
-MANY = 4096  # segments that are looked at at once
-CUBIC = 4  # coefficients
+MANY = 4096  # segments checked at once
+CUBIC = 4  # coefficients of a cubic
 PLACE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
-RATE = 1e-4  # [rad/s, m/s] of a joint; of a faster one as a part of its velocity
-EXCESS = 1e-4  # of a limit, as a part of it
-JERK_EXCESS = 1.05  # of a limit: what lies between samples of a jerk is bounded, and not known
-BRANCH = 1e-2  # [rad, m] of a joint: joints of a line that are farther from those that are proved are others
-FAR = 3.0  # [rad] of a joint from its seed: at half a turn another turn of it would be nearer
+RATE = 1e-4  # [rad/s, m/s] of a joint; of a fast joint as a part of its velocity
+EXCESS = 1e-4  # part of a limit
+JERK_EXCESS = 1.05  # factor of a limit: the jerk between samples is only bounded
+BRANCH = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch
+FAR = 3.0  # [rad] from a joint to its seed: beyond half a turn another turn of the joint would be nearer
 
 
 class Breach(Struct, frozen=True):
@@ -78,7 +78,7 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
             raise follower.refuse_kink(path, touch.begin, touch.end, path.seed(touch.begin))
     samples = _samples(follower, path, lasting, law.samples, found.marks)
     if follower.arm.continuation is not None:
-        from vrs_cli.engine.continuity import check_continuous  # here: closed forms need none
+        from vrs_cli.engine.continuity import check_continuous  # late: closed forms need none
 
         (proved,) = check_continuous(follower.arm.continuation, follower, [(path, lasting, samples)])
         times = proved.looked_at(path)
@@ -249,7 +249,7 @@ def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed
     """Return the joints s seconds into a line; None if the arm does not reach it."""
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
     found = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, seed)
-    if found is None and distance(arm.forward(seed), flange) <= PLACE:  # at the very edge of the reach
+    if found is None and distance(arm.forward(seed), flange) <= PLACE:  # at the edge of the reach
         return seed
     return found
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import TICK, down_to_grid
 
-SLICE_S = 0.05  # [s] of real time: a wait lasts no longer before whoever waits may look at what else has happened
+SLICE_S = 0.05  # [s] of real time: the longest wait before the caller may look for other work
 SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
@@ -22,7 +22,7 @@ class VirtualClock:
     can be edited.
     """
 
-    realtime = False  # else what is before `now` has happened, and does not change any more
+    realtime = False  # in real time the past has happened, and cannot be changed
     paused = False
 
     def __init__(self, now: float = 0.0) -> None:
@@ -70,7 +70,7 @@ class WallClock:
     def __init__(self, wall: Callable[[], float], sleep: Callable[[float], None], rate: float = 1.0) -> None:
         self.now = 0.0
         self._wall, self.sleep = wall, sleep
-        self._since = ClockFace(0.0, rate, False, wall())  # as it was set or changed last
+        self._since = ClockFace(0.0, rate, False, wall())  # the reading when the clock was last set or changed
 
     @property
     def rate(self) -> float:

@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
 
-MAX_TIMELINE_SAMPLES = 200_000  # of one timeline
-DENSEST, SPARSEST = 32, 2  # samples a segment
-CLOSER = 64  # samples between two others, to find the greatest distance exactly
+MAX_TIMELINE_SAMPLES = 200_000  # samples of one timeline
+DENSEST, SPARSEST = 32, 2  # samples for each segment
+CLOSER = 64  # samples between two others, to locate the greatest distance
 CLOSER_ROUNDS = 3
-NOISE = 1e-12  # [m, rad] what rounding makes of one distance
+NOISE = 1e-12  # [m, rad] the rounding of a distance
 
-Compared = Callable[[PlaceArrays], "Floats"]  # of what is compared, at each time (N, k, d)
+Compared = Callable[[PlaceArrays], "Floats"]  # the compared quantity at each time: (N, k, d)
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
@@ -163,7 +163,7 @@ def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart
 
     times, found = a.times, np.linalg.norm(compared(a) - compared(b), axis=2)
     farthest = found.max(axis=1)
-    place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first time, where it stays so
+    place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first of several equal times
     best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
     near = times[max(place - 1, 0) : place + 2]
     return best, np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))
@@ -175,7 +175,7 @@ def _identity(step: HistoryStep) -> tuple[object, ...]:
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose
 
 
-AT_ONCE = 20_000  # reports whose poses are in memory at a time
+AT_ONCE = 20_000  # reports whose poses are in memory at once
 
 
 def measured_position(

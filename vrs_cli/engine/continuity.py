@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
-PIECES = (2, 8, 32, 64)  # in which the way between two samples is looked at, before there is a sample more
-AT_REST = 2.0**-6  # of a stretch from rest or to it: less than a thousandth of its way
-FINEST = 2.0**-24  # of a stretch, between samples
-MAX_EXTRA_SAMPLES = 400  # of a line more than it had
-DOUBLINGS = 8  # of seeds
-BESIDE = 1e-9  # of the time until one seed takes over from another
-NEARER = 0.2  # of the way from a seed to the joints: what Newton's first step leaves at most
-PROVED = 1e-3  # [rad, m] from the cubic: joints that are on the branch
-TOGETHER = 8  # ways that are halved at once, the finest first: where nothing goes on that is found soon
+PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
+AT_REST = 2.0**-6  # part of a stretch from or to rest: less than a thousandth of its way
+FINEST = 2.0**-24  # part of a stretch: the finest gap
+MAX_EXTRA_SAMPLES = 400  # samples more than the line had
+DOUBLINGS = 8  # doublings of the number of seeds
+BESIDE = 1e-9  # part of the time between two seeds
+NEARER = 0.2  # part of the way from a seed to the joints that Newton's first step may leave
+PROVED = 1e-3  # [rad, m] from the cubic: nearer joints are on the branch
+TOGETHER = 8  # gaps that are halved at once, the finest first: so a line that is impossible is found soon
 
 
 class Followed(Struct, frozen=True, dict=True):
@@ -213,11 +213,11 @@ def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gap
     if isinstance(continuation, Continuation):
         rates = np.array([(gap.a.velocity, gap.b.velocity) for gap in gaps]) * h[:, None, None]
         weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, joints.shape[2])
-        lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
+        lever = hypot(*position(follower.T_tool_flange))  # the lever of the flange about the tool tip
         place = place + lever * fourth_of_turn(*turn.T)
         way = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
         return Gaps(way, place, turn, guide * h**4, weights)
-    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # here: few arms need it
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # late: few arms need it
 
     begins = np.array([gap.a.s for gap in gaps])
     paths = {id(gap.of.path): gap.of.path for gap in gaps}

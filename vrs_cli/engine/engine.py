@@ -52,9 +52,9 @@ from vrs_cli.values.commands import (
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.results import FollowReport, Position, Reach
 
-NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
-SLACK = 1e-6  # [m] of the width of a hand: rounding
-LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
+NOTICEABLE = 0.01  # [rad] a tool turned by more than that otherwise than asked is reported
+SLACK = 1e-6  # [m] rounding in the width of a hand
+LONGER = 1.0 + 1e-5  # factor of a tick of steering, so that the next target comes before its end
 
 TimelineChange = TimelineDelta | TimelineReplaced  # the timeline has changed, or another has taken its place
 
@@ -99,9 +99,9 @@ class Engine:
         self.measured = MeasuredRecord(model.joint_count)
         self.settings = Settings().after(commands.SetParameter("PROFILE", model.profile))
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
-        self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
+        self.postponed: list[Callable[[Postponement], None]] = []  # called for every postponed motion
         self.checks: list[Callable[[Timeline, TimelineDelta, Settings], None]] = []  # each may refuse a change
-        self.turned: list[Callable[[ToolTurning], None]] = []  # the same, of those that are `NOTICEABLE`
+        self.turned: list[Callable[[ToolTurning], None]] = []  # called for a tool turned otherwise than asked
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
         self._rounding: tuple[Move, Timeline, Settings, float | None] | None = None
@@ -223,7 +223,7 @@ class Engine:
         self._check_power()
         start, executed = self._beginning(move, program)
         now = on_grid(self.now)
-        if self.realtime and executed < now:  # the past stays as it is
+        if self.realtime and executed < now:  # the past cannot change
             later = max(now, self.timeline[self.timeline.index_at(now)].finish)
             executed = self._postpone(move.text or "the motion", executed, later)
         altered = self.settings.alter
@@ -540,7 +540,7 @@ class Engine:
             self.book.stream,
         )
         if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
-            motion = stream  # this is one more of its targets
+            motion = stream  # the target is one more of this stream
         executed, lasting = on_grid(self.now), up_to_grid(tick * LONGER)
         try:
             delta = plan_steering(self.arm, self.timeline, motion, executed, target, lasting)
@@ -698,7 +698,7 @@ class Engine:
         if not self.realtime:
             self.clock.set(clock)
         altered, done = self.settings.alter, self.book.history.done
-        if altered is not None:  # as the last command that holds has left it; nothing, if ALTON came after it
+        if altered is not None:  # as the last command in force has left it; nothing if ALTON came later
             then = done[-1].altered if done else None
             same = then is not None and then.mode is altered.mode
             self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))

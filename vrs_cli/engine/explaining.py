@@ -32,11 +32,11 @@ from vrs_cli.values import results
 from vrs_cli.values.commands import MotionKind, PoseTarget
 from vrs_cli.values.results import SegmentFate, SplicedSegment
 
-SAMPLES = 33  # of a stretch
-CLOSER, ROUNDS = 9, 2  # samples around a peak, and how often they come closer
-ORDERS = 4  # joints and their first three rates
-NEAR = 0.02  # of the greatest sample: segments that have one so near to it may have the peak
-ROWS_AROUND = 3  # segments that are shown of those that stay, and of those that are shifted
+SAMPLES = 33  # of a segment
+CLOSER, ROUNDS = 9, 2  # samples around a peak, and how often it is sampled more closely
+ORDERS = 4  # the joints and their first three derivatives
+NEAR = 0.02  # part of the greatest sample: a segment with a sample this near may have the peak
+ROWS_AROUND = 3  # segments shown before and after a change
 
 
 class Sample(NamedTuple):
@@ -76,7 +76,7 @@ def _sampler(arm: RobotArm, segment: Segment) -> Callable[[float], Sample]:
         if smooth:
             try:
                 _, jerk = joint_acceleration_and_jerk(arm, path, s, q, v, tool)
-            except StraightLineSingular:  # where a line begins or ends in a singular pose no rate is defined
+            except StraightLineSingular:  # no rate is defined where a line begins or ends in a singular pose
                 jerk = none
         twist = path.twist(s)
         return Sample(q, v, a, jerk, length(twist[:3]), length(twist[3:]))
@@ -93,7 +93,7 @@ class _Course:
         lasting, path = segment.duration, segment.path
         self.times = {lasting * k / (SAMPLES - 1) for k in range(SAMPLES)}
         rows = path.coefficients if isinstance(path, JointPath) else ()
-        for _ in range(ORDERS):  # where joints, or their rates, are at their peaks
+        for _ in range(ORDERS):  # the times at which joints and their rates turn back
             self.times.update(s for row in rows for s in turning_points(row, lasting))
             rows = tuple(derivative(row) for row in rows)
         self.samples = [(s, self.sample(s)) for s in sorted(self.times)]
@@ -225,7 +225,7 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
     solutions = []
     for option in reach.options:
         way = option.configuration
-        steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)  # a joint that is free is as there
+        steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)  # a free joint is as in the option
         near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
         time = None if near is None else arm.shortest_time(here, near)
         solutions.append(results.SolutionSteps(option, steps, time))

@@ -48,7 +48,7 @@ class Inbox(Generic[M]):
         self._messages.append(message)
         try:  # noqa: SIM105 (`suppress` takes three calls, for each message of a line)
             self._bell.release()
-        except RuntimeError:  # it rings already
+        except RuntimeError:  # the bell rings already
             pass
 
     def take_all(self) -> list[M]:
@@ -92,7 +92,7 @@ class Subscription(Generic[E]):
     def __init__(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> None:
         self.most = most
         self.ended = False
-        self._woken = woken  # called when there is something to take, in the thread of who tells
+        self._woken = woken  # called in the thread of the publisher when there is something to take
         self._queue: Inbox[E | MissedEvents | None] = Inbox()  # None: no more events
 
     # --- who tells ---
@@ -105,7 +105,8 @@ class Subscription(Generic[E]):
         if len(self._queue) + len(events) > self.most:
             missed = len(events)
             for left_out in self._queue.take_all():
-                missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1  # not what made up for them
+                # the event that made up for them is not counted
+                missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1
             told = MissedEvents(missed), instead()
         for event in told:
             self._queue.put(event)
@@ -259,7 +260,7 @@ def fit_delta(
     keep, count, edit = delta.keep - first, len(timeline), delta.events
     if keep < 1 or (edit is not None and edit.keep < known.first):
         return None
-    if timeline.world is not None:  # an event may be new just before those that are known
+    if timeline.world is not None:  # an event may be new just before the known ones
         first_change = min([delta.cut, *(() if edit is None else [event.time for event in edit.events[:1]])])
         if first_change < timeline.world.time:
             return None
@@ -269,7 +270,7 @@ def fit_delta(
     if edit is not None:
         kept, events = edit.keep - known.first + known.values, timeline.event_count
         edit = edit._replace(keep=kept, drop=min(edit.drop, events - kept)) if kept <= events else None
-    # not _replace: it leaves a tuple of eleven behind each time (CPython 3.11 keeps 2000 of them)
+    # not _replace, which leaves a tuple of eleven behind (CPython 3.11 keeps 2000 of them)
     return TimelineDelta(*delta[:6], keep, drop, delta.shift, segments, edit)
 
 

@@ -27,30 +27,30 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 from vrs_cli.trajectory.polynomial import bisect_interval
 from vrs_cli.trajectory.segment import CartesianPath
 
-SAMPLES = 8  # a stretch, before it is refined
-FINEST = 2.0**-10  # of a stretch: no finer
-SINGULAR = 1e-4  # measure of a pose in which a line may begin or end, and where it is looked at more closely
-BY_GUESS = 0.2  # of a way: on parts that are longer a guess that leads nowhere is not worth a search
-LEAST_GAP = 1e-9  # of a stretch, between samples
-CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch, next to such a pose
+SAMPLES = 8  # intervals of a stretch before it is refined
+FINEST = 2.0**-10  # part of a stretch: the finest interval
+SINGULAR = 1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
+BY_GUESS = 0.2  # part of a way: on longer parts a guess that leads nowhere is not worth a search
+LEAST_GAP = 1e-9  # part of a stretch: the least interval between samples
+CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch at which samples next to a singular pose lie
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
-HOPELESS = 2.0  # times what a line may be slowed down: one that asks for more is refused, however it is looked at
-JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
-LEAST_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are near each other
-OVERSHOOT = 4.0 / 27.0  # of velocity by time: by how much a cubic goes beyond its ends at most
-RANGE_STEPS = 24  # halvings of the way between two samples, to see whether a joint leaves its range
-STILL = 1e-9  # [m/s, rad/s] a tool that stands
-CLOSE_BY = 0.2  # measure of a pose that a singularity is to blame for
+HOPELESS = 2.0  # factor of the allowed slowing: a line that asks for more is refused in any case
+JUMP = 2e-3  # [rad] the greatest change that the velocities of two neighbours leave unexplained
+LEAST_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are close
+OVERSHOOT = 4.0 / 27.0  # part of velocity times duration: the greatest overshoot of a cubic
+RANGE_STEPS = 24  # halvings of the way between two samples, to check the ranges of joints
+STILL = 1e-9  # [m/s, rad/s] a slower tool stands
+CLOSE_BY = 0.2  # singular measure of a pose below which a refusal names the singularity
 PASSED = "use {MOVE} there, or a via point farther from the singularity"
-WAYS_ROUND = {  # by the singularity
+WAYS_ROUND = {  # hints by singularity
     "shoulder": "use {MOVE} there, or a via point that keeps the wrist farther from the axis of joint 1",
     "elbow": "use {MOVE} there, or a via point where the arm is neither stretched out nor folded up",
     "wrist": "use {MOVE} there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
-DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
+DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # joints that turn far at a singularity
 NEXT_SEED = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
-EDGE_STEPS = 12  # halvings of the way between two samples, to find where a line is no longer possible
+EDGE_STEPS = 12  # halvings of the way between two samples, to find where a line becomes impossible
 
 _new = tuple.__new__
 
@@ -80,8 +80,8 @@ class Follower:
         self.no_tool = T_flange_tool == IDENTITY
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
-        self.hopeless = HOPELESS * slowest  # of the limit of a joint
-        self._path: CartesianPath | None = None  # the last one that was asked about, and its states
+        self.hopeless = HOPELESS * slowest  # factor of the limit of a joint
+        self._path: CartesianPath | None = None  # the last path, and its states
         self._states: Callable[[float], tuple[Transform, Twist]]
 
     def samples(
@@ -100,7 +100,7 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
         finest = duration * FINEST
-        if self.singular(samples[0]):  # from there a joint may turn about at once
+        if self.singular(samples[0]):  # there a joint may turn back at once
             for part in CLOSER:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
@@ -110,7 +110,7 @@ class Follower:
             if until - last.s <= LEAST_GAP * duration:
                 continue
             sample = None if self.arm.guesses else self._sample(path, until, last.joints)
-            if sample is not None and self._close(last, sample):  # as nearly all are
+            if sample is not None and self._close(last, sample):  # as most are
                 samples.append(sample)
             else:
                 self._refine(path, samples, until, min(finest, steps * FINEST * (until - last.s)))
@@ -179,7 +179,7 @@ class Follower:
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
-            # a joint that is so fast at both that the line is refused may change its velocity by as large a part of it
+            # a joint that is so fast that the line is refused may change its velocity by the same part of it
             if not (
                 -JOINT_STEP <= change <= JOINT_STEP
                 and (-step <= w - v <= step or self.hopeless * step < RATE_STEP * min(abs(v), abs(w)) >= abs(w - v))
@@ -191,7 +191,8 @@ class Follower:
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
-        way = JOINT_STEP + JUMP + 0.5 * gap * max(self.rate_steps)  # of a joint between two samples that are `_close`
+        # the greatest way of a joint between two samples that are `_close`
+        way = JOINT_STEP + JUMP + 0.5 * gap * max(self.rate_steps)
         far = 2.0 * OVERSHOOT * way + JUMP
         columns = zip(*[sample.joints for sample in samples], strict=True)
         rows = zip(columns, self.lower, self.upper, strict=True)
@@ -332,7 +333,7 @@ class Follower:
         what, hint = ", for how the tool is turned there", self._less_turned(path)
         steady, flange = self.arm.steady, self.flange(pose)
         try:
-            if steady is None or steady.within_ranges(flange, near) is None:  # which is found far sooner
+            if steady is None or steady.within_ranges(flange, near) is None:  # the check of `steady` is far quicker
                 self.arm.select(flange, near)
             if self.arm.words:
                 what, hint = " as it is configured", "another configuration"
@@ -406,7 +407,8 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
         return samples[0].joints, samples[-1].joints
     ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))
-    shortest, behind = samples[-1].s, 0  # in which they go by `NEXT_SEED`: they may be quick for a moment of a long way
+    # the least time in which the joints move by `NEXT_SEED`: they may be quick for a moment
+    shortest, behind = (samples[-1].s, 0)
     for sample, way in zip(samples, travelled, strict=True):
         while way - travelled[behind] >= NEXT_SEED:
             shortest = min(shortest, sample.s - samples[behind].s)

@@ -24,8 +24,8 @@ from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
 
-DATED = (MotionKind.EVENT, MotionKind.RECORDED)  # commands that change events alone
-WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
+DATED = (MotionKind.EVENT, MotionKind.RECORDED)  # commands that change only events
+WIDE = 64  # segments: the inverse of a step that drops more is made when somebody asks for it
 
 
 class HistoryStep(Struct, frozen=True, gc=False):
@@ -220,7 +220,7 @@ class History:
 
     def lengthen_last(self, timeline: Timeline) -> None:
         """End the stream of targets that is the last command, so that UNDO takes back all segments since it began."""
-        if not self.done:  # it is forgotten: it began too long ago
+        if not self.done:  # the command is forgotten: it began too long ago
             return
         step = self.done[-1]
         segments, back = Row(islice(timeline, step.delta.keep, None)), step.back
@@ -261,7 +261,7 @@ def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta
             undone.append(done.pop())
         elif delta.cause is Cause.REDO:
             done.append(undone.pop())
-        elif not done or delta.motion.number != done[-1].motion.number:  # else one more target of a stream
+        elif not done or delta.motion.number != done[-1].motion.number:  # otherwise it is one more target of a stream
             done.append(delta._replace(segments=()))
             undone.clear()
     return done

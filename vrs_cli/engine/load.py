@@ -24,23 +24,23 @@ from vrs_cli.trajectory.segment import CartesianPath
 
 R = TypeVar("R")
 
-MARGIN = 1.01  # velocities are taken so much higher than the samples show, for what lies between them
+MARGIN = 1.01  # factor of sampled velocities, for what lies between samples
 SMALL_MARGIN = 1.0005
-ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
+ROUNDING = 1e-6  # part of a limit: a velocity above it by less is at its limit
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.01
-CALM = 0.8  # of an acceleration or jerk limit: what is less by the differences of velocities is inside it
-NEAR_LIMIT = 0.9  # of an acceleration or jerk limit: what the samples show may hide a peak above it
-NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
-BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is looked at more closely
-FAST = 0.8  # of a velocity limit: a joint that is slower at all samples comes nowhere near it between them
-AT_LIMIT = 0.999  # of a velocity limit: a joint that begins the stretch there
-SLOWS_DOWN = 0.1  # [1/s] of its velocity: a joint that loses so much is fastest at the beginning
+CALM = 0.8  # part of an acceleration or jerk limit: less by the differences of velocities is inside it
+NEAR_LIMIT = 0.9  # part of an acceleration or jerk limit: samples above it may hide a peak above the limit
+NEAR_PEAK = 0.95  # part of the worst joint's load: the peaks of joints above it are searched between samples
+BENT = 0.01  # part of the greatest jerk: a larger bend between two samples is sampled more closely
+FAST = 0.8  # part of a velocity limit: a joint that is slower at all samples stays below it between them
+AT_LIMIT = 0.999  # part of a velocity limit: a joint that begins above it is at its limit
+SLOWS_DOWN = 0.1  # [1/s] a joint that loses this part of its velocity is fastest at the beginning
 CLOSER_STEPS = 8  # halvings of the way between two samples
 PEAK_STEPS = 14
-AS_EXPECTED = 1e-4  # of a velocity limit: as fast as was expected
-LOST = 1e-6  # measure of a pose next to a singular one, in which the rates of the joints are rounding
-SINGULAR = 1e-14  # measure of a pose at rest that is singular but for rounding
+AS_EXPECTED = 1e-4  # part of a velocity limit: the precision of a peak
+LOST = 1e-6  # singular measure of a pose in which the rates of joints are only rounding
+SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
 
 class Load(Struct, frozen=True):
@@ -74,7 +74,7 @@ class Moment(NamedTuple):
     jerk: Joints
 
 
-Rates = tuple[float, Joints]  # of the joints, at a time of the stretch
+Rates = tuple[float, Joints]  # the rates of the joints at a time of the stretch [s]
 
 
 class StretchLoad:
@@ -185,7 +185,7 @@ class StretchLoad:
         samples = self.samples
         for i, (column, limit) in enumerate(zip(columns, self.limits.max_velocity, strict=True)):
             k = _where_largest(column)
-            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # what the first interval has is known
+            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # the peak of the first interval is known
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
@@ -230,7 +230,7 @@ class StretchLoad:
         columns = zip(*[rates for _, rates in means], strict=True)
         near = dict[int, None]()  # the samples, each once
         for column, limit in zip(columns, self.limits.max_acceleration, strict=True):
-            most = max(max(column), -min(column))
+            most = max(*column, -min(column))
             if most > NEAR_LIMIT * limit:
                 k = _where_largest(column)
                 around = column[max(k - 1, 0) : k + 2]
@@ -275,7 +275,7 @@ class StretchLoad:
             return Load()
         columns = list(zip(*[row for _, row in rates], strict=True))
         rows = zip(columns, self.limits.max_acceleration, strict=True)
-        ratios = [max(max(column), -min(column)) / limit for column, limit in rows]
+        ratios = [max(*column, -min(column)) / limit for column, limit in rows]
         joint = ratios.index(max(ratios))
         at = rates[_where_largest(columns[joint])][0]
         return Load(0.0, ratios[joint] * margin, joint=joint + 1, at=(self.path, at))
@@ -288,7 +288,7 @@ class StretchLoad:
         load = self._acceleration(rates, SMALL_MARGIN)
         if load.acceleration < NEAR_LIMIT:
             return load
-        for a, b in pairwise(moments):  # where the jerk is zero; 0 of other joints
+        for a, b in pairwise(moments):  # where the jerk of a joint is zero; 0 for other joints
             half = 0.5 * (b.sample.s - a.sample.s)
             rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
             peaks = tuple([v + half * x * x / (x - y) if x * y < 0.0 else 0.0 for v, x, y in rows])
@@ -377,7 +377,7 @@ def _slopes(rows: list[Rates]) -> list[Rates]:
 
 def _largest(values: Sequence[float]) -> float:
     """Return the greatest absolute value."""
-    return max(max(values), -min(values))
+    return max(*values, -min(values))
 
 
 def _where_largest(values: Sequence[float]) -> int:

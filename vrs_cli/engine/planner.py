@@ -150,7 +150,7 @@ def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
     keep = timeline.index_at(t) + 1
     segment = timeline[keep - 1]
     while keep > 1 and segment.start >= t and segment.duration > 0.0:
-        keep -= 1  # segments of no length at t have happened
+        keep -= 1  # segments of no length at t are in the past
         segment = timeline[keep - 1]
     here = state_at(arm, segment, min(t - segment.start, segment.duration))
     if segment.finish > t:
@@ -271,7 +271,7 @@ class _Edit(Struct, frozen=True, dict=True):
         first = self.tail.next
         assert first is not None
         tail = self.tail.after(first.motion)
-        motion = tail.before.motion  # its first segment may be a stop of another profile
+        motion = tail.before.motion  # the first segment may be a stop of another profile
         try:
             new = self._plan_next(first, retarget(self.arm, motion, self.place.joints.joints))
         except MotionError as error:

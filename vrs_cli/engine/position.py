@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
 TWIST = 6  # numbers of a twist
-POSES = 2048  # found at once: their numbers stay in the cache
-BEYOND = 1.5  # times the limit of a joint, which no motion reaches
+POSES = 2048  # poses computed at once, so that their numbers stay in the cache
+BEYOND = 1.5  # factor of a joint's limit, which no motion reaches
 
 
 class Watched(Protocol):
@@ -139,7 +139,7 @@ def rates_in(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple
         if any(twist):
             velocity = joint_velocity(arm, path, s, joints, twist, tool)
         return velocity, joint_acceleration(arm, path, s, joints, velocity, tool)
-    except StraightLineSingular:  # only where a line begins or ends at rest in a singular pose: no rate is defined
+    except StraightLineSingular:  # no rate is defined where a line begins or ends at rest in a singular pose
         return velocity, still
 
 
@@ -270,7 +270,7 @@ def _sample_at(
     shapes = {"joints": (n,), "T_world_tool": (3, 4), "hand": (), "velocity": (n,), "acceleration": (n,)}
     found = kind(times, *(np.zeros((len(times), *shapes[name])) for name in kind.__struct_fields__[1:]))
     frames: dict[Frames, int] = {}
-    which = np.zeros(len(times), dtype=np.intp)  # of these, at each time
+    which = np.zeros(len(times), dtype=np.intp)  # the number of the frames at each time
     for block, rows in _blocks(timeline, times):
         q, (table, part) = found.joints[rows], block.table()
         places, s = table.locate(times[rows], block.offset, part)
@@ -312,7 +312,7 @@ def _fill_rates(
     qd, qdd = out
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
     alone = table.straight[places] & moving
-    # the rates of a line are the one solution of six equations, at many times at once
+    # the rates of a line are the unique solution of six equations; they are solved for many times at once
     at_once = arm.steady is None and arm.model.joint_count == TWIST and all(arm.model.counts)
     for place, rows in _runs(places) if at_once and alone.any() else ():
         these = rows.start + np.flatnonzero(alone[rows])

@@ -41,7 +41,7 @@ from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.values.commands import Motion
 
 MAX_REMEMBERED_STATES = 512  # a plan asks several times for the state at the ends of its segments
-SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
+SLOWEST = 20.0  # the default of PARAMETER STRETCH: how many times a line may be slowed down
 
 
 class _FreeTurn(NamedTuple):

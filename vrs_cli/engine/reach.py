@@ -38,8 +38,8 @@ from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.commands import JointTarget, Motion, Move, PoseTarget, SetConfiguration, Start
 from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
 
-SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point is tried
-NO_WAY = 1e-9  # [m] a line that only turns the tool
+SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] distances from the line at which a via point is tried
+NO_WAY = 1e-9  # [m] a shorter line only turns the tool
 
 
 class Standpoint(Struct, frozen=True):
@@ -100,7 +100,9 @@ def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable:
     found = [words for words in ways if _leads_as(stand, words, begin, end)]
     if found:
         yield WayOut(words=min(found, key=len))
-    if not stand.settings.configuration.words_beside((stand.configuration,)):  # else no line goes to a transformation
+    if not stand.settings.configuration.words_beside(
+        (stand.configuration,)
+    ):  # otherwise no line goes to a transformation
         via = next((via for via in _beside(begin, end) if _leads_by(stand, via, end)), None)
         if via is not None:
             yield WayOut(via=compose(inverse(stand.before.frames.base), via))
@@ -140,7 +142,7 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     """Return whether a line to a via point, and another one from there, are possible."""
     near: Joints | None = stand.here
     arm, (way, *_) = stand.arm.holding(stand.before.frames.tool), stand.arm.line_ways(stand.here)
-    for pose in (via, end):  # seen sooner than in a plan
+    for pose in (via, end):  # quicker than a plan
         flange = compose(pose, inverse(stand.before.frames.tool))
         near = near and arm.branch_joints(flange, way, near)
     if near is None:
@@ -185,7 +187,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     try:
         stand.resolve_target(target, straight=True)
         line = check_line(stand, pose, reachable=chosen is not None)
-    except MotionError as error:  # no line goes there, wherever it begins
+    except MotionError as error:  # no line goes there from anywhere
         far = dist(position(stand.tool(stand.here)), position(pose))
         line = LineCheck(far, None, str(error), None, (WayOut(),) if chosen is not None else ())
     T_world_robot = inverse(stand.before.frames.base)
@@ -231,7 +233,7 @@ def _choice(
         return chosen, "the nearest joints that were found"
     asked = stand.settings.configuration
     reasons = [f"{asked} asked"] if asked != NONE else []
-    if not stand.arm.lines_keep_words:  # nor does a MOVE
+    if not stand.arm.lines_keep_words:  # a MOVE does not keep them either
         return chosen, ", ".join((*reasons, "the nearest of all solutions"))
     if not Configuration(have.arm, have.elbow).words_beside((chosen,)):
         reasons.append("arm and elbow stay as they are" if chosen.elbow else "arm as it is")

@@ -22,7 +22,7 @@ from vrs_cli.values.commands import JointTarget, Mode, NamedTarget, SpeedUnit
 V = TypeVar("V")
 
 FULL_SPEED = 100.0  # [%]
-SLOWEST_PERCENT = 0.01  # of full speed, and of full acceleration: slower, a motion would take days
+SLOWEST_PERCENT = 0.01  # of full speed and of full acceleration: a slower motion would take days
 
 
 class Range(Struct, frozen=True):
@@ -45,14 +45,14 @@ class Range(Struct, frozen=True):
         return value
 
 
-MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327: what VAL accepted
+MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327 is the limit of VAL
 PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
     unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # motions go no faster than the robot can
     for unit, said in ((SpeedUnit.PERCENT, "%"), (SpeedUnit.MMPS, "mm/s"), (SpeedUnit.IPS, "in/s"))
 }
 ROTATION_SPEED = Range("SPEED ...,", "a rotation speed is", SLOWEST_PERCENT, 1e5)
 JOINT_SPEED = Range("DRIVE ...,", "a speed is", SLOWEST_PERCENT, FULL_SPEED)
-ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, 1e5)  # 100 at most is used
+ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, 1e5)  # more than 100 counts as 100
 DECELERATION = Range("ACCEL ...,", "a deceleration is", SLOWEST_PERCENT, 1e5)
 DELAY = Range("DELAY", "it is a time", 0.0, LATEST, "s")
 DURATION = Range("DURATION", "it is a time", 0.0, LATEST, "s")
@@ -94,7 +94,8 @@ class ParameterRow(Struct, frozen=True):
     def check(self, value: float | str) -> float | str:
         """Return the value in the form that is kept. Raises IllegalValue for a value that the parameter cannot have."""
         if self.words and (isinstance(value, str) or not self.numbers):
-            word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")  # the language has -1 and 0
+            # for true and false the language has -1 and 0
+            word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
             if word in self.words:
                 return word
         elif not isinstance(value, str) and self.least <= value <= self.most:
@@ -206,7 +207,7 @@ IDLE_PARAMETERS: Mapping[str, Idle] = _table(
 SETTINGS: Mapping[str, tuple[Mapping[str, Switch | ParameterRow], Mapping[str, Idle]]] = {
     "switch": (SWITCHES, IDLE_SWITCHES),
     "parameter": (PARAMETERS, IDLE_PARAMETERS),
-}  # what the tables of words call them: those that the robot has, and those that mean nothing to it
+}  # by the name in the tables of words: settings of the robot, and those that mean nothing to it
 
 
 def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
@@ -214,7 +215,7 @@ def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
     return table.get(name.upper().partition("[")[0])
 
 
-NEWER = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of names that were there before them keep their meaning
+NEWER = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of older names keep their meaning
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
@@ -376,7 +377,7 @@ class Settings(Struct, frozen=True):
                 return replace(self, swivel=self.swivel.put(change, change.always))
             case commands.SetAcceleration():
                 percent = min(ACCELERATION.check(change.acceleration), FULL_SPEED)
-                if change.deceleration is not None:  # the smaller one serves both
+                if change.deceleration is not None:  # the smaller of the two is used for both
                     percent = min(percent, DECELERATION.check(change.deceleration))
                 return replace(self, acceleration=percent / FULL_SPEED)
             case commands.SetAlter():

@@ -24,9 +24,9 @@ from vrs_cli.values.commands import Motion, MotionKind
 
 REMEMBERED_PLANS = 512  # a program that goes round plans each of its motions once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
-NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
-SLOWER = 1e-3  # [s] by which rounding a corner may take longer than stopping in it
-SAME_PLACE = 1e-9  # [m] two places that are one
+NEARLY_NOW = 1e-6  # [s] the precision of the instant at which a corner is near
+SLOWER = 1e-3  # [s] rounding a corner may take this much longer than stopping in it
+SAME_PLACE = 1e-9  # [m] places closer than that are one
 
 
 def plan_motion(problem: Problem) -> tuple[Segment, ...]:

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 CUBIC = 3  # degree of a path of constant jerk
 TICK = on_grid(0.02)  # [s] between the targets that are taken from a chunk
-TICKS_AT_ONCE = 40  # that are planned without a pause: about 8 ms
-SAMPLES_AT_ONCE = 300  # that are compared with the plan without a pause: about 8 ms
+TICKS_AT_ONCE = 40  # planned at once: about 8 ms of CPU
+SAMPLES_AT_ONCE = 300  # compared with the plan at once: about 8 ms of CPU
 MAX_SAMPLES = 2000
 MAX_SECONDS = 120.0  # from the first sample to the last
 
@@ -175,7 +175,8 @@ def plan_chunk(
         raise NoRoomToStop
     final, stop = len(after), tuple[Segment, ...]()
     if ends:
-        last, goal = cut_at(arm, after, times[-1]), tuple(chunk.joints[-1].tolist())  # ticks may end before it
+        # the ticks may end before the last sample
+        last, goal = (cut_at(arm, after, times[-1]), tuple(chunk.joints[-1].tolist()))
         limits = joint_limits(arm, motion)
         with suppress(NoTimes):
             found = LAWS[motion.profile].joint_motion(last.here.joints, goal, limits, times[-1], motion, 0.0)

@@ -41,20 +41,20 @@ from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segme
 from vrs_cli.trajectory.state import GuideState, JointState, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
-NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it
-SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
-SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
-EAGER = 1.05  # a line that starts in motion is slowed so much more than its load
+NEARLY_SINGULAR = 0.02  # singular measure of a pose from which a straight line may be impossible
+NEAR_START = 0.05  # [m] from the start of a line: a refusal nearer than that blames the singular pose at the start
+SPARE = 1.001  # factor: a line is slowed a little more than needed, so that once is enough
+SAME_VELOCITY = 5e-7  # [rad/s] joint velocities closer than that are one
+EAGER = 1.05  # factor: a line that starts in motion is slowed more than its load asks
 ATTEMPTS = 6  # to slow down a line that starts in motion
 INSTANT_STEPS = 50  # to find when a part of a line is done
-AS_ASKED = 1e-6  # [rad] a turn that is none
-NO_WAY = 1e-9  # [m] a line that only turns
+AS_ASKED = 1e-6  # [rad] a smaller turn is none
+NO_WAY = 1e-9  # [m] a shorter line only turns
 Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
 STEP, TURN = 0.03, 0.15  # [m, rad] of a walk along a line
-FEWEST = 6  # steps
-FINER = (1, 5)  # how many times more steps, where the walks before have led to no line
+FEWEST = 6  # steps of a walk at least
+FINER = (1, 5)  # factors of the steps, tried if the walks before have led to no line
 
 
 def straight_segments(problem: Problem) -> tuple[Segment, ...]:
@@ -109,7 +109,7 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
     assert problem.motion.pose is not None
     T_robot_flange = compose(problem.motion.pose, inverse(problem.motion.frames.tool))
     if arm.beyond(T_robot_flange) if arm.hand is None else not any(arm.branches(T_robot_flange)):
-        try:  # no way round would help where the end of the line is out of reach
+        try:  # no way round helps if the end of the line is out of reach
             arm.holding(problem.motion.frames.tool).select(T_robot_flange, joints)
         except LocationOutOfRange as beyond:
             raise beyond.reworded(place=failure.place) from None
@@ -178,10 +178,11 @@ class _Line:
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
+            # lower the limits of that which asked too much: the blend, slowing down, or the speed
             blend, cruise, slow = (
                 _worst(load for stretch, load in zip(stretches, loads, strict=True) if stretch.phase is phase)
                 for phase in (Phase.BLEND, Phase.CRUISE, Phase.DECELERATE)
-            )  # less is asked of what asked too much: of the blend, of slowing down, or of the speed
+            )
             by_velocity = _easing(max(blend.velocity, cruise.velocity, slow.velocity, sqrt(cruise.acceleration)))
             by_acceleration, by_jerk = _easing(slow.acceleration), _easing(slow.jerk)
             limits = self.limits.slow_down(by_velocity, by_acceleration, by_jerk)
@@ -192,7 +193,7 @@ class _Line:
             slowed *= by_velocity
             if slowed > self.problem.slowest:
                 break
-        self._marks_in_motion(stretches)  # which refuse it for what stands on the way
+        self._marks_in_motion(stretches)  # raises the refusal if something stands in the way
         raise self._too_singular(load)
 
     def _from_rest(self) -> tuple[Segment, ...]:
@@ -210,7 +211,7 @@ class _Line:
             kinks = Kinks(self.follower, way, found.touches) if found.touches else None
             stops = kinks.stops(self.joints.joints) if kinks else []
         except MotionError:
-            self._follow(stretches)  # which may be refused sooner
+            self._follow(stretches)  # this may be refused sooner on the way
             raise
         if stops:
             return self._in_parts(stops)
@@ -225,7 +226,7 @@ class _Line:
             factor = load.slowing * SPARE
             self.least *= factor
             stretches = self._stretches(self.limits.slow_down(factor, factor * factor, factor * factor * factor))
-            if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
+            if len(stretches) != len(seeds):  # a very short cruise has come or gone
                 seeds, _ = self._follow(stretches, self._instants(stretches, found.marks))
         return self._segments(stretches, seeds)
 
@@ -255,8 +256,9 @@ class _Line:
             path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
             found = survey(self.follower, path, lasting)
             for touch in found.touches:
-                rests = stretch is stretches[-1] and touch[1:] == (lasting, WRIST)  # which is seen in samples
-                if touch[:2] != (0.0, lasting) and not rests:  # else all of the stretch is on the boundary
+                # a rest at a singular wrist shows in the samples
+                rests = stretch is stretches[-1] and touch[1:] == (lasting, WRIST)
+                if touch[:2] != (0.0, lasting) and not rests:  # otherwise all of the stretch is on the boundary
                     raise self.follower.refuse_kink(path, touch.begin, touch.end, self.joints.joints)
             marks.append(found.marks)
         return marks
@@ -316,7 +318,7 @@ class _Line:
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append((path, stretch.duration, samples))
-            if not started:  # with the joint velocities that there are, but where the arm is singular
+            if not started:  # the line must start with the present joint velocities, unless the arm is singular
                 started = samples[0].velocity
                 jumps = [abs(w - v) for v, w in zip(self.joints.velocity, started, strict=True)]
                 if max(jumps) > SAME_VELOCITY:
@@ -330,7 +332,7 @@ class _Line:
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
-        if self.follower.arm.continuation is not None:  # else there is a closed form, or nothing is known
+        if self.follower.arm.continuation is not None:  # otherwise there is a closed form, or no proof
             from vrs_cli.engine.continuity import check_continuous, leading_seeds
 
             proved = check_continuous(self.follower.arm.continuation, self.follower, followed)
@@ -401,7 +403,7 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
         for walk in arm.walks(begin.joints, poses, asked):
             none = False
             yield state._replace(guides=_guides(begin, walk))
-    if none:  # to be refused
+    if none:  # the line is refused with this walk
         yield state._replace(guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
 
 

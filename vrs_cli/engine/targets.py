@@ -56,10 +56,10 @@ from vrs_cli.values.commands import (
     ToolOffsetTarget,
 )
 
-FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of an arm are lost in rounding
-HALF_TURN = pi + 1e-9  # [rad] and what rounding may add
+FARTHEST = 100.0  # [m] of a location, a tool or a base: farther away the numbers of an arm are lost in rounding
+HALF_TURN = pi + 1e-9  # [rad] with a margin for rounding
 Goal = Joints | Transform  # joints to reach (joint-interpolated), or T_robot_tool (straight line)
-SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
+SLOWEST = 1e-4  # fraction of nominal speed: slower counts as no motion
 INCH = 0.0254  # [m]
 
 

@@ -31,7 +31,7 @@ from vrs_cli.values.measured import MAX_LATENESS_S, BodyMode, Report, ReportCoun
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
-GAP = 0.5  # [s] between two reports that are farther apart, the joints are unknown
+GAP = 0.5  # [s] between two reports farther apart than that the joints are unknown
 MEASURED = Motion(0, MotionKind.JOINT, Start.AT, text="measured")
 
 _begin, _end = attrgetter("begin"), attrgetter("end")
@@ -263,7 +263,7 @@ class MeasuredRecord:
         self.joint_count = joint_count
         self.listeners: list[Callable[[Sequence[Report]], None]] = []
         self._chunks: list[ReportColumns] = []
-        self._version = 0  # changes whenever reports do
+        self._version = 0  # changes whenever the reports change
         self._view = 0, MeasuredTimeline(joint_count)
 
     def __len__(self) -> int:
@@ -274,7 +274,7 @@ class MeasuredRecord:
         """All reports so far, as a view that later reports do not change."""
         version, view = self._view
         if version != self._version:
-            version = self._version  # read before the reports are: a view that misses some is made anew
+            version = self._version  # read before the reports, so that a view that misses some is made anew
             view = MeasuredTimeline(self.joint_count, tuple(self._chunks))
             self._view = version, view
         return view

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats, Rows, Singles
 
 CHUNK = 2048  # reports
-MAX_NUMBER = 1e6  # of a report [rad, m, rad/s, m/s, N m, N]: what is greater is no measurement
+MAX_NUMBER = 1e6  # the greatest number of a report [rad, m, rad/s, m/s, N m, N]: more is no measurement
 MODES = tuple(BodyMode)
 MODE, VELOCITY, EFFORT = 3, 4, 8  # bits of a flag: the place of its mode in MODES; whether it has these
 

@@ -27,11 +27,11 @@ from vrs_cli.trajectory.row import BlockTable, EventRow, Row, later, table_of
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.commands import Event
 
-SMALL = 128  # segments: a leaf of no more may be copied
+SMALL = 128  # segments: a leaf with at most this many may be copied
 BLOCK = 128  # segments of a row that are read as arrays at once
 FAN = 32  # children of a full branch
-SPARSE = 4  # a node that holds less than this part of SMALL or FAN is put together with a neighbour,
-MENDED = 2  # where both together hold at most this part of it
+SPARSE = 4  # a node with less than this part of SMALL or FAN is joined to a neighbour,
+MENDED = 2  # if both together hold at most this part
 
 
 class Columns(Protocol):
@@ -267,7 +267,7 @@ def in_rows(held: OffsetNode[Row], most: int) -> OffsetNode[Row]:
 
 # --- editing -----------------------------------------------------------------------------------------------------
 
-_EDITING = Lock()  # two threads that go on from one version must not both put something on behind the same row
+_EDITING = Lock()  # two threads that continue one version must not both append to the same row
 
 
 def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift: float) -> OffsetNode[R] | None:

@@ -29,7 +29,7 @@ from threading import Lock
 
 from vrs_cli.values.commands import Event
 
-YOUNG = 256  # segments at the end of a row whose paths are as they were made
+YOUNG = 256  # segments at the end of a row whose paths are not packed
 PHASES = tuple(Phase)
 CODES = {phase: code for code, phase in enumerate(PHASES)}
 COLUMNS = ("finishes", "motions", "paths", "phases", "starts", "tables")
@@ -302,7 +302,7 @@ class EventRow(Sequence[Event]):
         self.channels, self.numbers = array("i"), array("q")
         self.flags = bytearray()
         self._places: dict[int, array[int]] = {}
-        self._indexed = 0  # events
+        self._indexed = 0  # the number of indexed events
         self.closed = False
         self.kept: int | None = None
         self.grow(events)
@@ -414,7 +414,7 @@ class EventRow(Sequence[Event]):
                 if self.flags[place] & OBSERVED:
                     continue
                 places = self._places.setdefault(self.channels[place], array("q"))
-                while places and places[-1] >= place:  # Ctrl-C has interrupted an earlier time
+                while places and places[-1] >= place:  # Ctrl-C has interrupted an earlier call
                     places.pop()
                 places.append(place)
             self._indexed = count

@@ -87,7 +87,7 @@ class JointPath(Struct, eq=False, gc=False):
             (self._rows, self._length) == (other._rows, other._length) or self.coefficients == other.coefficients
         )
 
-    def __ne__(self, other: object) -> bool:  # that of Struct looks whether they are one object
+    def __ne__(self, other: object) -> bool:  # the __ne__ of Struct compares identities
         return not self == other
 
     def __hash__(self) -> int:
@@ -113,7 +113,7 @@ class JointPath(Struct, eq=False, gc=False):
             degree, polynomials = self._length - 1, _rows_of(self._length)(rows)
         else:
             degree, polynomials = len(rows[0]) - 1, iter(rows)
-        if degree == 2:  # the two common cases spelled out, for the same reason
+        if degree == 2:  # the two common cases are spelled out for the same reason
             return tuple([a + s * (b + s * c) for a, b, c in polynomials])
         if degree == 1:
             return tuple([a + s * b for a, b in polynomials])
@@ -148,7 +148,7 @@ class JointPath(Struct, eq=False, gc=False):
             if len(a) == 4:
                 p, v, half, sixth = a
                 way = duration * (abs(v) + duration * (abs(half) + duration * abs(sixth)))
-                if low + way <= p <= high - way:  # no cubic of these goes farther
+                if low + way <= p <= high - way:  # no cubic with these coefficients goes farther
                     continue
             if not low <= value(a, duration) <= high:
                 return False
@@ -238,7 +238,7 @@ class CartesianPath(NamedTuple):
         alpha = STILL
         if len(self.turns) > 1:
             alpha = self._spin_rates(s)[0]
-        elif self.turns:  # of one turn, as most paths have, it is along its axis
+        elif self.turns:  # with one turn, as in most paths, it is along the axis of the turn
             ((axis, angle),) = self.turns
             alpha = vector_sum(STILL, scaled_vector(rotate(self.orientation, axis), second_derivative(angle, s)))
         x, y, z = self.position

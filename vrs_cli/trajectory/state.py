@@ -8,8 +8,8 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, length
 
-NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/s]
-STEADY = 1e-9  # an acceleration that is none [rad/s2, m/s2]
+NEGLIGIBLE = 1e-12  # a smaller displacement or velocity is none [rad, m, rad/s, m/s]
+STEADY = 1e-9  # a smaller acceleration is none [rad/s2, m/s2]
 # A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
 # so the corner is rounded on its inside. What the joints can follow is checked after.
 CORNER = 2.0

@@ -25,7 +25,7 @@ from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
 PART = 128  # deltas
-YOUNG = 2  # parts that are as they came: the last one, which grows, and the one before it
+YOUNG = 2  # parts that are not packed: the last one, which grows, and the one before it
 
 
 class Cause(Enum):
@@ -305,7 +305,7 @@ class Timeline:
             return TimelineDelta(self.version + 1, Cause.UNDO, *delta[2:8], 0.0, (), events)
         kept_whole = delta.keep
         if kept_whole and self[kept_whole - 1].finish > delta.cut:
-            kept_whole -= 1  # the truncated segment is given back whole
+            kept_whole -= 1  # the inverse gives the truncated segment back whole
         return TimelineDelta(
             version=self.version + 1,
             cause=Cause.UNDO,
@@ -326,7 +326,7 @@ def _since(row: Row, place: int, offset: float, t: float) -> float:
     times.
     """
     start = row.starts[place]
-    since = t - (offset + start)  # that sum is exact: whatever the offsets are, g is the same to the bit
+    since = t - (offset + start)  # the sum is exact, so g is the same to the bit whatever the offsets are
     if since < 0.0:
         return 0.0
     duration = row.finishes[place] - start
@@ -438,7 +438,7 @@ class DeltaColumns:
         self._version = deltas[0].version
         self._causes = [(delta.cause, delta.motion) for delta in deltas[:1]]
         which = []
-        for delta in deltas:  # in steering the cause and the motion are those of the one before
+        for delta in deltas:  # in steering cause and motion are those of the delta before
             cause, motion = self._causes[-1]
             if delta.motion is not motion or delta.cause is not cause:
                 self._causes.append((delta.cause, delta.motion))

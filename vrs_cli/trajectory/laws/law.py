@@ -31,15 +31,13 @@ from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, T
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-VERSION = (
-    2  # of the laws: what they plan from the same state to the same target. 1: SCURVE had common times out of motion
-)
-SLIVER = 1e-6  # [s] a cruise that is none
+VERSION = 2  # changes when a law plans otherwise from the same state. 1: SCURVE had common times out of motion
+SLIVER = 1e-6  # [s] a shorter cruise is left out
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
-Row = tuple[
-    int, float, float, float, float, float
-]  # an instant of the time grid, the same in seconds, a cubic from there
-Coming = Callable[[], Sequence[Sequence[Row]] | None]  # what each joint was to do from now on, where that is cubics
+# an instant of the time grid, the same in seconds, and the cubic from there on
+Row = tuple[int, float, float, float, float, float]
+# the planned cubics of each joint from now on; None if they are not cubics
+Coming = Callable[[], Sequence[Sequence[Row]] | None]
 
 
 class NoTimes(ValueError):
@@ -255,7 +253,7 @@ def joint_stretches(
     course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
     """Yield the stretches of joints that go on from their velocities to these cruise velocities, and come to rest."""
-    change, cruise, slow = course  # stretch by stretch, not joint by joint: the most frequent plan of all
+    change, cruise, slow = course  # stretch by stretch, not joint by joint, since this is the most frequent plan
     paths = change.paths(joints, velocity, cruising)
     durations = change.durations
     q = [value(a, durations[-1]) for a in paths[-1]]

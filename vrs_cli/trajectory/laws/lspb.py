@@ -34,9 +34,9 @@ from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStre
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
-ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little
-SAME = 1e-9  # two quotients that are one
+MARGIN = 1.0 + 1e-7  # keeps velocities inside limits after times are rounded to the grid
+ROOM = 8 * TICK  # [s] added to a blend, since rounding the other times moves the limits a little
+SAME = 1e-9  # quotients closer than that are one
 LONGER = 1.2
 FIRST_STEPS = 2
 MAX_BLEND_S = 1e6  # [s]
@@ -190,7 +190,7 @@ class Try(NamedTuple):
 
 def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
     """Return a blend time of (nearly) the least total time: find the first possible one, and go downhill from there."""
-    for _ in range(first_steps):  # where the room would begin if it grew evenly; the middle where that cannot be told
+    for _ in range(first_steps):  # where the room would begin if it grew evenly; the middle if that is unknown
         known = -inf < low.room < 0.0 and best.room < inf
         part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
         middle = try_blend(low.blend + part * (best.blend - low.blend))
@@ -223,9 +223,10 @@ def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
     while True:
         times = _on_grid(demands(blend), blend, least)
         if times is None:
-            blend = up_to_grid(blend * 1.001) + ROOM  # rounding has cost the last bit of room
+            blend = up_to_grid(blend * 1.001) + ROOM  # rounding has used up the room
         elif times.total < least - SLIVER:
-            blend = up_to_grid(blend * LONGER)  # so fast that it cannot take its time without turning back
+            # the motion is so fast that it would have to turn back to last that long
+            blend = up_to_grid(blend * LONGER)
         else:
             return times
 
@@ -250,10 +251,10 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     return times if demand.low * times.reach <= 1.0 + SAME else None
 
 
-LINE_FIRST_STEPS = 4  # towards the shortest blend of two lines, which is the quickest as a rule
-RESPONSE = 2.5  # D in ticks: quick, and steady for targets that are known once a tick
+LINE_FIRST_STEPS = 4  # steps towards the shortest blend of two lines, which is usually the quickest
+RESPONSE = 2.5  # D in ticks: quick, and steady for one target a tick
 COASTING = 1.0  # ticks: how late the next target may come without a jolt
-SPARE = 1.0 - 1e-9  # of limits, for rounding
+SPARE = 1.0 - 1e-9  # factor of limits, for rounding
 
 
 def joint_motion(

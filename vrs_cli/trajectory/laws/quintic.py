@@ -42,12 +42,12 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, s
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
-LONGER = 1.06  # times are tried that are each so much longer than the one before
+FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # factors of D/T, D/T^2 and D/T^3 from rest to rest
+LONGER = 1.06  # factor from one tried time to the next
 TRIES = 160
-MIN_TIME_S = 1e-3  # [s] of a motion that begins in motion
-PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
-HALVINGS = 5  # of the step from a time that is too short to one that is not
+MIN_TIME_S = 1e-3  # the least time of a motion that begins in motion
+PEAK = 1.0 + 1e-6  # factor of a limit: a velocity below it is at its limit
+HALVINGS = 5  # halvings of the step from a time that is too short to one that is not
 
 Part = tuple[float, float, float]  # displacement to go, velocity and acceleration now
 
@@ -102,7 +102,8 @@ def _on_grid(lasting: float) -> float:
 def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
     rates = derivative(quintic(0.0, part, lasting))
     bends = derivative(rates)
-    rows = (derivative(bends), bounds.jerk), (bends, bounds.acceleration), (rates, bounds.velocity)  # the quick first
+    # the quickest check first
+    rows = (derivative(bends), bounds.jerk), (bends, bounds.acceleration), (rates, bounds.velocity)
     return all(most(row, lasting) <= bound for row, bound in rows)
 
 
@@ -237,7 +238,7 @@ def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vecto
     for axis, rate, change in spin_turns(spin, spin_rate):
         gain = change * time
         cubic = -(rate + 2.0 * gain / 3.0) / (time * time)
-        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # to rest, wherever that ends
+        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # to rest, wherever it ends
         turns.append((axis, angle))
         turned = compose(turned, rotation_about(axis, value(angle, time)))
     axis, left = axis_angle(compose(inverse(turned), target))

@@ -45,9 +45,9 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointLimits, JointState
 from vrs_cli.values.commands import Motion
 
 FIRST_STEP = 0.25
-LAST_STEP = 0.05  # of the time of a change: no finer
+LAST_STEP = 0.05  # part of the time of a change: the finest step
 MAX_TRIES = 240
-MAX_CHANGE_S = 1e4  # [s] of a change
+MAX_CHANGE_S = 1e4  # the longest change
 DOUBLINGS = 40
 HALVINGS = 50
 
@@ -311,9 +311,7 @@ def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
         course = _on_grid(demands(change), change, least)
         if course is not None:
             return course
-        change = Change(
-            change.rise, change.hold * 1.001 + ROOM + SLIVER, change.fall
-        )  # rounding has cost the last room
+        change = Change(change.rise, change.hold * 1.001 + ROOM + SLIVER, change.fall)  # rounding has used up the room
     raise NoTimes("no change of velocity on the time grid leads to the target")
 
 
@@ -334,9 +332,9 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     return course if bounds.low * course.reach <= 1.0 + SAME else None
 
 
-STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
-STRETCHES = (-150, 150)  # the powers, from short to long
-RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
+STRETCH = 1.02  # the likely times of a stop are tried multiplied by powers of this
+STRETCHES = (-150, 150)  # the range of the powers, from short to long
+RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # parts of a ramp
 
 
 def joint_motion(

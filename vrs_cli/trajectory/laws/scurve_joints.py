@@ -28,12 +28,13 @@ from vrs_cli.trajectory.laws.scurve_steering import MIN_PIECE_S, common_stretche
 from vrs_cli.trajectory.segment import Path, Phase
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState
 
-CLOSE = 1e-12  # [rad, m] of a way: what is left of it is no jump
-IN_TIME = 0.4 * TICK  # [s] by which phases may last longer than the time that there is: none of the grid
-NEWTON = 15  # steps; five are usual
-STEPS = 60  # of another search
-MIN_BRAKING = 1e-3  # of the acceleration limit, to brake with
-RAISES = 20  # of the time in which all joints arrive
+CLOSE = 1e-12  # [rad, m] a smaller rest of a way is no jump
+# [s] phases may last longer than their time by this, which is less than half an instant of the grid
+IN_TIME = 0.4 * TICK
+NEWTON = 15  # steps at most; five are usual
+STEPS = 60  # steps of other searches
+MIN_BRAKING = 1e-3  # part of the acceleration limit: the weakest braking
+RAISES = 20  # attempts to find the time in which all joints arrive
 
 _new = tuple.__new__
 
@@ -109,7 +110,7 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
     square = jerk * dv + 0.5 * a * a
     size, hold = sqrt(square) if square > 0.0 else 0.0, 0.0
     if size > a_max:
-        size, rise = a_max, abs(a + a_max) / jerk  # down to it where ACCEL is lower now
+        size, rise = a_max, abs(a + a_max) / jerk  # down to a_max if ACCEL is lower now
         hold = (dv + 0.5 * (a - size) * rise) / size - 0.5 * size / jerk
         hold = hold if hold > 0.0 else 0.0
     else:
@@ -140,7 +141,8 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
         found = _in_two(joint, whole, abs(quick.cruising))
         if _arrives(joint, found, whole):
             return found
-        sign = 1.0 if found.cruising > 0.0 else -1.0  # slower than what takes too long, and without a cruise
+        # slower than the solution that takes too long, and without a cruise
+        sign = 1.0 if found.cruising > 0.0 else -1.0
         speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(found.cruising))
         quick = phases(joint, sign * speed, joint.max_acceleration)
         alone = quick.lasts
@@ -199,7 +201,7 @@ def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
     if sign * (way - top.way) >= 0.0:
         return top.lasts + (way - top.way) / top.cruising, top
     low, high, free = 0.0, v_max, sign * (v + 0.5 * a * abs(a) / jerk)
-    if 0.0 < free < v_max:  # with less velocity than is left once the acceleration is gone the way jumps
+    if 0.0 < free < v_max:  # below the velocity that is left once the acceleration is gone, the way jumps
         low, high = (free, high) if sign * _past(joint, sign * free) <= 0.0 else (low, free)
     found = phases(joint, sign * _root(lambda speed: sign * _past(joint, sign * speed), low, high), a_max)
     return found.lasts, found

@@ -30,12 +30,12 @@ from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.commands import Motion
 
-RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
-EASY = 0.25  # of acceleration and jerk, to come near a target with
-KEPT = 0.8  # of acceleration and jerk, to stop with: the rest makes up for whole ticks
+RESPONSE = 4.0  # ticks in which an error goes: the fewest without an overshoot
+EASY = 0.25  # part of acceleration and jerk used to approach a target
+KEPT = 0.8  # part of acceleration and jerk used to stop: the rest makes up for whole ticks
 HALVINGS = 24
 CUBIC = 3  # degree of a path of constant jerk
-MIN_PIECE_S = 1e-10  # [s] of a piece: a shorter one changes nothing
+MIN_PIECE_S = 1e-10  # a shorter piece changes nothing
 
 # --- stops: one joint alone -----------------------------------------------------------------------------------------
 
