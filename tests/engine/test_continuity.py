@@ -137,7 +137,7 @@ def test_joints_of_one_branch_are_proved_and_a_jump_is_not(name: str) -> None:
     goal = at_position(compose(pose, rotation_x(1e-5)), *(x + 1e-5 for x in position(pose)))
     there = arm.branch_joints(goal, arm.ways[0], q)
     assert there is not None
-    weights = np.eye(len(q))[list(arm.held)]
+    weights = np.eye(len(q))[list(arm.still_joints)]
     assert proof.proved(between(q, there, there, weights), 1).tolist() == [True]
     jumped = tuple(x + 0.3 for x in there)
     for pieces in (1, 64):

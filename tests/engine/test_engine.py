@@ -9,7 +9,7 @@ import pytest
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.engine import Bookmark, Engine
-from vrs_cli.engine.history import WIDE
+from vrs_cli.engine.history import WIDE_DROP
 from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
@@ -442,7 +442,7 @@ def test_a_command_that_is_refused_leaves_what_can_be_redone(engine: Engine) -> 
 
 
 def test_a_command_that_drops_a_long_tail_is_undone_too(engine: Engine) -> None:
-    for _ in range(WIDE):
+    for _ in range(WIDE_DROP):
         engine.perform(Move(B, straight=False))
         engine.perform(Move(A, straight=False))
     before = engine.timeline

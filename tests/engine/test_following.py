@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.engine.following import SAMPLES, Follower, Sample, _ahead, seeds_of
+from vrs_cli.engine.following import FIRST_INTERVALS, Follower, Sample, _ahead, seeds_of
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
@@ -34,7 +34,7 @@ def test_neighbours_differ_by_little_that_their_velocities_do_not_explain(slow: 
             samples = follower.samples(path, slow, start)
         except MotionError:
             continue
-        assert len(samples) > SAMPLES
+        assert len(samples) > FIRST_INTERVALS
         for a, b in pairwise(samples):
             if b.s - a.s > SHORTEST * slow:
                 changes = [q - p for p, q in zip(a.joints, b.joints, strict=True)]
@@ -51,7 +51,7 @@ def test_an_easy_line_has_no_more_samples_than_it_is_asked_for() -> None:
     arm, start = arm_for(model), (0.2, -0.9, 2.6, 0.3, 0.8, 0.1)
     x, y, z = position(arm.forward(start))
     path = CartesianPath(((x, 0.01), (y,), (z,)), arm.forward(start), (), arm.configuration(start), (start,), 1.0)
-    for steps in (SAMPLES, 3):
+    for steps in (FIRST_INTERVALS, 3):
         samples = Follower(arm, path.configuration, IDENTITY).samples(path, 1.0, start, steps)
         assert [sample.s for sample in samples] == pytest.approx([k / steps for k in range(steps + 1)])
 

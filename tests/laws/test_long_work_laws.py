@@ -62,7 +62,7 @@ def served(session: Session, at_once: int) -> Iterator[Beside]:
     beside = Beside(session)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(actor, "Thread", beside.thread)
-        patch.setattr(book, "AT_ONCE", at_once)
+        patch.setattr(book, "CHANGES_AT_ONCE", at_once)
         patch.setattr(session.actor, "_works", beside)
         session.actor._server = beside  # type: ignore[assignment]
         yield beside

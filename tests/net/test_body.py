@@ -38,7 +38,7 @@ from vrs_cli.net.served_robot import MEASURED_SECONDS
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.stream import MAX_REMEMBERED, MeasuredTeller
 from vrs_cli.net.tokens import add_tokens
-from vrs_cli.trajectory.reports import CHUNK
+from vrs_cli.trajectory.reports import CHUNK_REPORTS
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import BodyMode, Report, ReportCounts
 from vrs_cli.wire.codec import Encoding, encode
@@ -349,7 +349,7 @@ def test_a_server_keeps_the_last_hour_in_memory_and_all_in_the_journal(tmp_path:
             record.add([Report(float(t), (0.1,) * 6) for t in range(begin, begin + 100)])
         seen = record.view
         assert seen.start is not None
-        assert 8000 - MEASURED_SECONDS - CHUNK <= seen.start <= 8000 - MEASURED_SECONDS
+        assert 8000 - MEASURED_SECONDS - CHUNK_REPORTS <= seen.start <= 8000 - MEASURED_SECONDS
         assert seen.end == 7999.0
     (journal,) = (tmp_path / "journal").glob("*.vrst")
     kept = read_trajectory(journal).measured

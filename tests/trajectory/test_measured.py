@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.trajectory.measured import GAP, MeasuredRecord, MeasuredTimeline
-from vrs_cli.trajectory.reports import CHUNK, ReportColumns
+from vrs_cli.trajectory.reports import CHUNK_REPORTS, ReportColumns
 from vrs_cli.values.measured import MAX_LATENESS_S, BodyMode, Report, ReportCounts
 
 JOINTS = 2
@@ -163,14 +163,16 @@ def test_a_derivative_is_that_of_the_joints() -> None:
 
 def test_long_records_are_in_chunks_and_a_window_of_them_is_enough() -> None:
     record = MeasuredRecord(1)
-    record.add(Report(0.01 * k, (0.001 * k,)) for k in range(3 * CHUNK + 5))
-    record.add([Report(0.01 * (3 * CHUNK) - 0.005, (7.0,))])  # into a full chunk
+    record.add(Report(0.01 * k, (0.001 * k,)) for k in range(3 * CHUNK_REPORTS + 5))
+    record.add([Report(0.01 * (3 * CHUNK_REPORTS) - 0.005, (7.0,))])  # into a full chunk
     seen = record.view
-    assert len(seen) == 3 * CHUNK + 6
-    assert seen.joints_at(0.01 * (3 * CHUNK) - 0.005) == (7.0,)
-    assert seen.joints_at(0.01 * (CHUNK - 0.5)) == pytest.approx((0.001 * (CHUNK - 0.5),))  # from one to the next
-    record.forget_before(0.01 * 2 * CHUNK)
-    assert record.view.start == 0.01 * 2 * CHUNK
+    assert len(seen) == 3 * CHUNK_REPORTS + 6
+    assert seen.joints_at(0.01 * (3 * CHUNK_REPORTS) - 0.005) == (7.0,)
+    assert seen.joints_at(0.01 * (CHUNK_REPORTS - 0.5)) == pytest.approx(
+        (0.001 * (CHUNK_REPORTS - 0.5),)
+    )  # from one to the next
+    record.forget_before(0.01 * 2 * CHUNK_REPORTS)
+    assert record.view.start == 0.01 * 2 * CHUNK_REPORTS
     assert seen.start == 0.0
     arrays = seen.arrays(4.995, 5.025)
     assert arrays.times.tolist() == pytest.approx([5.0, 5.01, 5.02])

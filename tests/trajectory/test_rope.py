@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Leaf, OffsetNode
+from vrs_cli.trajectory.rope import BLOCK_LENGTH, MAX_CHILDREN, SMALL_LEAF, Branch, Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.values.commands import Motion, MotionKind, Start
@@ -43,7 +43,7 @@ def check_sound(held: OffsetNode) -> None:
         assert (node.begin, node.end) == (node.row[node.first].start, node.row[node.last - 1].finish)
         return
     children = [OffsetNode(begin - child.begin, child) for begin, child in zip(node.begins, node.nodes, strict=True)]
-    assert 1 <= len(children) <= FAN
+    assert 1 <= len(children) <= MAX_CHILDREN
     sizes = [child.node.count for child in children]
     assert list(node.counts) == [sum(sizes[:k]) for k in range(len(sizes) + 1)]
     assert (node.count, node.begin) == (node.counts[-1], node.begins[0])
@@ -53,7 +53,7 @@ def check_sound(held: OffsetNode) -> None:
         check_sound(child)
 
 
-def cut_up(pieces: int, length: int = SMALL) -> OffsetNode:
+def cut_up(pieces: int, length: int = SMALL_LEAF) -> OffsetNode:
     """A rope of so many leaves of this length, all of one row."""
     held = rope.rope_of(Row(row(pieces * length)))
     assert held is not None
@@ -82,15 +82,17 @@ def test_of_nothing() -> None:
 def test_splices_as_of_a_list(seed: int) -> None:
     """Edits as a timeline makes them, on trees of one to three levels, beside the same edits of a list."""
     source = Random(seed)
-    held: OffsetNode | None = cut_up(*source.choice([(1, 3), (5, SMALL), (FAN + 3, 40), (FAN * 3, 8)]))
+    held: OffsetNode | None = cut_up(
+        *source.choice([(1, 3), (5, SMALL_LEAF), (MAX_CHILDREN + 3, 40), (MAX_CHILDREN * 3, 8)])
+    )
     plain, versions = listed(held), []
     for _ in range(12):
         assert held is not None
         keep = source.choice([0, len(plain), source.randint(0, len(plain))])
-        most = source.choice([0, 3, 2 * SMALL, len(plain)])
+        most = source.choice([0, 3, 2 * SMALL_LEAF, len(plain)])
         drop = source.randint(0, min(most, len(plain) - keep))
         begin = plain[keep - 1].finish if keep else plain[0].start
-        new = row(source.choice([0, 1, 3, SMALL + 2, 3 * SMALL]), begin)
+        new = row(source.choice([0, 1, 3, SMALL_LEAF + 2, 3 * SMALL_LEAF]), begin)
         shift = source.choice([0.0, float(len(new) + source.randint(0, 9))])
         versions.append((held, plain))
         held = rope.splice(held, keep, keep + drop, new, shift)
@@ -110,8 +112,8 @@ def test_splices_as_of_a_list(seed: int) -> None:
 
 
 def test_edits_copy_only_what_lies_along_their_way() -> None:
-    held = cut_up(FAN * 2)
-    again = rope.splice(held, SMALL * 40 + 7, SMALL * 40 + 9, row(3, SMALL * 40 + 46.0), 1.0)
+    held = cut_up(MAX_CHILDREN * 2)
+    again = rope.splice(held, SMALL_LEAF * 40 + 7, SMALL_LEAF * 40 + 9, row(3, SMALL_LEAF * 40 + 46.0), 1.0)
     assert again is not None
     old = {id(leaf) for _, leaf in rope.leaves(held, 0.0, 1e9)}
     new = {id(leaf) for _, leaf in rope.leaves(again, 0.0, 1e9)}
@@ -126,7 +128,7 @@ def held_row(held: OffsetNode) -> rope.Row:
 
 def test_many_edits_leave_no_crumbs() -> None:
     """Leaves are a sixth of a small one on the average, and the tree is no higher than it must be for that."""
-    source, held = Random(5), rope.rope_of(Row(row(50 * SMALL)))
+    source, held = Random(5), rope.rope_of(Row(row(50 * SMALL_LEAF)))
     for _ in range(3000):
         assert held is not None
         keep = source.randrange(1, held.node.count - 6)
@@ -135,7 +137,7 @@ def test_many_edits_leave_no_crumbs() -> None:
     assert held is not None
     check_sound(held)
     sizes = [leaf.count for _, leaf in rope.leaves(held, -1e9, 1e9)]
-    assert 6 * sum(sizes) >= SMALL * len(sizes)
+    assert 6 * sum(sizes) >= SMALL_LEAF * len(sizes)
     assert held.node.height <= 2
 
 
@@ -201,7 +203,7 @@ def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
 def test_a_stream_that_takes_back_its_last_segments_makes_long_rows() -> None:
     """As steering does: what is planned ahead is dropped and planned again, over and over."""
     held = rope.rope_of(Row(row(1)))
-    for _ in range(20 * SMALL):
+    for _ in range(20 * SMALL_LEAF):
         assert held is not None
         keep = max(held.node.count - 3, 1)
         begin = rope.item(held, keep - 1).finish
@@ -218,15 +220,15 @@ def test_leaves_of_a_stretch_of_time() -> None:
 
 
 def test_blocks_of_a_stretch_of_time() -> None:
-    """Parts of rows that do not go across a multiple of BLOCK, from the segment in force at the beginning."""
-    held = rope.rope_of(Row(row(4 * BLOCK)))
+    """Parts of rows that do not go across a multiple of BLOCK_LENGTH, from the segment in force at the beginning."""
+    held = rope.rope_of(Row(row(4 * BLOCK_LENGTH)))
     assert held is not None
-    found = list(rope.blocks(held, BLOCK - 1.5, 2.0 * BLOCK + 3.0))
+    found = list(rope.blocks(held, BLOCK_LENGTH - 1.5, 2.0 * BLOCK_LENGTH + 3.0))
     assert [(block.first, block.last) for block in found] == [
-        (BLOCK - 2, BLOCK),
-        (BLOCK, 2 * BLOCK),
-        (2 * BLOCK, 2 * BLOCK + 4),
+        (BLOCK_LENGTH - 2, BLOCK_LENGTH),
+        (BLOCK_LENGTH, 2 * BLOCK_LENGTH),
+        (2 * BLOCK_LENGTH, 2 * BLOCK_LENGTH + 4),
     ]
-    assert [block.begin for block in found] == [BLOCK - 2.0, BLOCK, 2.0 * BLOCK]
+    assert [block.begin for block in found] == [BLOCK_LENGTH - 2.0, BLOCK_LENGTH, 2.0 * BLOCK_LENGTH]
     (before,) = rope.blocks(held, -5.0, -4.0)
     assert (before.first, before.last) == (0, 1)

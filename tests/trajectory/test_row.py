@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.trajectory.row import YOUNG, EventRow, Row
+from vrs_cli.trajectory.row import UNPACKED_SEGMENTS, EventRow, Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, Timeline, TimelineDelta
 from vrs_cli.values.commands import HAND, Event, EventEdit, Motion, MotionKind, Start
@@ -23,10 +23,10 @@ def segments(count: int) -> list[Segment]:
 
 
 def test_gives_what_was_put_in() -> None:
-    some = segments(4 * YOUNG)
+    some = segments(4 * UNPACKED_SEGMENTS)
     row = Row(some[:5])
     row.grow(some[5:])
-    assert repr(list(row)) == repr(segments(4 * YOUNG))  # to the sign of a zero
+    assert repr(list(row)) == repr(segments(4 * UNPACKED_SEGMENTS))  # to the sign of a zero
     assert list(row) == some
     assert row[-1] == some[-1]
     assert row[7:9] == some[7:9]
@@ -34,7 +34,7 @@ def test_gives_what_was_put_in() -> None:
 
 
 def test_what_is_far_from_the_end_is_shared_and_small() -> None:
-    some = segments(4 * YOUNG)
+    some = segments(4 * UNPACKED_SEGMENTS)
     row = Row(some)
     assert row.paths[0] is some[0].path
     assert isinstance(row.paths[0], JointPath)
@@ -50,9 +50,9 @@ def test_a_path_is_packed_once_however_a_row_grows(monkeypatch: pytest.MonkeyPat
         packed.append(path)
 
     monkeypatch.setattr(JointPath, "pack", pack)
-    for segment in segments(8 * YOUNG):
+    for segment in segments(8 * UNPACKED_SEGMENTS):
         row.grow([segment])
-    assert 6 * YOUNG <= len(packed) == len({id(path) for path in packed})
+    assert 6 * UNPACKED_SEGMENTS <= len(packed) == len({id(path) for path in packed})
 
 
 def test_takes_a_part_of_another_row_later() -> None:

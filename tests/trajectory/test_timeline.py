@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.trajectory.instant import LATEST, TICK
-from vrs_cli.trajectory.rope import BLOCK, SMALL
+from vrs_cli.trajectory.rope import BLOCK_LENGTH, SMALL_LEAF
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, Timeline, TimelineDelta
 from vrs_cli.values.commands import Motion, MotionKind, Start
@@ -35,7 +35,7 @@ def delta(timeline: Timeline, cut: float, keep: int, drop: int, shift: float, *s
     return TimelineDelta(timeline.version, Cause.COMMAND, motion(9), cut, cut, cut, keep, drop, shift, tuple(segments))
 
 
-@pytest.mark.parametrize("count", [1, 5, SMALL, 3 * SMALL + 7])
+@pytest.mark.parametrize("count", [1, 5, SMALL_LEAF, 3 * SMALL_LEAF + 7])
 def test_reads_as_the_list_of_its_segments(count: int) -> None:
     timeline = timeline_of(count)
     segments = list(timeline)
@@ -49,9 +49,9 @@ def test_reads_as_the_list_of_its_segments(count: int) -> None:
 
 @given(st.floats(-2.0, 1300.0))
 def test_locate_finds_the_segment_in_force(t: float) -> None:
-    timeline = timeline_of(2 * SMALL)
+    timeline = timeline_of(2 * SMALL_LEAF)
     segment, since = timeline.locate(t)
-    expected = min(max(int(t), 0), 2 * SMALL - 1)
+    expected = min(max(int(t), 0), 2 * SMALL_LEAF - 1)
     if t < 0.0:
         assert (segment.motion.number, since) == (0, 0.0)
     else:
@@ -80,9 +80,9 @@ def test_edit_in_the_middle_cuts_drops_and_shifts() -> None:
     assert list(before) == list(timeline_of(768)), "a reader of the old version is not disturbed"
 
 
-@given(st.integers(1, 3 * SMALL), st.integers(0, 40), st.integers(-20, 20), st.booleans())
+@given(st.integers(1, 3 * SMALL_LEAF), st.integers(0, 40), st.integers(-20, 20), st.booleans())
 def test_inverse_gives_back_what_was(keep: int, drop: int, shift: int, inside: bool) -> None:
-    before = timeline_of(3 * SMALL)
+    before = timeline_of(3 * SMALL_LEAF)
     drop = min(drop, len(before) - keep)
     last = before[keep - 1]
     cut = 0.5 * (last.start + last.finish) if inside else last.finish
@@ -92,17 +92,17 @@ def test_inverse_gives_back_what_was(keep: int, drop: int, shift: int, inside: b
 
 
 def test_many_edits_in_one_place_leave_no_crumbs() -> None:
-    timeline = timeline_of(SMALL)
+    timeline = timeline_of(SMALL_LEAF)
     for k in range(300):
         end = timeline.end
         timeline = timeline.apply(delta(timeline, end, len(timeline), 0, 0.0, ramp(k, end, end + 1.0)))
-    assert len(list(timeline.blocks(0.0, timeline.end))) <= len(timeline) / BLOCK + 2
-    assert [s.start for s in timeline] == [0.0, *map(float, range(SMALL + 300))]
+    assert len(list(timeline.blocks(0.0, timeline.end))) <= len(timeline) / BLOCK_LENGTH + 2
+    assert [s.start for s in timeline] == [0.0, *map(float, range(SMALL_LEAF + 300))]
 
 
 def test_shifts_are_exact_however_many_there_are() -> None:
     """Times are multiples of a tick of 2**-30 s (0.93 ns): beside whole numbers of ticks, not one is lost."""
-    source, timeline, second = Random(7), timeline_of(4 * SMALL), round(1.0 / TICK)
+    source, timeline, second = Random(7), timeline_of(4 * SMALL_LEAF), round(1.0 / TICK)
     timeline = timeline.apply(delta(timeline, LATEST, 1, 0, LATEST / 2))  # where a tick is all that a float can tell
     ticks = [round(s.start / TICK) for s in timeline]
     for _ in range(4000):

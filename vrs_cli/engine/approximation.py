@@ -24,11 +24,13 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
-TURN = 0.5  # [rad, m] of all joints together: on a shorter way the tip turns to and fro at most once
+MAX_TURN = 0.5  # [rad, m] of all joints together: on a shorter way the tip turns to and fro at most once
 PROBES = (0.25, 0.5, 0.75)  # parts of a line at which its distance from the way is measured
-MARGIN = 0.8  # part of the error: between the probes the way is a little farther from its line
-DEEPEST = 12  # halvings: a line of 1 s is not made shorter than 0.25 ms
-WHOLE = 10.0  # [s] the part in sight begins and ends at multiples of this time, so that most of it stays the same
+LINE_MARGIN = 0.8  # part of the error: between the probes the way is a little farther from its line
+MAX_HALVINGS = 12  # halvings: a line of 1 s is not made shorter than 0.25 ms
+SIGHT_STEP_S = (
+    10.0  # [s] the part in sight begins and ends at multiples of this time, so that most of it stays the same
+)
 
 Tip = Callable[[float], Vector]  # the place of the tool tip in the world [m], s seconds into a segment
 Place = tuple[float, Vector]  # a time [s], and the place of the tool tip then
@@ -81,7 +83,7 @@ class ToolPath:
         """
         before, self._seen = self._seen, {}
         found = list[ToolLine]()
-        for block in timeline.blocks(begin // WHOLE * WHOLE, -(-end // WHOLE) * WHOLE):
+        for block in timeline.blocks(begin // SIGHT_STEP_S * SIGHT_STEP_S, -(-end // SIGHT_STEP_S) * SIGHT_STEP_S):
             key = (id(block.row), block.first, block.last)
             seen = before.get(key) or (block.row, tuple(_block_lines(self._arm, block, self._error)))
             self._seen[key] = seen
@@ -111,9 +113,9 @@ def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
     tip, pieces = tip_of(arm, segment), 1  # of equal time, into which the way is cut
     if isinstance(segment.path, JointPath):
         way = sum(high - low for low, high in segment.path.extremes(segment.duration))
-        pieces = max(ceil(way / TURN), 1)
+        pieces = max(ceil(way / MAX_TURN), 1)
     ends = [(s, tip(s)) for s in (segment.duration * k / pieces for k in range(pieces + 1))]
-    places = [ends[0], *(p for a, b in pairwise(ends) for p in _refine(tip, a, b, MARGIN * error, DEEPEST))]
+    places = [ends[0], *(p for a, b in pairwise(ends) for p in _refine(tip, a, b, LINE_MARGIN * error, MAX_HALVINGS))]
     times, points = zip(*((segment.start + s, p) for s, p in places), strict=True)
     return ToolLine(segment.motion, segment.phase, 0.0, times, points)
 
@@ -174,7 +176,7 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
     return dist(there, (part * along[0], part * along[1], part * along[2]))
 
 
-LOOKS = 8  # parts of a piece between which it is compared with g; even, so that halves share the places
+PIECE_LOOKS = 8  # parts of a piece between which it is compared with g; even, so that halves share the places
 PIECE_MARGIN = (
     0.9  # part of the tolerance, allowed at the compared places: between them a piece may be a little farther off
 )
@@ -239,7 +241,11 @@ def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[Joi
         return states[s]
 
     def close(piece: JointPiece, begin: float) -> bool:
-        looks = max(LOOKS, ceil(0.5 * piece.duration / path.seed_interval) * 2) if path.seed_interval > 0.0 else LOOKS
+        looks = (
+            max(PIECE_LOOKS, ceil(0.5 * piece.duration / path.seed_interval) * 2)
+            if path.seed_interval > 0.0
+            else PIECE_LOOKS
+        )
         for k in range(1, looks):
             s = piece.duration * k / looks
             for a, q in zip(piece.joints, joints(begin + s), strict=True):

@@ -22,14 +22,14 @@ from msgspec import Struct
 from vrs_cli.engine.history import History, HistoryStep, commands_in_force, records
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.rope import SMALL
+from vrs_cli.trajectory.rope import SMALL_LEAF
 from vrs_cli.trajectory.row import EventRow, Row, RowStore
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, KeptDeltas, Timeline, TimelineDelta
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
-AT_ONCE = 50  # changes planned before others may have their turn
+CHANGES_AT_ONCE = 50  # changes planned before others may have their turn
 R = TypeVar("R")
 Parts = Generator[None, None, R]  # work done a part at a time: between parts the driver may do something else
 ROW_LENGTH = 128  # segments: a row of this length grows no more; one change writes at most this many (3 ms of CPU)
@@ -74,8 +74,10 @@ class MemoryWindow:
         """Let a part of the past leave memory after these changes, and write a checkpoint if one is due. `timeline`:
         after the changes. `commands`, `number`: as for `Store.keep_checkpoint`.
         """
-        self._first = min([self._first, *[max(delta.keep - SMALL - 1, 0) for delta in deltas]])  # neighbours may merge
-        edits = [delta.events.keep - SMALL - 1 for delta in deltas if delta.events is not None]
+        self._first = min(
+            [self._first, *[max(delta.keep - SMALL_LEAF - 1, 0) for delta in deltas]]
+        )  # neighbours may merge
+        edits = [delta.events.keep - SMALL_LEAF - 1 for delta in deltas if delta.events is not None]
         self._first_event = max(min([self._first_event, *edits]), 0)
         count = len(timeline)
         for index, _, leaf in timeline.parts(max(count - 2 * ROW_LENGTH, 0)):
@@ -327,7 +329,7 @@ class Book:
                 check(timeline, delta)
             timeline = timeline.apply(delta)
             planned.append(delta)
-            if check is not None or not number % AT_ONCE:
+            if check is not None or not number % CHANGES_AT_ONCE:
                 yield
                 self.check_same(before)
         return planned, timeline

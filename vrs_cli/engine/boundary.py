@@ -45,18 +45,18 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
-KEPT = 0.25  # part of the smaller of two clearances that must certainly be left between them
-AT_END = 1e-4  # part of a path: nearer to a rest on a boundary, samples are close anyway
+KEPT_CLEARANCE = 0.25  # part of the smaller of two clearances that must certainly be left between them
+END_PART = 1e-4  # part of a path: nearer to a rest on a boundary, samples are close anyway
 MAX_SEARCH_LOOKS = 5000
-REMEMBERED = 64  # surveys: a line may be planned again, with other stops or while a key is held
+REMEMBERED_SURVEYS = 64  # surveys: a line may be planned again, with other stops or while a key is held
 FEW_LOOKS = 8  # looks: with no more of them, samples are as close anyway
 # parts of the greatest clearances of a path: a smaller clearance is close to a boundary
-CLOSE = (0.01, 0.01, 0.01, 0.1)
-NEAR = 1e-5  # [m] step of differences around a touch, by which its place is found to a billionth
-INSIDE = 1e-5  # [m] from the end of a line: there differences show whether it is a tangent
-SLOPE = 1e-8  # [m] slope of a clearance [m2] along the way: a smaller one is a tangent
+CLOSE_PARTS = (0.01, 0.01, 0.01, 0.1)
+DIFFERENCE_STEP = 1e-5  # [m] step of differences around a touch, by which its place is found to a billionth
+TANGENT_STEP = 1e-5  # [m] from the end of a line: there differences show whether it is a tangent
+TANGENT_SLOPE = 1e-8  # [m] slope of a clearance [m2] along the way: a smaller one is a tangent
 NEWTON_STEPS = 3
-TOUCHING = 0.01  # [rad, m] a joint that changes by less over a touch of a boundary does not jump
+MAX_TOUCH_CHANGE = 0.01  # [rad, m] a joint that changes by less over a touch of a boundary does not jump
 STRAIGHTENINGS = 2  # the second one removes the rounding of the first
 
 
@@ -91,7 +91,7 @@ def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurve
     return found
 
 
-@lru_cache(REMEMBERED)
+@lru_cache(REMEMBERED_SURVEYS)
 def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> PathSurvey:
     """Search a path; results are remembered. Paths of an arm without a hand are not searched."""
     return PathSurvey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
@@ -152,7 +152,7 @@ class _Search:
         on_boundary = list[int]()
         for which, edge in enumerate(self.arm.boundary.sizes):
             x, y, low = a.sizes[which], b.sizes[which], least.sizes[which]
-            if low > edge and low >= KEPT * min(x, y):
+            if low > edge and low >= KEPT_CLEARANCE * min(x, y):
                 continue
             if on_boundary and max(x, y) == inf:
                 continue  # slightly beyond the boundary, where there are no joints
@@ -167,7 +167,7 @@ class _Search:
     def marks(self) -> tuple[float, ...]:
         """Return times around each least clearance, closer and closer to it."""
         marks = set[float]()
-        for k, close in enumerate(CLOSE):
+        for k, close in enumerate(CLOSE_PARTS):
             column = [inf, *(seen.sizes[k] for _, seen in self.seen), inf]
             most = close * max(column[1:-1])
             rows = zip(column, column[1:], column[2:], strict=False)
@@ -181,7 +181,7 @@ class _Search:
         s, step = self.seen[i][0], self.lasting
         nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))
         if s in (0.0, self.lasting):
-            nearest = max(nearest, AT_END * self.lasting)
+            nearest = max(nearest, END_PART * self.lasting)
         else:
             yield s
         while step > 0.5 * nearest:
@@ -255,7 +255,7 @@ class Kinks:
         for touch in self.touches:
             if touch.begin > 0.0 and touch.end < 1.0:
                 changes = self.follower.changes(self.path, touch.begin, touch.end, near)
-                if max(changes) > TOUCHING:  # a joint jumps from one side of the boundary to the other
+                if max(changes) > MAX_TOUCH_CHANGE:  # a joint jumps from one side of the boundary to the other
                     raise self.follower.refuse_jump(self.path, touch.end, changes)
                 stops.append(self._stop(touch))
         return sorted(stops, key=lambda stop: stop.part)
@@ -277,16 +277,16 @@ class Kinks:
         """
         if self.speed <= ON_BOUNDARY:
             return
-        inward = (1.0 if end == 0.0 else -1.0) * min(INSIDE / self.speed, 0.5)
+        inward = (1.0 if end == 0.0 else -1.0) * min(TANGENT_STEP / self.speed, 0.5)
         seen = [self._clearance_at(self.path.pose(end + k * inward)).sizes[:WRIST] for k in (0, 1, 2)]
         for at, once, twice, edge in zip(*seen, self.follower.arm.boundary.sizes, strict=False):
             slope = 4.0 * once - twice - 3.0 * at
-            if at <= 2.0 * edge and abs(slope) > 2.0 * SLOPE * abs(inward) * self.speed:
+            if at <= 2.0 * edge and abs(slope) > 2.0 * TANGENT_SLOPE * abs(inward) * self.speed:
                 raise self.follower.refuse_kink(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
         """Find the place of the least clearance by Newton's method on differences, and move it onto the boundary."""
-        s, step = 0.5 * (touch.begin + touch.end), NEAR / self.speed
+        s, step = 0.5 * (touch.begin + touch.end), DIFFERENCE_STEP / self.speed
         for _ in range(NEWTON_STEPS):
             before, here, after = (self._size(touch.which, self.path.pose(s + side)) for side in (-step, 0.0, step))
             bend = after - 2.0 * here + before
@@ -299,9 +299,11 @@ class Kinks:
         x, y, z = position(pose)
         off = self._size(which, pose)
         slope = []
-        for dx, dy, dz in ((NEAR, 0.0, 0.0), (0.0, NEAR, 0.0), (0.0, 0.0, NEAR)):
+        for dx, dy, dz in ((DIFFERENCE_STEP, 0.0, 0.0), (0.0, DIFFERENCE_STEP, 0.0), (0.0, 0.0, DIFFERENCE_STEP)):
             ahead = self._size(which, at_position(pose, x + dx, y + dy, z + dz))
-            slope.append((ahead - self._size(which, at_position(pose, x - dx, y - dy, z - dz))) / (2.0 * NEAR))
+            slope.append(
+                (ahead - self._size(which, at_position(pose, x - dx, y - dy, z - dz))) / (2.0 * DIFFERENCE_STEP)
+            )
         square = sum(g * g for g in slope)
         if not square:
             return pose

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Struct
 
 from vrs_cli.engine.boundary import survey
-from vrs_cli.engine.following import LEAST_GAP, Follower, Sample
+from vrs_cli.engine.following import MIN_INTERVAL, Follower, Sample
 from vrs_cli.engine.load import ACCELERATION_MARGIN, StretchLoad
 from vrs_cli.engine.problem import joint_velocity, joints_on
 from vrs_cli.errors import MotionError, StraightLineSingular
@@ -29,14 +29,14 @@ from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import MotionKind
 
-MANY = 4096  # segments checked at once
-CUBIC = 4  # coefficients of a cubic
-PLACE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
-RATE = 1e-4  # [rad/s, m/s] of a joint; of a fast joint as a part of its velocity
-EXCESS = 1e-4  # part of a limit
+SEGMENTS_AT_ONCE = 4096  # segments checked at once
+CUBIC_LENGTH = 4  # coefficients of a cubic
+PLACE_TOLERANCE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
+RATE_TOLERANCE = 1e-4  # [rad/s, m/s] of a joint; of a fast joint as a part of its velocity
+LIMIT_EXCESS = 1e-4  # part of a limit
 JERK_EXCESS = 1.05  # factor of a limit: the jerk between samples is only bounded
-BRANCH = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch
-FAR = 3.0  # [rad] from a joint to its seed: beyond half a turn another turn of the joint would be nearer
+BRANCH_TOLERANCE = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch
+MAX_SEED_DISTANCE = 3.0  # [rad] from a joint to its seed: beyond half a turn another turn of the joint would be nearer
 
 
 class Breach(Struct, frozen=True):
@@ -49,7 +49,7 @@ class Breach(Struct, frozen=True):
 def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
     """Yield what is wrong with a timeline, in the order of its segments."""
     rest, first, before = iter(timeline), 0, list[Segment]()
-    while segments := list(islice(rest, MANY)):
+    while segments := list(islice(rest, SEGMENTS_AT_ONCE)):
         stretch = _Stretch(arm, [*before, *segments], first - len(before))
         yield from sorted(stretch.breaches(), key=lambda breach: breach.index)
         first, before = first + len(segments), segments[-1:]
@@ -84,14 +84,14 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
         times = proved.looked_at(path)
         for s, joints in zip(times.tolist(), proved.joints(times).tolist(), strict=True):
             had = _joints(arm, segment, path, s, path.seed(s))
-            if had is None or max(map(abs, np.subtract(had, joints))) > BRANCH:
+            if had is None or max(map(abs, np.subtract(had, joints))) > BRANCH_TOLERANCE:
                 yield Breach(index, f"the joints jump in the straight line, {segment.start + s:.3f} s")
                 return
     yield from _too_fast(arm, index, segment.start, samples)
     asked = StretchLoad(follower, path, samples, closely=bool(found.marks))
     load = asked.smooth(samples[0].velocity) if law.smooth else asked.parabolic(samples[0].velocity)
     at = segment.start + (load.at[1] if load.at else 0.0)
-    if load.acceleration > ACCELERATION_MARGIN * (1.0 + EXCESS):
+    if load.acceleration > ACCELERATION_MARGIN * (1.0 + LIMIT_EXCESS):
         yield Breach(
             index, f"joint {load.joint} has {load.acceleration:.2f} times the acceleration that it can, {at:.3f} s"
         )
@@ -113,7 +113,7 @@ def _samples(
     stored = (index * path.seed_interval for index in range(len(path.seeds) - 1))
     instants = [0.0]
     for s in sorted((*stored, *marks, *(lasting * step / steps for step in range(1, steps)))):
-        if min(s - instants[-1], lasting - s) > LEAST_GAP * lasting:
+        if min(s - instants[-1], lasting - s) > MIN_INTERVAL * lasting:
             instants.append(s)
     return [follower.sample(path, s, path.seed(s)) for s in (*instants, lasting)]
 
@@ -131,12 +131,12 @@ class _Stretch:
         self.straight = np.array([[not isinstance(segment.path, JointPath)] for segment in segments])
         self.resting = np.array([[segment.phase is Phase.REST] for segment in segments])
         given = coefficients([segment.path for segment in segments])
-        joints = np.concatenate((given, np.zeros((max(CUBIC - len(given), 0), *given.shape[1:]))))
+        joints = np.concatenate((given, np.zeros((max(CUBIC_LENGTH - len(given), 0), *given.shape[1:]))))
         self.orders = joints, _derivative(joints), _derivative(_derivative(joints))
         self.steep = [
             (row, segment.path, segment.duration)
             for row, segment in enumerate(segments)
-            if isinstance(segment.path, JointPath) and segment.path.degree >= CUBIC
+            if isinstance(segment.path, JointPath) and segment.path.degree >= CUBIC_LENGTH
         ]
         self.begin, self.end = [a[0].copy() for a in self.orders], [_value(a, self.durations) for a in self.orders]
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
@@ -146,21 +146,23 @@ class _Stretch:
         yield from self.lines
         # from each segment to the next
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
-        yield from self._tell(jump > PLACE, jump, "joint {joint} jumps by {size}", 1)
+        yield from self._tell(jump > PLACE_TOLERANCE, jump, "joint {joint} jumps by {size}", 1)
         touching = self.starts[1:, None] == self.starts[:-1, None] + self.durations[:-1]
         before, after = self.end[1][:-1], self.begin[1][1:]
         kick, fast = np.abs(after - before), np.maximum(np.abs(after), np.abs(before))
-        wrong = touching & (kick > RATE * np.maximum(1.0, fast))
+        wrong = touching & (kick > RATE_TOLERANCE * np.maximum(1.0, fast))
         yield from self._tell(wrong, kick, "the velocity of joint {joint} jumps by {size}/s", 1)
-        yield from self._tell(~touching & (fast > RATE), fast, "joint {joint} moves with {size}/s next to a gap", 1)
+        yield from self._tell(
+            ~touching & (fast > RATE_TOLERANCE), fast, "joint {joint} moves with {size}/s next to a gap", 1
+        )
         # ranges
         low, high = self._extremes(0)
         beyond = np.maximum(np.array(self.model.lower) - low, high - np.array(self.model.upper))
-        yield from self._tell(beyond > PLACE, beyond, "joint {joint} is {size} beyond its range")
+        yield from self._tell(beyond > PLACE_TOLERANCE, beyond, "joint {joint} is {size} beyond its range")
         # rests
         moved = np.abs(self.end[0] - self.begin[0])
         moved = np.maximum(moved, np.maximum(np.abs(self.begin[1]), np.abs(self.end[1])))
-        wrong = self.resting & (moved > RATE)
+        wrong = self.resting & (moved > RATE_TOLERANCE)
         yield from self._tell(wrong, moved, "joint {joint} moves by {size} while the robot stands")
         # limits
         moving = self.durations > 0.0
@@ -170,13 +172,15 @@ class _Stretch:
         ):
             low, high = self._extremes(order)
             most = np.maximum(high, -low)
-            yield from self._tell(where & (most > np.array(limits) * (1.0 + EXCESS)), most, "joint {joint} " + what)
+            yield from self._tell(
+                where & (most > np.array(limits) * (1.0 + LIMIT_EXCESS)), most, "joint {joint} " + what
+            )
 
     def at_the_end(self) -> Iterator[Breach]:
         """Check that the robot stands after the last segment; only a stream of targets may end in motion."""
         rate = np.abs(self.end[1][-1:])
         if self.segments[-1].motion.kind is not MotionKind.STEERED:
-            yield from self._tell(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
+            yield from self._tell(rate > RATE_TOLERANCE, rate, "joint {joint} moves with {size}/s at the end")
 
     def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
         """Yield a breach for each row (of n joints) that is wrong, about its worst joint. `shift` 1: rows are seams."""
@@ -249,7 +253,7 @@ def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed
     """Return the joints s seconds into a line; None if the arm does not reach it."""
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
     found = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, seed)
-    if found is None and distance(arm.forward(seed), flange) <= PLACE:  # at the edge of the reach
+    if found is None and distance(arm.forward(seed), flange) <= PLACE_TOLERANCE:  # at the edge of the reach
         return seed
     return found
 
@@ -273,9 +277,9 @@ def _seeds_agree(arm: RobotArm, segment: Segment, path: CartesianPath) -> bool:
         if s > segment.duration:
             return True
         one, other = (_joints(arm, segment, path, s, near) for near in (seed, after))
-        if one is None or other is None or max(map(abs, np.subtract(one, other))) > PLACE:
+        if one is None or other is None or max(map(abs, np.subtract(one, other))) > PLACE_TOLERANCE:
             return False
-        if any(turn and abs(q - near) > FAR for q, near, turn in zip(one, seed, turns, strict=True)):
+        if any(turn and abs(q - near) > MAX_SEED_DISTANCE for q, near, turn in zip(one, seed, turns, strict=True)):
             return False
     return True
 
@@ -284,7 +288,7 @@ def _too_fast(arm: RobotArm, index: int, start: float, samples: Sequence[Sample]
     """Yield a breach for the first joint that is too fast along a line."""
     for sample in samples:
         for joint, (rate, most) in enumerate(zip(sample.velocity, arm.model.max_velocity, strict=True), 1):
-            if abs(rate) > most * (1.0 + EXCESS):
+            if abs(rate) > most * (1.0 + LIMIT_EXCESS):
                 fast = f"joint {joint} moves with {arm.model.joint_text(joint, abs(rate), 4)}/s, faster than it can"
                 yield Breach(index, f"{fast}, {start + sample.s:.3f} s")
                 return

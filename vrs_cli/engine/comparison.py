@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 MAX_TIMELINE_SAMPLES = 200_000  # samples of one timeline
 DENSEST, SPARSEST = 32, 2  # samples for each segment
-CLOSER = 64  # samples between two others, to locate the greatest distance
+CLOSER_SAMPLES = 64  # samples between two others, to locate the greatest distance
 CLOSER_ROUNDS = 3
-NOISE = 1e-12  # [m, rad] the rounding of a distance
+DISTANCE_ROUNDING = 1e-12  # [m, rad] the rounding of a distance
 
 Compared = Callable[[PlaceArrays], "Floats"]  # the compared quantity at each time: (N, k, d)
 
@@ -163,10 +163,10 @@ def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart
 
     times, found = a.times, np.linalg.norm(compared(a) - compared(b), axis=2)
     farthest = found.max(axis=1)
-    place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first of several equal times
+    place = int(np.argmax(farthest >= farthest.max() - DISTANCE_ROUNDING))  # the first of several equal times
     best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
     near = times[max(place - 1, 0) : place + 2]
-    return best, np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))
+    return best, np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER_SAMPLES), [times[place]])))
 
 
 def _identity(step: HistoryStep) -> tuple[object, ...]:
@@ -175,7 +175,7 @@ def _identity(step: HistoryStep) -> tuple[object, ...]:
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose
 
 
-AT_ONCE = 20_000  # reports whose poses are in memory at once
+REPORTS_AT_ONCE = 20_000  # reports whose poses are in memory at once
 
 
 def measured_position(
@@ -214,8 +214,8 @@ def compare_measured(arm: RobotArm, timeline: Timeline, measured: MeasuredTimeli
     joints = [_Sum() for _ in range(arm.model.joint_count)]
     tool, turned = _Sum(), _Sum()
     for columns, begin, end in measured.parts():
-        for first in range(begin, end, AT_ONCE):
-            at = columns.arrays(first, min(first + AT_ONCE, end))
+        for first in range(begin, end, REPORTS_AT_ONCE):
+            at = columns.arrays(first, min(first + REPORTS_AT_ONCE, end))
             _add(arm, timeline, at.times, at.joints, (*joints, tool, turned))
             times = [before, *at.times.tolist()]
             unknown += sum(b - a for a, b in pairwise(times) if b - a > GAP)

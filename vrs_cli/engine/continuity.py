@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
-PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
-AT_REST = 2.0**-6  # part of a stretch from or to rest: less than a thousandth of its way
-FINEST = 2.0**-24  # part of a stretch: the finest gap
+PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
+REST_PART = 2.0**-6  # part of a stretch from or to rest: less than a thousandth of its way
+FINEST_GAP = 2.0**-24  # part of a stretch: the finest gap
 MAX_EXTRA_SAMPLES = 400  # samples more than the line had
-DOUBLINGS = 8  # doublings of the number of seeds
-BESIDE = 1e-9  # part of the time between two seeds
-NEARER = 0.2  # part of the way from a seed to the joints that Newton's first step may leave
-PROVED = 1e-3  # [rad, m] from the cubic: nearer joints are on the branch
-TOGETHER = 8  # gaps that are halved at once, the finest first: so a line that is impossible is found soon
+SEED_DOUBLINGS = 8  # doublings of the number of seeds
+SEED_SIDE = 1e-9  # part of the time between two seeds
+MAX_NEWTON_REST = 0.2  # part of the way from a seed to the joints that Newton's first step may leave
+PROOF_TOLERANCE = 1e-3  # [rad, m] from the cubic: nearer joints are on the branch
+GAPS_AT_ONCE = 8  # gaps that are halved at once, the finest first: so a line that is impossible is found soon
 
 
 class Followed(Struct, frozen=True, dict=True):
@@ -62,7 +62,7 @@ class Followed(Struct, frozen=True, dict=True):
         takes over.
         """
         halfway = (np.arange(len(path.seeds) - 1) + 0.5) * path.seed_interval
-        beside = np.concatenate([halfway * (1.0 + side) for side in (-BESIDE, BESIDE)])
+        beside = np.concatenate([halfway * (1.0 + side) for side in (-SEED_SIDE, SEED_SIDE)])
         return np.concatenate(([sample.s for sample in self.samples], beside[beside < self.duration]))
 
     def joints(self, s: Floats) -> Floats:
@@ -119,12 +119,12 @@ def check_continuous(
     left, more = MAX_EXTRA_SAMPLES, list[tuple[Followed, Sample]]()
     while gaps:
         gaps.sort(key=lambda gap: gap.part)
-        finest, left = gaps[0], left - len(gaps[:TOGETHER])
-        if left < 0 or finest.part < FINEST:
+        finest, left = gaps[0], left - len(gaps[:GAPS_AT_ONCE])
+        if left < 0 or finest.part < FINEST_GAP:
             raise follower.refuse(finest.of.path, finest.a.s, "the line is too near to a singularity")
-        halves = [half for gap in gaps[:TOGETHER] for half in gap.halves(follower)]
+        halves = [half for gap in gaps[:GAPS_AT_ONCE] for half in gap.halves(follower)]
         more += [(half.of, half.b) for half in halves[::2]]
-        gaps = _gaps_without_proof(continuation, follower, halves) + gaps[TOGETHER:]
+        gaps = _gaps_without_proof(continuation, follower, halves) + gaps[GAPS_AT_ONCE:]
     for one in followed if more else ():
         one.samples[:] = sorted([*one.samples, *(sample for of, sample in more if of is one)])
     return followed
@@ -141,9 +141,9 @@ def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float
     """Return the times between which the joints of a stretch are proved."""
     samples, begin, end = stretch.samples, 0.0, stretch.duration
     if follower.singular(samples[0]):
-        begin = AT_REST * stretch.duration
+        begin = REST_PART * stretch.duration
     if follower.singular(samples[-1]):
-        end -= AT_REST * stretch.duration
+        end -= REST_PART * stretch.duration
     return begin, end
 
 
@@ -152,7 +152,7 @@ def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[
         return []
     left = np.arange(len(gaps))
     arrays = _arrays(continuation, follower, gaps)
-    for pieces in PIECES:
+    for pieces in PROOF_PIECES:
         left = left[~continuation.prove(arrays.some(left), pieces)]
         if not len(left):
             break
@@ -171,7 +171,7 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
     assert continuation is not None
     if max([abs(y - x) for a, b in pairwise(seeds) for x, y in zip(a, b, strict=True)]) < continuation.sure:
         return seeds
-    for _ in range(DOUBLINGS):
+    for _ in range(SEED_DOUBLINGS):
         path = followed.path._replace(seeds=seeds, seed_interval=followed.duration / max(len(seeds) - 1, 1))
         misled = misled_at(follower, path, followed)
         if not len(misled):
@@ -182,8 +182,8 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
 
 
 def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Floats:
-    """Return the times at which Newton's first step from the seed leaves more than NEARER of the way to the joints of a
-    stretch: from there other joints may be found.
+    """Return the times at which Newton's first step from the seed leaves more than MAX_NEWTON_REST of the way to the
+    joints of a stretch: from such a seed other joints may be found.
     """
     continuation, last = follower.arm.continuation, len(path.seeds) - 1
     assert continuation is not None
@@ -198,7 +198,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
     guides = (np.array([guide.weights for guide in path.guides]), guide_values(path, s)) if path.guides else None
     found = continuation.step(near, flange_poses(path, s, follower.tool), guides)
     before, after = (np.abs(q - joints).max(axis=1) for q in (near, found))
-    return np.asarray(s[~(after <= NEARER * before + PROVED)])
+    return np.asarray(s[~(after <= MAX_NEWTON_REST * before + PROOF_TOLERANCE)])
 
 
 # --- as arrays -------------------------------------------------------------------------------------------------------

@@ -52,9 +52,9 @@ from vrs_cli.values.commands import (
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.results import FollowReport, Position, Reach
 
-NOTICEABLE = 0.01  # [rad] a tool turned by more than that otherwise than asked is reported
-SLACK = 1e-6  # [m] rounding in the width of a hand
-LONGER = 1.0 + 1e-5  # factor of a tick of steering, so that the next target comes before its end
+MIN_REPORTED_TURN = 0.01  # [rad] a tool turned by more than that otherwise than asked is reported
+HAND_WIDTH_ROUNDING = 1e-6  # [m] rounding in the width of a hand
+TICK_MARGIN = 1.0 + 1e-5  # factor of a tick of steering, so that the next target comes before its end
 
 TimelineChange = TimelineDelta | TimelineReplaced  # the timeline has changed, or another has taken its place
 
@@ -240,7 +240,7 @@ class Engine:
             executed = self._edit(motion, executed, self.settings.inserts, issued, event=event).executed
             if self.arm.steady is not None and isinstance(move.target, PoseTarget):
                 angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
-                for told in tuple(self.turned) if angle > NOTICEABLE else ():
+                for told in tuple(self.turned) if angle > MIN_REPORTED_TURN else ():
                     told(ToolTurning(move.text, angle))
         self.settings = self.settings.after_motion(move.target)
         if move.stamp is not None:
@@ -377,7 +377,7 @@ class Engine:
         widest = self.model.hand_width
         if not widest:
             return opening or 0.0
-        if width is not None and not 0.0 <= width <= widest + SLACK:
+        if width is not None and not 0.0 <= width <= widest + HAND_WIDTH_ROUNDING:
             raise IllegalValue(f"a hand {1000.0 * width:g} mm wide", f"it opens from 0 to {1000.0 * widest:g} mm")
         wanted = (opening or 0.0) if width is None else min(width / widest, 1.0)
         held = min(float(self.settings.parameters["GRASP.WIDTH"]) / 1000.0 / widest, 1.0)
@@ -541,7 +541,7 @@ class Engine:
         )
         if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
             motion = stream  # the target is one more of this stream
-        executed, lasting = on_grid(self.now), up_to_grid(tick * LONGER)
+        executed, lasting = on_grid(self.now), up_to_grid(tick * TICK_MARGIN)
         try:
             delta = plan_steering(self.arm, self.timeline, motion, executed, target, lasting)
         except NoRoomToStop:

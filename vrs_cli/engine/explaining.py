@@ -32,10 +32,10 @@ from vrs_cli.values import results
 from vrs_cli.values.commands import MotionKind, PoseTarget
 from vrs_cli.values.results import SegmentFate, SplicedSegment
 
-SAMPLES = 33  # of a segment
-CLOSER, ROUNDS = 9, 2  # samples around a peak, and how often it is sampled more closely
-ORDERS = 4  # the joints and their first three derivatives
-NEAR = 0.02  # part of the greatest sample: a segment with a sample this near may have the peak
+SEGMENT_SAMPLES = 33  # of a segment
+PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # samples around a peak, and how often it is sampled more closely
+DERIVATIVES = 4  # the joints and their first three derivatives
+NEAR_PEAK = 0.02  # part of the greatest sample: a segment with a sample this near may have the peak
 ROWS_AROUND = 3  # segments shown before and after a change
 
 
@@ -91,9 +91,9 @@ class _Course:
         self.segment = segment
         self.sample = cache(_sampler(arm, segment))
         lasting, path = segment.duration, segment.path
-        self.times = {lasting * k / (SAMPLES - 1) for k in range(SAMPLES)}
+        self.times = {lasting * k / (SEGMENT_SAMPLES - 1) for k in range(SEGMENT_SAMPLES)}
         rows = path.coefficients if isinstance(path, JointPath) else ()
-        for _ in range(ORDERS):  # the times at which joints and their rates turn back
+        for _ in range(DERIVATIVES):  # the times at which joints and their rates turn back
             self.times.update(s for row in rows for s in turning_points(row, lasting))
             rows = tuple(derivative(row) for row in rows)
         self.samples = [(s, self.sample(s)) for s in sorted(self.times)]
@@ -105,11 +105,11 @@ class _Course:
     def greatest(self, measure: Measure) -> tuple[float, float]:
         """Return the greatest value of a measure, and the first time of it from the start of the segment [s]."""
         rows = [(s, measure(sample)) for s, sample in self.samples]
-        for _ in range(ROUNDS):
+        for _ in range(PEAK_ROUNDS):
             place = max(range(len(rows)), key=lambda k: rows[k][1])
             around = rows[max(place - 1, 0) : place + 2]
             first, last = around[0][0], around[-1][0]
-            times = (first + (last - first) * k / (CLOSER - 1) for k in range(CLOSER))
+            times = (first + (last - first) * k / (PEAK_SAMPLES - 1) for k in range(PEAK_SAMPLES))
             rows = sorted({*around, *((s, measure(self.sample(s))) for s in times)})
         s, value = max(rows, key=lambda row: row[1])
         return value, s
@@ -126,7 +126,7 @@ class _Course:
 def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
     """Return the greatest value of a measure, and the first time of it on the timeline [s]."""
     greatest = [course.greatest_sample(measure) for course in courses]
-    near = max(greatest) - NEAR * abs(max(greatest))
+    near = max(greatest) - NEAR_PEAK * abs(max(greatest))
     found = [
         (course.greatest(measure), course.segment.start)
         for course, value in zip(courses, greatest, strict=True)

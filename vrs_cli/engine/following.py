@@ -27,29 +27,33 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 from vrs_cli.trajectory.polynomial import bisect_interval
 from vrs_cli.trajectory.segment import CartesianPath
 
-SAMPLES = 8  # intervals of a stretch before it is refined
-FINEST = 2.0**-10  # part of a stretch: the finest interval
-SINGULAR = 1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
-BY_GUESS = 0.2  # part of a way: on longer parts a guess that leads nowhere is not worth a search
-LEAST_GAP = 1e-9  # part of a stretch: the least interval between samples
-CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch at which samples next to a singular pose lie
+FIRST_INTERVALS = 8  # intervals of a stretch before it is refined
+FINEST_INTERVAL = 2.0**-10  # part of a stretch: the finest interval
+SINGULAR_MEASURE = (
+    1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
+)
+MAX_GUESSED_PART = 0.2  # part of a way: on longer parts a guess that leads nowhere is not worth a search
+MIN_INTERVAL = 1e-9  # part of a stretch: the least interval between samples
+CLOSER_PARTS = tuple(
+    2.0**-k for k in range(12, 3, -1)
+)  # parts of a stretch at which samples next to a singular pose lie
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
-HOPELESS = 2.0  # factor of the allowed slowing: a line that asks for more is refused in any case
-JUMP = 2e-3  # [rad] the greatest change that the velocities of two neighbours leave unexplained
-LEAST_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are close
+HOPELESS_SLOWING = 2.0  # factor of the allowed slowing: a line that asks for more is refused in any case
+MAX_JUMP = 2e-3  # [rad] the greatest change that the velocities of two neighbours leave unexplained
+MIN_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are close
 OVERSHOOT = 4.0 / 27.0  # part of velocity times duration: the greatest overshoot of a cubic
 RANGE_STEPS = 24  # halvings of the way between two samples, to check the ranges of joints
-STILL = 1e-9  # [m/s, rad/s] a slower tool stands
-CLOSE_BY = 0.2  # singular measure of a pose below which a refusal names the singularity
-PASSED = "use {MOVE} there, or a via point farther from the singularity"
+STANDING_SPEED = 1e-9  # [m/s, rad/s] a slower tool stands
+NEAR_SINGULAR = 0.2  # singular measure of a pose below which a refusal names the singularity
+SINGULAR_HINT = "use {MOVE} there, or a via point farther from the singularity"
 WAYS_ROUND = {  # hints by singularity
     "shoulder": "use {MOVE} there, or a via point that keeps the wrist farther from the axis of joint 1",
     "elbow": "use {MOVE} there, or a via point where the arm is neither stretched out nor folded up",
     "wrist": "use {MOVE} there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # joints that turn far at a singularity
-NEXT_SEED = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
+MAX_SEED_STEP = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
 EDGE_STEPS = 12  # halvings of the way between two samples, to find where a line becomes impossible
 
 _new = tuple.__new__
@@ -80,7 +84,7 @@ class Follower:
         self.no_tool = T_flange_tool == IDENTITY
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
-        self.hopeless = HOPELESS * slowest  # factor of the limit of a joint
+        self.hopeless = HOPELESS_SLOWING * slowest  # factor of the limit of a joint
         self._path: CartesianPath | None = None  # the last path, and its states
         self._states: Callable[[float], tuple[Transform, Twist]]
 
@@ -89,7 +93,7 @@ class Follower:
         path: CartesianPath,
         duration: float,
         near: Joints,
-        steps: int = SAMPLES,
+        steps: int = FIRST_INTERVALS,
         before: Sample | None = None,
         marks: Sequence[float] = (),
     ) -> list[Sample]:
@@ -99,25 +103,25 @@ class Follower:
         Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
-        finest = duration * FINEST
+        finest = duration * FINEST_INTERVAL
         if self.singular(samples[0]):  # there a joint may turn back at once
-            for part in CLOSER:
+            for part in CLOSER_PARTS:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
         instants = [duration * step / steps for step in range(1, steps + 1)]
         for until in sorted({*marks, *instants}) if marks else instants:
             last = samples[-1]
-            if until - last.s <= LEAST_GAP * duration:
+            if until - last.s <= MIN_INTERVAL * duration:
                 continue
             sample = None if self.arm.guesses else self._sample(path, until, last.joints)
             if sample is not None and self._close(last, sample):  # as most are
                 samples.append(sample)
             else:
-                self._refine(path, samples, until, min(finest, steps * FINEST * (until - last.s)))
+                self._refine(path, samples, until, min(finest, steps * FINEST_INTERVAL * (until - last.s)))
         if self.singular(samples[-1]):
             samples.pop()
             steady = len(samples) - 1
-            for part in reversed(CLOSER):
+            for part in reversed(CLOSER_PARTS):
                 if duration * (1.0 - part) - samples[-1].s > finest:
                     self._refine(path, samples, duration * (1.0 - part), finest)
             self._refine(path, samples, duration, finest)
@@ -127,14 +131,14 @@ class Follower:
 
     def singular(self, sample: Sample) -> bool:
         """Return whether the tool rests in a singular pose. A line may begin or end there."""
-        return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR
+        return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
         """Append samples up to time `until`, halving the way while neighbours differ too much. A sample that is found
         beyond such a way is kept until the samples before it are there.
         """
         pending: list[tuple[float, Sample | None]] = [(until, None)]
-        short = BY_GUESS * (until - samples[-1].s) if self.arm.guesses else inf
+        short = MAX_GUESSED_PART * (until - samples[-1].s) if self.arm.guesses else inf
         while pending:
             last, (s, sample) = samples[-1], pending.pop()
             halves = s - last.s > finest
@@ -185,15 +189,15 @@ class Follower:
                 and (-step <= w - v <= step or self.hopeless * step < RATE_STEP * min(abs(v), abs(w)) >= abs(w - v))
             ):
                 return False
-            if not -JUMP <= change - half * (v + w) <= JUMP:
+            if not -MAX_JUMP <= change - half * (v + w) <= MAX_JUMP:
                 return False
         return True
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
         # the greatest way of a joint between two samples that are `_close`
-        way = JOINT_STEP + JUMP + 0.5 * gap * max(self.rate_steps)
-        far = 2.0 * OVERSHOOT * way + JUMP
+        way = JOINT_STEP + MAX_JUMP + 0.5 * gap * max(self.rate_steps)
+        far = 2.0 * OVERSHOOT * way + MAX_JUMP
         columns = zip(*[sample.joints for sample in samples], strict=True)
         rows = zip(columns, self.lower, self.upper, strict=True)
         if not all(low + far < min(column) and max(column) < high - far for column, low, high in rows):
@@ -218,7 +222,7 @@ class Follower:
         """
         for a, b in pairwise(samples):
             moved = 0.5 * (b.s - a.s) * max([abs(v + w) for v, w in zip(a.velocity, b.velocity, strict=True)])
-            self._check_no_jump(a, b, path, min(JUMP, LEAST_JUMP + moved))
+            self._check_no_jump(a, b, path, min(MAX_JUMP, MIN_JUMP + moved))
 
     def refuse_kink(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
         """Return the refusal of a path on which a joint would have to change its speed at once, at a boundary."""
@@ -241,7 +245,9 @@ class Follower:
     def refuse(self, path: CartesianPath, s: float, what: str, joint: int = 0) -> StraightLineSingular:
         """Return the refusal of a path that the joints cannot follow near a time."""
         near, hint = self.place(path, s)
-        return StraightLineSingular(f"near {near} {what}", hint or PASSED, joint=joint, place=position(path.pose(s)))
+        return StraightLineSingular(
+            f"near {near} {what}", hint or SINGULAR_HINT, joint=joint, place=position(path.pose(s))
+        )
 
     def refuse_jump(self, path: CartesianPath, s: float, jumps: Sequence[float]) -> StraightLineSingular:
         joint = jumps.index(max(jumps)) + 1
@@ -252,7 +258,7 @@ class Follower:
         """Return T_robot_flange of T_robot_tool."""
         return pose if self.no_tool else compose(pose, self.T_tool_flange)
 
-    def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath, most: float = JUMP) -> None:
+    def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath, most: float = MAX_JUMP) -> None:
         """Check that no joint jumps between two samples. At a singularity joints may change at once, though their
         velocities are small.
         """
@@ -281,7 +287,7 @@ class Follower:
             return ""
         measures = self.arm.singularity(joints)
         nearest = min(range(len(measures)), key=measures.__getitem__)
-        return measures._fields[nearest] if measures[nearest] < CLOSE_BY else ""
+        return measures._fields[nearest] if measures[nearest] < NEAR_SINGULAR else ""
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         sample = self._sample(path, s, near)
@@ -307,7 +313,7 @@ class Follower:
         if joints is None or not arm.limits_ok(joints):
             return None
         vx, vy, vz, wx, wy, wz = twist
-        if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STILL * STILL:
+        if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STANDING_SPEED * STANDING_SPEED:
             return Sample(s, joints, (0.0,) * len(joints))
         if at_once:
             return _new(Sample, (s, *at_once))
@@ -407,10 +413,10 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
         return samples[0].joints, samples[-1].joints
     ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))
-    # the least time in which the joints move by `NEXT_SEED`: they may be quick for a moment
+    # the least time in which the joints move by `MAX_SEED_STEP`: they may be quick for a moment
     shortest, behind = (samples[-1].s, 0)
     for sample, way in zip(samples, travelled, strict=True):
-        while way - travelled[behind] >= NEXT_SEED:
+        while way - travelled[behind] >= MAX_SEED_STEP:
             shortest = min(shortest, sample.s - samples[behind].s)
             behind += 1
     count = 2 * max(int(travelled[-1] / step) + 1, ceil(0.5 * samples[-1].s / shortest))

@@ -24,8 +24,8 @@ from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
 
-DATED = (MotionKind.EVENT, MotionKind.RECORDED)  # commands that change only events
-WIDE = 64  # segments: the inverse of a step that drops more is made when somebody asks for it
+EVENT_KINDS = (MotionKind.EVENT, MotionKind.RECORDED)  # commands that change only events
+WIDE_DROP = 64  # segments: the inverse of a step that drops more is made when somebody asks for it
 
 
 class HistoryStep(Struct, frozen=True, gc=False):
@@ -48,8 +48,8 @@ class HistoryStep(Struct, frozen=True, gc=False):
         before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
     ) -> HistoryStep:
         back: TimelineDelta | Timeline | None = None
-        if delta.motion.kind not in DATED or delta.events is None or not delta.events.adds:
-            back = before if delta.drop > WIDE else before.inverse(delta)
+        if delta.motion.kind not in EVENT_KINDS or delta.events is None or not delta.events.adds:
+            back = before if delta.drop > WIDE_DROP else before.inverse(delta)
         return HistoryStep(delta, back, clock, insert, altered)
 
     @property

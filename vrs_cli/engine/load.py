@@ -29,17 +29,17 @@ SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # part of a limit: a velocity above it by less is at its limit
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.01
-CALM = 0.8  # part of an acceleration or jerk limit: less by the differences of velocities is inside it
+CALM_PART = 0.8  # part of an acceleration or jerk limit: less by the differences of velocities is inside it
 NEAR_LIMIT = 0.9  # part of an acceleration or jerk limit: samples above it may hide a peak above the limit
 NEAR_PEAK = 0.95  # part of the worst joint's load: the peaks of joints above it are searched between samples
-BENT = 0.01  # part of the greatest jerk: a larger bend between two samples is sampled more closely
-FAST = 0.8  # part of a velocity limit: a joint that is slower at all samples stays below it between them
+BENT_PART = 0.01  # part of the greatest jerk: a larger bend between two samples is sampled more closely
+FAST_PART = 0.8  # part of a velocity limit: a joint that is slower at all samples stays below it between them
 AT_LIMIT = 0.999  # part of a velocity limit: a joint that begins above it is at its limit
 SLOWS_DOWN = 0.1  # [1/s] a joint that loses this part of its velocity is fastest at the beginning
 CLOSER_STEPS = 8  # halvings of the way between two samples
 PEAK_STEPS = 14
 AS_EXPECTED = 1e-4  # part of a velocity limit: the precision of a peak
-LOST = 1e-6  # singular measure of a pose in which the rates of joints are only rounding
+LOST_MEASURE = 1e-6  # singular measure of a pose in which the rates of joints are only rounding
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
 
@@ -136,8 +136,8 @@ class StretchLoad:
         first, last = ends
         columns = (*rows, *first[1:], *last[1:], self.limits.max_acceleration, self.limits.max_jerk)
         return all(
-            max(mean + step * jerk, abs(a), abs(b)) < CALM * most
-            and max(jerk + 2.0 * step * (change + step * bend), abs(x), abs(y)) < CALM * hardest
+            max(mean + step * jerk, abs(a), abs(b)) < CALM_PART * most
+            and max(jerk + 2.0 * step * (change + step * bend), abs(x), abs(y)) < CALM_PART * hardest
             for mean, jerk, change, bend, a, x, b, y, most, hardest in zip(*columns, strict=True)
         )
 
@@ -147,7 +147,7 @@ class StretchLoad:
         """Return whether a joint is so fast somewhere that its velocity counts."""
         columns = zip(*[sample.velocity for sample in self.samples], strict=True)
         rows = zip(columns, self.limits.max_velocity, strict=True)
-        return any(max(column) > FAST * most or min(column) < -FAST * most for column, most in rows)
+        return any(max(column) > FAST_PART * most or min(column) < -FAST_PART * most for column, most in rows)
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
         """Return the load by velocity: at all samples but the first, which is given; between these two; and where a
@@ -305,9 +305,9 @@ class StretchLoad:
         if not any(min(self.arm.singularity(sample.joints)) < SINGULAR for sample in ends):
             return self.samples
         measures = [self.arm.singularity(sample.joints) for sample in self.samples]
-        left = [k for k, column in enumerate(zip(*measures, strict=True)) if max(column) > LOST]
+        left = [k for k, column in enumerate(zip(*measures, strict=True)) if max(column) > LOST_MEASURE]
         rows = zip(self.samples, measures, strict=True)
-        return [sample for sample, measure in rows if min([measure[k] for k in left], default=1.0) > LOST]
+        return [sample for sample, measure in rows if min([measure[k] for k in left], default=1.0) > LOST_MEASURE]
 
     def _jerk(self, moments: list[Moment]) -> Load:
         """Return the load by jerk: at the moments, and between them as far as their accelerations explain it."""
@@ -356,7 +356,7 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
     for x, y, v, w in zip(a, b, before, after, strict=True):
         bend = 1.5 * abs((w - v) / lasting - 0.5 * (x + y))
         most = max(abs(x), abs(y)) + bend
-        found.append((most, bend > BENT * most))
+        found.append((most, bend > BENT_PART * most))
     return found
 
 

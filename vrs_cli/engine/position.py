@@ -29,9 +29,9 @@ from vrs_cli.values.results import Position
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
-TWIST = 6  # numbers of a twist
-POSES = 2048  # poses computed at once, so that their numbers stay in the cache
-BEYOND = 1.5  # factor of a joint's limit, which no motion reaches
+TWIST_LENGTH = 6  # numbers of a twist
+POSES_AT_ONCE = 2048  # poses computed at once, so that their numbers stay in the cache
+SINGULAR_RATE = 1.5  # factor of a joint's limit, which no motion reaches
 
 
 class Watched(Protocol):
@@ -287,7 +287,7 @@ def _sample_at(
     for one, number in frames.items():  # many poses at once
         T_world_robot, T_flange_tool = stack([inverse(one.base), one.tool])
         rows_of_frame = np.flatnonzero(which == number)
-        for chunk in np.split(rows_of_frame, range(POSES, len(rows_of_frame), POSES)):
+        for chunk in np.split(rows_of_frame, range(POSES_AT_ONCE, len(rows_of_frame), POSES_AT_ONCE)):
             T_world_flange = compose_batch(T_world_robot, arm.batch.forward(found.joints[chunk]))
             found.T_world_tool[chunk] = compose_batch(T_world_flange, T_flange_tool)
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
@@ -313,7 +313,7 @@ def _fill_rates(
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
     alone = table.straight[places] & moving
     # the rates of a line are the unique solution of six equations; they are solved for many times at once
-    at_once = arm.steady is None and arm.model.joint_count == TWIST and all(arm.model.counts)
+    at_once = arm.steady is None and arm.model.joint_count == TWIST_LENGTH and all(arm.model.counts)
     for place, rows in _runs(places) if at_once and alone.any() else ():
         these = rows.start + np.flatnonzero(alone[rows])
         if len(these):
@@ -340,8 +340,8 @@ def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tup
         qd, qdd = arm.batch.rates(q, *twists(path, s), segment.motion.frames.tool)
     except np.linalg.LinAlgError:
         return q, q, alone
-    fast = np.abs(qd) > BEYOND * np.array(arm.model.max_velocity)
-    steep = np.abs(qdd) > BEYOND * np.array(arm.model.max_acceleration)
+    fast = np.abs(qd) > SINGULAR_RATE * np.array(arm.model.max_velocity)
+    steep = np.abs(qdd) > SINGULAR_RATE * np.array(arm.model.max_acceleration)
     return qd, qdd, np.asarray((fast | steep).any(axis=1))
 
 

@@ -38,8 +38,8 @@ from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.commands import JointTarget, Motion, Move, PoseTarget, SetConfiguration, Start
 from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
 
-SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] distances from the line at which a via point is tried
-NO_WAY = 1e-9  # [m] a shorter line only turns the tool
+VIA_DISTANCES = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] distances from the line at which a via point is tried
+NO_LENGTH = 1e-9  # [m] a shorter line only turns the tool
 
 
 class Standpoint(Struct, frozen=True):
@@ -133,7 +133,7 @@ def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
         compose(begin, rotation_about(axis, 0.5 * angle)),
         vector_sum(position(begin), scaled_vector(way, 0.5)),
     )
-    for distance in SIDEWAYS:
+    for distance in VIA_DISTANCES:
         for direction in _across(way):
             yield at_position(half_turned, *vector_sum(middle, scaled_vector(direction, distance)))
 
@@ -159,7 +159,7 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
 def _across(way: Vector) -> Sequence[Vector]:
     """Return directions across a line: up and down, and to both sides."""
     size = length(way)
-    if size < NO_WAY:
+    if size < NO_LENGTH:
         across: Sequence[Vector] = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     else:
         along = scaled_vector(way, 1.0 / size)

@@ -215,18 +215,18 @@ def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
     return table.get(name.upper().partition("[")[0])
 
 
-NEWER = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of older names keep their meaning
+NEW_NAMES = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of older names keep their meaning
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
-    """Return the row of a name, or of a prefix that fits one name only, or one name that is not `NEWER`. Raises
+    """Return the row of a name, or of a prefix that fits one name only, or one name that is not `NEW_NAMES`. Raises
     UsageError.
     """
     upper = name.upper()
     if upper in table:
         return table[upper]
     starting = [known for known in table if known.startswith(upper)]
-    older = [known for known in starting if known not in NEWER] or starting
+    older = [known for known in starting if known not in NEW_NAMES] or starting
     if len(older) == 1:
         return table[older[0]]
     raise UsageError(f"there is no {what} {upper}", did_you_mean(upper, table, f"there are {', '.join(table)}"))

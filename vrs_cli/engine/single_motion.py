@@ -24,8 +24,8 @@ from vrs_cli.values.commands import Motion, MotionKind
 
 REMEMBERED_PLANS = 512  # a program that goes round plans each of its motions once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
-NEARLY_NOW = 1e-6  # [s] the precision of the instant at which a corner is near
-SLOWER = 1e-3  # [s] rounding a corner may take this much longer than stopping in it
+ROUNDING_PRECISION_S = 1e-6  # [s] the precision of the instant at which a corner is near
+MAX_ROUNDING_DELAY_S = 1e-3  # [s] rounding a corner may take this much longer than stopping in it
 SAME_PLACE = 1e-9  # [m] places closer than that are one
 
 
@@ -180,7 +180,7 @@ def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float |
     low, high = 0.0, segment.duration
     if distance(_tip(arm, segment, low), corner) <= rounding:
         return segment.start
-    while high - low > NEARLY_NOW:
+    while high - low > ROUNDING_PRECISION_S:
         middle = 0.5 * (low + high)
         near = distance(_tip(arm, segment, middle), corner) <= rounding
         low, high = (low, middle) if near else (middle, high)
@@ -199,7 +199,7 @@ def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
     refusal: MotionError | None = None
     try:
         stopped = plan_motion(resting)
-        moving = structs.replace(moving, latest=stopped[-1].finish + SLOWER)
+        moving = structs.replace(moving, latest=stopped[-1].finish + MAX_ROUNDING_DELAY_S)
     except MotionError as error:
         refusal = error
     try:

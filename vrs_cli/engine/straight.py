@@ -43,18 +43,18 @@ from vrs_cli.values.commands import Motion
 
 NEARLY_SINGULAR = 0.02  # singular measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] from the start of a line: a refusal nearer than that blames the singular pose at the start
-SPARE = 1.001  # factor: a line is slowed a little more than needed, so that once is enough
+SLOWING_MARGIN = 1.001  # factor: a line is slowed a little more than needed, so that once is enough
 SAME_VELOCITY = 5e-7  # [rad/s] joint velocities closer than that are one
-EAGER = 1.05  # factor: a line that starts in motion is slowed more than its load asks
-ATTEMPTS = 6  # to slow down a line that starts in motion
+SLOWING_FACTOR = 1.05  # factor: a line that starts in motion is slowed more than its load asks
+MAX_SLOWINGS = 6  # to slow down a line that starts in motion
 INSTANT_STEPS = 50  # to find when a part of a line is done
-AS_ASKED = 1e-6  # [rad] a smaller turn is none
-NO_WAY = 1e-9  # [m] a shorter line only turns
+SAME_TURN = 1e-6  # [rad] a smaller turn is none
+NO_LENGTH = 1e-9  # [m] a shorter line only turns
 Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
-STEP, TURN = 0.03, 0.15  # [m, rad] of a walk along a line
-FEWEST = 6  # steps of a walk at least
-FINER = (1, 5)  # factors of the steps, tried if the walks before have led to no line
+WALK_STEP, WALK_TURN = 0.03, 0.15  # [m, rad] of a walk along a line
+MIN_WALK_STEPS = 6  # steps of a walk at least
+WALK_FACTORS = (1, 5)  # factors of the steps, tried if the walks before have led to no line
 
 
 def straight_segments(problem: Problem) -> tuple[Segment, ...]:
@@ -88,7 +88,7 @@ def _turned_as_it_can_be(problem: Problem) -> Transform | None:
         return None
     T_robot_flange = compose(motion.pose, inverse(tool))
     q = steady.within_ranges(T_robot_flange, problem.here.joints.joints)
-    if q is None or steady.missing_turn(q, T_robot_flange) < AS_ASKED:
+    if q is None or steady.missing_turn(q, T_robot_flange) < SAME_TURN:
         return None
     return compose(problem.arm.forward(q), tool)
 
@@ -168,7 +168,7 @@ class _Line:
         if self.state.at_rest:
             return self._from_rest()
         slowed, closely = 1.0, False
-        for _ in range(ATTEMPTS):
+        for _ in range(MAX_SLOWINGS):
             stretches = self._stretches(self.limits)
             seeds, loads = self._follow(stretches, self._marks_in_motion(stretches) if closely else ())
             if not closely and _worst(loads).slowing <= 1.0 + ROUNDING:
@@ -223,7 +223,7 @@ class _Line:
         if load.slowing > 1.0:
             if load.slowing > self.problem.slowest:
                 raise self._too_singular(load)
-            factor = load.slowing * SPARE
+            factor = load.slowing * SLOWING_MARGIN
             self.least *= factor
             stretches = self._stretches(self.limits.slow_down(factor, factor * factor, factor * factor * factor))
             if len(stretches) != len(seeds):  # a very short cruise has come or gone
@@ -284,7 +284,7 @@ class _Line:
         begin = position(self.state.pose)
         way = vector_difference(position(self.goal), begin)
         square = dot(way, way)
-        if square > NO_WAY * NO_WAY:
+        if square > NO_LENGTH * NO_LENGTH:
             x, y, z = (value(a, s) for a in stretch.position)
             return dot(vector_difference((x, y, z), begin), way) / square
         _, angle = axis_angle(compose(inverse(self.state.pose), self.goal))
@@ -381,7 +381,7 @@ def _easing(load: float) -> float:
     """Return by how much to slow down for a load. Out of motion the start stays as it is, so this is more than in
     proportion.
     """
-    return load * EAGER if load > 1.0 + ROUNDING else 1.0
+    return load * SLOWING_FACTOR if load > 1.0 + ROUNDING else 1.0
 
 
 def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterator[ToolState]:
@@ -398,7 +398,7 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
     if swivel is not None:
         i = swivel.joint - 1
         asked = ((i, begin.joints[i] if swivel.value is None else swivel.value),)
-    for finer in FINER:
+    for finer in WALK_FACTORS:
         poses = [compose(pose, T_tool_flange) for pose in _poses(state.pose, goal, finer)]
         for walk in arm.walks(begin.joints, poses, asked):
             none = False
@@ -411,7 +411,7 @@ def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]
     """Yield poses of a tool along a line, from its begin to its end."""
     axis, angle = axis_angle(compose(inverse(begin), goal))
     p, q = position(begin), position(goal)
-    steps = finer * max(ceil(dist(p, q) / STEP), ceil(angle / TURN), FEWEST)
+    steps = finer * max(ceil(dist(p, q) / WALK_STEP), ceil(angle / WALK_TURN), MIN_WALK_STEPS)
     for k in range(steps + 1):
         part = k / steps
         turned = compose(begin, rotation_about(axis, part * angle)) if angle else begin

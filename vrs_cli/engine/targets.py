@@ -56,10 +56,10 @@ from vrs_cli.values.commands import (
     ToolOffsetTarget,
 )
 
-FARTHEST = 100.0  # [m] of a location, a tool or a base: farther away the numbers of an arm are lost in rounding
+MAX_DISTANCE = 100.0  # [m] of a location, a tool or a base: farther away the numbers of an arm are lost in rounding
 HALF_TURN = pi + 1e-9  # [rad] with a margin for rounding
 Goal = Joints | Transform  # joints to reach (joint-interpolated), or T_robot_tool (straight line)
-SLOWEST = 1e-4  # fraction of nominal speed: slower counts as no motion
+MIN_SPEED = 1e-4  # fraction of nominal speed: slower counts as no motion
 INCH = 0.0254  # [m]
 
 
@@ -119,9 +119,9 @@ def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> Locatio
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
     """Raises `refusal` for a place, tool or base that is too far away. `what` is formatted with the distance."""
     away = hypot(*T[3::4])
-    if not away <= FARTHEST:
-        right = f"at most {FARTHEST * 1000.0:g} mm"
-        raise refusal(what.format(f"{away * 1000.0:g} mm"), right, value=away, upper=FARTHEST)
+    if not away <= MAX_DISTANCE:
+        right = f"at most {MAX_DISTANCE * 1000.0:g} mm"
+        raise refusal(what.format(f"{away * 1000.0:g} mm"), right, value=away, upper=MAX_DISTANCE)
 
 
 def _joints(model: RobotModel, move: Move, destination: Joints) -> Joints:
@@ -317,9 +317,9 @@ def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> S
         return Speed(_limit_speed(monitor * program.value / FULL_SPEED), None, rotation)
     tip, full = monitor * program.value * (MM if program.unit is SpeedUnit.MMPS else INCH), model.linear_speed
     fraction = _limit_speed(tip / full)
-    return Speed(fraction, min(max(tip, SLOWEST * full), full), fraction if rotation is None else rotation)
+    return Speed(fraction, min(max(tip, MIN_SPEED * full), full), fraction if rotation is None else rotation)
 
 
 def _limit_speed(speed: float) -> float:
     """Limit a fraction of nominal speed: not above 1, and not so slow that there is no motion."""
-    return min(max(speed, SLOWEST), 1.0)
+    return min(max(speed, MIN_SPEED), 1.0)

@@ -28,7 +28,7 @@ from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.measured import MeasuredTimeline
-from vrs_cli.trajectory.reports import CHUNK as CHUNK_REPORTS
+from vrs_cli.trajectory.reports import CHUNK_REPORTS as CHUNK_REPORTS
 from vrs_cli.trajectory.reports import ReportColumns
 from vrs_cli.trajectory.row import EventRow, Row
 from vrs_cli.trajectory.segment import Segment
@@ -419,8 +419,8 @@ class Journal:
         old, size = self._file, self._file.size if before is None else before.size
         beside = create_beside(path, held)
         try:
-            for place in range(0, size, CHUNK):
-                data = old.read(place, min(CHUNK, size - place))
+            for place in range(0, size, CHUNK_REPORTS):
+                data = old.read(place, min(CHUNK_REPORTS, size - place))
                 if not data:
                     raise OSError(0, "what it has lost is nowhere else")
                 beside.stream.write(data)

@@ -180,12 +180,14 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
     """
     import numpy as np
 
-    from vrs_cli.engine.breaches import PLACE, breaches
+    from vrs_cli.engine.breaches import PLACE_TOLERANCE, breaches
 
     goals_of = zip(lines, (delta.motion.goal for delta in deltas), strict=True)
     told = [(line, goal) for line, goal in goals_of if goal is not None]
     goals = np.array([goal for _, goal in told]).reshape(len(told), arm.model.joint_count)
-    outside = (goals < np.array(arm.model.lower) - PLACE) | (goals > np.array(arm.model.upper) + PLACE)
+    outside = (goals < np.array(arm.model.lower) - PLACE_TOLERANCE) | (
+        goals > np.array(arm.model.upper) + PLACE_TOLERANCE
+    )
     for row in np.flatnonzero(outside.any(axis=1)).tolist():
         joint = int(outside[row].argmax()) + 1
         said = arm.model.joint_text(joint, float(goals[row, joint - 1]))

@@ -17,7 +17,7 @@ from vrs_cli.values.measured import BodyMode, Report
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats, Rows, Singles
 
-CHUNK = 2048  # reports
+CHUNK_REPORTS = 2048  # reports
 MAX_NUMBER = 1e6  # the greatest number of a report [rad, m, rad/s, m/s, N m, N]: more is no measurement
 MODES = tuple(BodyMode)
 MODE, VELOCITY, EFFORT = 3, 4, 8  # bits of a flag: the place of its mode in MODES; whether it has these
@@ -42,7 +42,7 @@ class ReportColumns:
 
     __slots__ = ("begin", "count", "end", "flags", "joint_count", "positions", "rates", "times")
 
-    def __init__(self, joint_count: int, room: int = CHUNK) -> None:
+    def __init__(self, joint_count: int, room: int = CHUNK_REPORTS) -> None:
         self.joint_count, self.count = joint_count, 0
         self.begin = self.end = nan  # times of the first and of the last report [s]
         self.times, self.flags = array("d", bytes(8 * room)), bytearray(room)

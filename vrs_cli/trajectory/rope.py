@@ -27,11 +27,11 @@ from vrs_cli.trajectory.row import BlockTable, EventRow, Row, later, table_of
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.commands import Event
 
-SMALL = 128  # segments: a leaf with at most this many may be copied
-BLOCK = 128  # segments of a row that are read as arrays at once
-FAN = 32  # children of a full branch
-SPARSE = 4  # a node with less than this part of SMALL or FAN is joined to a neighbour,
-MENDED = 2  # if both together hold at most this part
+SMALL_LEAF = 128  # segments: a leaf with at most this many may be copied
+BLOCK_LENGTH = 128  # segments of a row that are read as arrays at once
+MAX_CHILDREN = 32  # children of a full branch
+SPARSE_DIVISOR = 4  # a node with less than this part of SMALL_LEAF or MAX_CHILDREN is joined to a neighbour,
+MERGED_DIVISOR = 2  # if both together hold at most this part
 
 
 class Columns(Protocol):
@@ -112,7 +112,9 @@ class OffsetNode(NamedTuple, Generic[R]):
 
 
 class RowPart(NamedTuple):
-    """Segments of a row from `first` to before `last`, at most BLOCK of them; `offset` [s] is added to their times."""
+    """Segments of a row from `first` to before `last`, at most BLOCK_LENGTH of them. Their times are `offset` [s] later
+    than in the row.
+    """
 
     offset: float
     row: Row
@@ -130,11 +132,11 @@ class RowPart(NamedTuple):
 
     def table(self) -> tuple[BlockTable, slice]:
         """Return the table that the block is in, and which part of it the block is."""
-        number, first = divmod(self.first, BLOCK)
+        number, first = divmod(self.first, BLOCK_LENGTH)
         part = slice(first, first + self.last - self.first)
         table = self.row.tables.get(number)
         if table is None or len(table.starts) < part.stop:  # the row has grown since
-            table = self.row.tables[number] = table_of(self.row, number * BLOCK, (number + 1) * BLOCK)
+            table = self.row.tables[number] = table_of(self.row, number * BLOCK_LENGTH, (number + 1) * BLOCK_LENGTH)
         return table, part
 
 
@@ -187,7 +189,7 @@ def _branch(children: Sequence[OffsetNode[R]]) -> OffsetNode[R]:
 
 def _branches(children: Sequence[OffsetNode[R]]) -> list[OffsetNode[R]]:
     """Make as few branches as hold the children, with about as many children in each."""
-    pieces = -(-len(children) // FAN)
+    pieces = -(-len(children) // MAX_CHILDREN)
     cuts = [len(children) * piece // pieces for piece in range(pieces + 1)] if pieces else []
     return [_branch(children[first:last]) for first, last in pairwise(cuts)]
 
@@ -303,7 +305,7 @@ def _splice(
         low, high = max(i - 1, 0), min(j + 1, len(node.nodes))
         middle = _merge_sparse(_children(node, low, i) + middle + _children(node, j, high, shift))
         i, j = low, high
-    if middle and len(node.nodes) + len(middle) - (j - i) <= FAN:
+    if middle and len(node.nodes) + len(middle) - (j - i) <= MAX_CHILDREN:
         return [OffsetNode(offset, _patch(node, i, j, middle, shift))]
     row = _children(node, 0, i) + middle + _children(node, j, len(node.nodes), shift)
     return [part.shift_by(offset) for part in _branches(row)]
@@ -359,7 +361,7 @@ def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> li
     """
     row: Any = leaf.row
     whole: Leaf[R] = _leaf(row.with_edit(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
-    if whole.count <= SMALL:
+    if whole.count <= SMALL_LEAF:
         return [whole]
     half = whole.count // 2
     return [_part(whole, 0, half), _part(whole, half, whole.count)]
@@ -374,13 +376,13 @@ def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]
     if first == leaf.count and _ends_row(leaf):
         leaf.row.grow(new)
         return [_with_growth(leaf)]
-    if first == leaf.count > SMALL // 2:
+    if first == leaf.count > SMALL_LEAF // 2:
         return [leaf, _leaf(_row_like(leaf, new))]
-    if first + len(new) <= SMALL:
+    if first + len(new) <= SMALL_LEAF:
         row = _copy(leaf, first)
         row.grow(new)
         return [_leaf(row)]
-    kept = _leaf(_copy(leaf, first)) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
+    kept = _leaf(_copy(leaf, first)) if first <= SMALL_LEAF else _part(leaf, 0, first)  # the copy ends its row
     return [kept, _leaf(_row_like(leaf, new))]
 
 
@@ -397,7 +399,7 @@ def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
     for place, held in enumerate(row):
         if made and (_is_sparse(held.node) or _is_sparse(made[-1].node)):
             made[-1:] = _merge_neighbours(made[-1], held)
-        elif made and place < len(row) - 1 and _ends_row(left := made[-1].node) and held.node.count <= SMALL:
+        elif made and place < len(row) - 1 and _ends_row(left := made[-1].node) and held.node.count <= SMALL_LEAF:
             assert isinstance(left, Leaf)
             _take(left.row, held, made[-1].offset)
             made[-1] = OffsetNode(made[-1].offset, _with_growth(left))
@@ -408,19 +410,19 @@ def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
 
 def _is_sparse(node: Node[R]) -> bool:
     if isinstance(node, Leaf):
-        return node.count * SPARSE < SMALL
-    return len(node.nodes) * SPARSE < FAN
+        return node.count * SPARSE_DIVISOR < SMALL_LEAF
+    return len(node.nodes) * SPARSE_DIVISOR < MAX_CHILDREN
 
 
 def _merge_neighbours(left: OffsetNode[R], right: OffsetNode[R]) -> list[OffsetNode[R]]:
     """Make one node of two neighbours of one height, if it can hold both."""
     a, b = left.node, right.node
     if isinstance(a, Branch) and isinstance(b, Branch):
-        if (len(a.nodes) + len(b.nodes)) * MENDED > FAN:
+        if (len(a.nodes) + len(b.nodes)) * MERGED_DIVISOR > MAX_CHILDREN:
             return [left, right]
         pairs = ((a, left.offset), (b, right.offset))
         return [_branch([child for node, by in pairs for child in _children(node, 0, len(node.nodes), by)])]
-    if (left.node.count + right.node.count) * MENDED > SMALL:
+    if (left.node.count + right.node.count) * MERGED_DIVISOR > SMALL_LEAF:
         return [left, right]
     offset = max(left, right, key=lambda held: held.node.count).offset
     assert isinstance(a, Leaf)
@@ -501,7 +503,7 @@ def blocks(held: OffsetNode[Row], first: float, last: float) -> Iterator[RowPart
         row = leaf.row
         low = bisect_right(row.starts, first - offset, leaf.first + 1, leaf.last) - 1
         high = bisect_right(row.starts, last - offset, low + 1, leaf.last)
-        edges = [low, *range(low - low % BLOCK + BLOCK, high, BLOCK), high]
+        edges = [low, *range(low - low % BLOCK_LENGTH + BLOCK_LENGTH, high, BLOCK_LENGTH), high]
         for begin, end in pairwise(edges):
             yield RowPart(offset, row, begin, end)
 

@@ -29,7 +29,7 @@ from threading import Lock
 
 from vrs_cli.values.commands import Event
 
-YOUNG = 256  # segments at the end of a row whose paths are not packed
+UNPACKED_SEGMENTS = 256  # segments at the end of a row whose paths are not packed
 PHASES = tuple(Phase)
 CODES = {phase: code for code, phase in enumerate(PHASES)}
 COLUMNS = ("finishes", "motions", "paths", "phases", "starts", "tables")
@@ -157,8 +157,8 @@ class Row(Sequence[Segment]):
         self.paths[count:] = paths
         self.phases[count:] = phases
         self.motions.extend(motions)
-        if len(self.motions) - self._packed >= 2 * YOUNG:
-            self.pack(len(self.motions) - YOUNG)
+        if len(self.motions) - self._packed >= 2 * UNPACKED_SEGMENTS:
+            self.pack(len(self.motions) - UNPACKED_SEGMENTS)
 
     def pack(self, last: int) -> None:
         """Pack the paths of the segments before `last`."""

@@ -12,7 +12,7 @@ NEGLIGIBLE = 1e-12  # a smaller displacement or velocity is none [rad, m, rad/s,
 STEADY = 1e-9  # a smaller acceleration is none [rad/s2, m/s2]
 # A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
 # so the corner is rounded on its inside. What the joints can follow is checked after.
-CORNER = 2.0
+BLEND_FACTOR = 2.0
 
 
 class JointState(NamedTuple):
@@ -113,8 +113,8 @@ class ToolLimits(NamedTuple):
     spin_acceleration: float
     jerk: float = inf
     spin_jerk: float = inf
-    blending: float = CORNER
-    blending_jerk: float = CORNER
+    blending: float = BLEND_FACTOR
+    blending_jerk: float = BLEND_FACTOR
     guide: float = inf
     guide_acceleration: float = inf
     guide_jerk: float = inf

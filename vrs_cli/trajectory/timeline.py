@@ -25,7 +25,7 @@ from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
 PART = 128  # deltas
-YOUNG = 2  # parts that are not packed: the last one, which grows, and the one before it
+UNPACKED_PARTS = 2  # parts that are not packed: the last one, which grows, and the one before it
 
 
 class Cause(Enum):
@@ -368,7 +368,7 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     def put_away(self, number: int, kept: KeptDeltas) -> None:
         """Let the parts wholly before delta `number` leave memory, except the last two."""
-        last = min(number // PART, len(self._parts) - YOUNG)
+        last = min(number // PART, len(self._parts) - UNPACKED_PARTS)
         for place in range(self._away, last):
             self._parts[place] = AwayDeltas(kept, place)
         self._away = max(self._away, last)
@@ -414,7 +414,7 @@ class DeltaLog(Sequence[TimelineDelta]):
                 last.append(delta)
                 continue
             self._parts.append([delta])
-            old = len(self._parts) - 1 - YOUNG
+            old = len(self._parts) - 1 - UNPACKED_PARTS
             if old >= 0 and isinstance(part := self._parts[old], list):
                 self._parts[old] = DeltaColumns(part)
 

@@ -9,7 +9,7 @@ import pytest
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.trajectory.laws.law import ramps
 from vrs_cli.trajectory.laws.scurve_steering import (
-    KEPT,
+    STOPPING_PART,
     Joint,
     _beyond,
     _brakable,
@@ -54,9 +54,9 @@ def test_down_is_up_in_a_mirror() -> None:
 
 @pytest.mark.parametrize(("v", "a", "beyond"), [(1.0, 4.0, 0), (1.3, 4.0, 1), (1.39, -4.0, 0), (-1.3, -4.0, -1)])
 def test_too_fast_is_what_is_too_fast_once_the_acceleration_has_gone(v: float, a: float, beyond: int) -> None:
-    """a^2 / (2 KEPT j) = 0.21 rad/s more, or less; the state before has the same acceleration."""
+    """a^2 / (2 STOPPING_PART j) = 0.21 rad/s more, or less; the state before has the same acceleration."""
     one = AT_REST._replace(v=v - a * TICK, a=a, low=-9.0, high=9.0)
-    assert 0.5 * a * a / (KEPT * 48.0) == pytest.approx(0.21, abs=0.01)
+    assert 0.5 * a * a / (STOPPING_PART * 48.0) == pytest.approx(0.21, abs=0.01)
     assert _beyond(one, 0.0, TICK) == beyond
 
 
@@ -104,8 +104,8 @@ def test_joints_that_stop_together_keep_the_limits_of_each() -> None:
         change = _slowing(joints, velocities)
         for one, v in zip(joints, velocities, strict=True):
             level = abs(change.level(v, 0.0, 0.0))
-            assert level <= KEPT * one.a_max * (1.0 + 1e-6)
-            assert level <= KEPT * one.j_max * min(change.rise, change.fall) * (1.0 + 1e-6)
+            assert level <= STOPPING_PART * one.a_max * (1.0 + 1e-6)
+            assert level <= STOPPING_PART * one.j_max * min(change.rise, change.fall) * (1.0 + 1e-6)
 
 
 @pytest.mark.parametrize("way", [1e-4, 0.01, 0.04, 0.05, 0.3, 2.0])

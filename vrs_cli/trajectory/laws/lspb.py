@@ -35,9 +35,9 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.commands import Motion
 
 MARGIN = 1.0 + 1e-7  # keeps velocities inside limits after times are rounded to the grid
-ROOM = 8 * TICK  # [s] added to a blend, since rounding the other times moves the limits a little
-SAME = 1e-9  # quotients closer than that are one
-LONGER = 1.2
+BLEND_ROOM = 8 * TICK  # [s] added to a blend, since rounding the other times moves the limits a little
+SAME_QUOTIENT = 1e-9  # quotients closer than that are one
+LONGER_BLEND = 1.2
 FIRST_STEPS = 2
 MAX_BLEND_S = 1e6  # [s]
 
@@ -219,14 +219,14 @@ def _most(demand: Demand, blend: float) -> float:
 
 def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
     """Return the times on the grid for the chosen blend time; slower if the motion must last at least `least` [s]."""
-    blend = up_to_grid(blend * MARGIN) + ROOM
+    blend = up_to_grid(blend * MARGIN) + BLEND_ROOM
     while True:
         times = _on_grid(demands(blend), blend, least)
         if times is None:
-            blend = up_to_grid(blend * 1.001) + ROOM  # rounding has used up the room
+            blend = up_to_grid(blend * 1.001) + BLEND_ROOM  # rounding has used up the room
         elif times.total < least - SLIVER:
             # the motion is so fast that it would have to turn back to last that long
-            blend = up_to_grid(blend * LONGER)
+            blend = up_to_grid(blend * LONGER_BLEND)
         else:
             return times
 
@@ -245,16 +245,16 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     square = rest * rest - 2.0 * demand.slowing
     # with this u, or any, the whole, 1/u + (blend + slowing u) / 2, takes at least so long
     slow_enough = 2.0 / (rest + sqrt(square)) if rest > 0.0 and square > 0.0 else inf
-    u = max(min(u, slow_enough), min(u, demand.low * (1.0 + ROOM * u)))
+    u = max(min(u, slow_enough), min(u, demand.low * (1.0 + BLEND_ROOM * u)))
     slow = up_to_grid(demand.slowing * u)
     times = _without_sliver(blend, up_to_grid(max(1.0 / u - 0.5 * (blend + slow), 0.0)), slow)
-    return times if demand.low * times.reach <= 1.0 + SAME else None
+    return times if demand.low * times.reach <= 1.0 + SAME_QUOTIENT else None
 
 
 LINE_FIRST_STEPS = 4  # steps towards the shortest blend of two lines, which is usually the quickest
-RESPONSE = 2.5  # D in ticks: quick, and steady for one target a tick
-COASTING = 1.0  # ticks: how late the next target may come without a jolt
-SPARE = 1.0 - 1e-9  # factor of limits, for rounding
+RESPONSE_TICKS = 2.5  # D in ticks: quick, and steady for one target a tick
+COASTING_TICKS = 1.0  # ticks: how late the next target may come without a jolt
+LIMIT_MARGIN = 1.0 - 1e-9  # factor of limits, for rounding
 
 
 def joint_motion(
@@ -399,7 +399,7 @@ def steer(
         strict=True,
     )
     v1 = tuple(
-        _next_velocity(q, v, p, w, v_max * SPARE, a_max * SPARE, low, high, tick)
+        _next_velocity(q, v, p, w, v_max * LIMIT_MARGIN, a_max * LIMIT_MARGIN, low, high, tick)
         for q, v, p, w, v_max, a_max, low, high in rows
     )
     segments = replay_steering(state, v1, limits, tick, start, motion)
@@ -418,7 +418,7 @@ def replay_steering(
     stretches: list[tuple[float, Phase, Path]] = [(tick, Phase.BLEND, path)]
     if any(v1):
         path = JointPath(tuple(zip(path.joints(tick), v1, strict=True)))
-        stretches.append((COASTING * tick, Phase.CRUISE, path))
+        stretches.append((COASTING_TICKS * tick, Phase.CRUISE, path))
     chase = segments_of(start, motion, iter(stretches))
     last = chase[-1]
     after = JointState(path.joints(last.duration), v1)
@@ -446,7 +446,7 @@ def _next_velocity(
     q: float, v: float, p: float, w: float, v_max: float, a_max: float, low: float, high: float, tick: float
 ) -> float:
     """Return the velocity of a joint at the end of the tick."""
-    response = RESPONSE * tick
+    response = RESPONSE_TICKS * tick
     error = p - q
     closing = copysign(min(abs(error) / (2.0 * response), sqrt(a_max * abs(error))), error)
     wanted = v + (min(max(w + closing, -v_max), v_max) - v) * min(2.0 * tick / response, 1.0)
@@ -469,7 +469,7 @@ def _fastest(room: float, v: float, a_max: float, tick: float) -> float:
     left = room - 0.5 * v * tick
     if left <= 0.0:
         return 0.0
-    b = a_max * (tick * (0.5 + COASTING) + TICK)
+    b = a_max * (tick * (0.5 + COASTING_TICKS) + TICK)
     return sqrt(b * b + 2.0 * a_max * left) - b
 
 

@@ -43,10 +43,10 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLi
 from vrs_cli.values.commands import Motion
 
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # factors of D/T, D/T^2 and D/T^3 from rest to rest
-LONGER = 1.06  # factor from one tried time to the next
-TRIES = 160
+TIME_FACTOR = 1.06  # factor from one tried time to the next
+MAX_TRIES = 160
 MIN_TIME_S = 1e-3  # the least time of a motion that begins in motion
-PEAK = 1.0 + 1e-6  # factor of a limit: a velocity below it is at its limit
+PEAK_TOLERANCE = 1.0 + 1e-6  # factor of a limit: a velocity below it is at its limit
 HALVINGS = 5  # halvings of the step from a time that is too short to one that is not
 
 Part = tuple[float, float, float]  # displacement to go, velocity and acceleration now
@@ -84,10 +84,10 @@ def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
 def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
     """Return the least time [s] found that keeps all bounds, not below `shortest`. Raises NoTimes."""
     short = long = max(shortest, MIN_TIME_S)
-    for _ in range(TRIES):
+    for _ in range(MAX_TRIES):
         if keeps(long):
             break
-        short, long = long, LONGER * long
+        short, long = long, TIME_FACTOR * long
     else:
         raise NoTimes("no time brings the motion to its target within the limits")
     least, _ = bisect_interval(keeps, long, short, HALVINGS if long > short else 0)
@@ -140,7 +140,7 @@ def _joint_bounds(part: Part, velocity: float, acceleration: float, jerk: float,
     _, v, a = part
     coming = abs(v) + (0.5 * a * a / jerk if a * v > 0.0 else 0.0)
     fastest = max(velocity, min(coming, peak), abs(v))
-    return Bounds(fastest * PEAK, max(acceleration, abs(a)) * PEAK, jerk)
+    return Bounds(fastest * PEAK_TOLERANCE, max(acceleration, abs(a)) * PEAK_TOLERANCE, jerk)
 
 
 # --- Cartesian space -------------------------------------------------------------------------------------------
@@ -204,15 +204,15 @@ def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: S
     return _group_keeps(
         [quintic(0.0, part, time) for part in tips],
         time,
-        max(limits.speed, length(state.velocity) * PEAK),
-        max(limits.blend_acceleration, length(state.acceleration) * PEAK),
+        max(limits.speed, length(state.velocity) * PEAK_TOLERANCE),
+        max(limits.blend_acceleration, length(state.acceleration) * PEAK_TOLERANCE),
         limits.acceleration,
         limits.blend_jerk,
     ) and _group_keeps(
         spins,
         time,
-        max(limits.spin, length(state.spin) * PEAK),
-        max(limits.blend_spin_acceleration, length(state.spin_rate) * PEAK),
+        max(limits.spin, length(state.spin) * PEAK_TOLERANCE),
+        max(limits.blend_spin_acceleration, length(state.spin_rate) * PEAK_TOLERANCE),
         limits.spin_acceleration,
         limits.blend_spin_jerk,
     )

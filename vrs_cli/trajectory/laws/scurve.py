@@ -37,7 +37,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import NONE, SLIVER, Change, Course, Law, NoTimes, ToolMotion, joint_stretches, ramps
-from vrs_cli.trajectory.laws.lspb import MARGIN, ROOM, SAME, Component
+from vrs_cli.trajectory.laws.lspb import BLEND_ROOM, MARGIN, SAME_QUOTIENT, Component
 from vrs_cli.trajectory.laws.scurve_joints import stretches
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, replay_steering, steer, steering_of
 from vrs_cli.trajectory.segment import STILL, Phase, Segment, ToolStretch, segments_of
@@ -307,11 +307,13 @@ def _downhill(total: Callable[[Change], float], start: Change, shortest: float) 
 def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
     """Return the times on the grid for the chosen change; slower if the motion must last at least `least` [s]."""
     for _ in range(DOUBLINGS):
-        change = Change(*(up_to_grid(x * MARGIN) + ROOM if x > SLIVER else 0.0 for x in change))
+        change = Change(*(up_to_grid(x * MARGIN) + BLEND_ROOM if x > SLIVER else 0.0 for x in change))
         course = _on_grid(demands(change), change, least)
         if course is not None:
             return course
-        change = Change(change.rise, change.hold * 1.001 + ROOM + SLIVER, change.fall)  # rounding has used up the room
+        change = Change(
+            change.rise, change.hold * 1.001 + BLEND_ROOM + SLIVER, change.fall
+        )  # rounding has used up the room
     raise NoTimes("no change of velocity on the time grid leads to the target")
 
 
@@ -326,15 +328,15 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
         return Course(change, 0.0, NONE)
     u = max(u / MARGIN, 0.5 * (bounds.low + u))  # where rounding finds room on both sides
     if _total(bounds, change, u) < least:
-        u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + ROOM * u), u, least)
+        u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + BLEND_ROOM * u), u, least)
     slow = ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
     course = _without_sliver(change, up_to_grid(max(1.0 / u - bounds.lag - 0.5 * slow.lasts, 0.0)), slow)
-    return course if bounds.low * course.reach <= 1.0 + SAME else None
+    return course if bounds.low * course.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-STRETCH = 1.02  # the likely times of a stop are tried multiplied by powers of this
-STRETCHES = (-150, 150)  # the range of the powers, from short to long
-RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # parts of a ramp
+STOP_FACTOR = 1.02  # the likely times of a stop are tried multiplied by powers of this
+STOP_POWERS = (-150, 150)  # the range of the powers, from short to long
+STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # parts of a ramp
 
 
 def joint_motion(
@@ -413,9 +415,11 @@ class _ToolMotion(ToolMotion):
         lasting = max(length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration)
         tip = self.state.velocity, self.acceleration, limits.acceleration * MARGIN, limits.jerk * MARGIN
         spin = self.spin, self.spin_rate, limits.spin_acceleration * MARGIN, limits.spin_jerk * MARGIN
-        for rise in RISES:
+        for rise in STOP_RISES:
             times = (rise * ramp, max(lasting - 0.5 * (1.0 + rise) * ramp, 0.0), ramp)
-            stretched = (Change(*(up_to_grid(duration * STRETCH**k) for duration in times)) for k in range(*STRETCHES))
+            stretched = (
+                Change(*(up_to_grid(duration * STOP_FACTOR**k) for duration in times)) for k in range(*STOP_POWERS)
+            )
             found += islice((change for change in stretched if keeps(change, *tip) and keeps(change, *spin)), 1)
         if not found:
             raise NoTimes("no change of velocity within the limits ends at rest")

@@ -28,13 +28,13 @@ from vrs_cli.trajectory.laws.scurve_steering import MIN_PIECE_S, common_stretche
 from vrs_cli.trajectory.segment import Path, Phase
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState
 
-CLOSE = 1e-12  # [rad, m] a smaller rest of a way is no jump
+SAME_WAY = 1e-12  # [rad, m] a smaller rest of a way is no jump
 # [s] phases may last longer than their time by this, which is less than half an instant of the grid
-IN_TIME = 0.4 * TICK
-NEWTON = 15  # steps at most; five are usual
-STEPS = 60  # steps of other searches
+TIME_TOLERANCE = 0.4 * TICK
+NEWTON_STEPS = 15  # steps at most; five are usual
+SEARCH_STEPS = 60  # steps of other searches
 MIN_BRAKING = 1e-3  # part of the acceleration limit: the weakest braking
-RAISES = 20  # attempts to find the time in which all joints arrive
+MAX_RAISES = 20  # attempts to find the time in which all joints arrive
 
 _new = tuple.__new__
 
@@ -76,7 +76,7 @@ def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[P
     alone, quick = _soonest_in_two(slowest)
     weak = _weakest(slowest, alone, quick)
     whole = up_to_grid(max(least, phases(slowest, 0.0, weak).lasts if weak else alone))
-    for _ in range(RAISES):
+    for _ in range(MAX_RAISES):
         pace = _arriving(slowest, whole)
         if not isinstance(pace, float):
             found = [pace if one is slowest else _at_pace(one, pace, whole) or _arriving(one, whole) for one in joints]
@@ -151,7 +151,7 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
 
 def _arrives(joint: Joint, found: Phases, whole: float) -> bool:
     cruise = whole - found.lasts
-    return cruise >= -IN_TIME and abs(found.way + found.cruising * cruise - joint.way) <= CLOSE
+    return cruise >= -TIME_TOLERANCE and abs(found.way + found.cruising * cruise - joint.way) <= SAME_WAY
 
 
 # --- in two changes, with a cruise between them --------------------------------------------------------------------
@@ -165,10 +165,10 @@ def _in_two(joint: Joint, whole: float, fastest: float) -> Phases:
     low, high, speed = 0.0, fastest, 0.0
     if found.lasts > whole:  # and all others last longer
         return found
-    for _ in range(NEWTON):
+    for _ in range(NEWTON_STEPS):
         cruise = whole - found.lasts
         error = sign * (found.way + found.cruising * cruise - way)
-        if abs(error) <= CLOSE:
+        if abs(error) <= SAME_WAY:
             break
         if error < 0.0:
             low = speed
@@ -194,7 +194,7 @@ def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
     way, v, a, v_max, a_max, jerk = joint
     stop = phases(joint, 0.0, a_max)
     left = way - stop.way
-    if abs(left) <= CLOSE:
+    if abs(left) <= SAME_WAY:
         return stop.lasts, stop
     sign = 1.0 if left > 0.0 else -1.0
     top = phases(joint, sign * v_max, a_max)
@@ -211,7 +211,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
     """Return the zero of f, which is not above 0 at `low` and not below 0 at `high` (regula falsi, Illinois)."""
     below, above, side = f(low), f(high), 0
     x = low
-    for _ in range(STEPS):
+    for _ in range(SEARCH_STEPS):
         if above <= below or high == low:
             break
         x, before = high - above * (high - low) / (above - below), x
@@ -243,9 +243,9 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
         return otherwise
     quickest = phases(joint, 0.0, weak)
     if quickest.lasts >= whole:
-        return quickest if quickest.lasts <= whole + IN_TIME else quickest.lasts
+        return quickest if quickest.lasts <= whole + TIME_TOLERANCE else quickest.lasts
     sign, strong = 1.0 if quick.cruising > 0.0 else -1.0, joint.max_acceleration
-    for _ in range(STEPS):  # the more a joint brakes at first, the longer it takes to the end
+    for _ in range(SEARCH_STEPS):  # the more a joint brakes at first, the longer it takes to the end
         level = 0.5 * (weak + strong)
         found = _change(joint, -sign * level)
         if abs(found.lasts - whole) <= MIN_PIECE_S:

@@ -1,13 +1,11 @@
 """Joints at constant jerk: changes of velocity piece by piece, stops, and one tick of jerk-limited steering.
 
 Steering follows the rule of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
-joint wants the velocity `w + g(e)`: that of its target, plus one that removes the error e in RESPONSE ticks, but no
+joint wants the velocity `w + g(e)`: that of its target, plus one that removes the error e in RESPONSE_TICKS, but no
 more than it can brake from on the way. It wants the acceleration that leads there and is gone again just then, as soon
 as its jerk allows. With n ticks to lose it in, D = w + g - q' - q'' tick / 2,
 
-    q''(next) = 2 D / (tick (1 + n)),    n >= 1,  n (n + 1) >= 2
-D
- / (jerk tick^2).
+    q''(next) = 2 D / (tick (1 + n)),    n >= 1,  n (n + 1) >= 2 |D| / (jerk tick^2).
 
 Behind the tick stands a stop, and a joint only does what leaves it room for one. If no constant jerk does, the joint
 goes on as it was planned before, at the latest to its stop. So it stays inside its limits whatever comes.
@@ -23,16 +21,16 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, Profile
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws.law import Change, Coming, Pieces, Row, ramps
-from vrs_cli.trajectory.laws.lspb import COASTING, SPARE
+from vrs_cli.trajectory.laws.lspb import COASTING_TICKS, LIMIT_MARGIN
 from vrs_cli.trajectory.laws.lspb import joint_stops as stops_at_constant_acceleration
 from vrs_cli.trajectory.polynomial import Polynomial, bisect_interval, turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.commands import Motion
 
-RESPONSE = 4.0  # ticks in which an error goes: the fewest without an overshoot
-EASY = 0.25  # part of acceleration and jerk used to approach a target
-KEPT = 0.8  # part of acceleration and jerk used to stop: the rest makes up for whole ticks
+RESPONSE_TICKS = 4.0  # ticks in which an error goes: the fewest without an overshoot
+APPROACH_PART = 0.25  # part of acceleration and jerk used to approach a target
+STOPPING_PART = 0.8  # part of acceleration and jerk used to stop: the rest makes up for whole ticks
 HALVINGS = 24
 CUBIC = 3  # degree of a path of constant jerk
 MIN_PIECE_S = 1e-10  # a shorter piece changes nothing
@@ -264,7 +262,19 @@ def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Join
         strict=True,
     )
     return [
-        Joint(q, v, a, p, w, v_max * SPARE, a_max * SPARE, j_max * SPARE, peak, min(low, q), max(high, q))
+        Joint(
+            q,
+            v,
+            a,
+            p,
+            w,
+            v_max * LIMIT_MARGIN,
+            a_max * LIMIT_MARGIN,
+            j_max * LIMIT_MARGIN,
+            peak,
+            min(low, q),
+            max(high, q),
+        )
         for q, v, a, p, w, v_max, a_max, j_max, peak, low, high in rows
     ]
 
@@ -290,10 +300,13 @@ def _jerk(one: Joint, tick: float) -> float | None:
 def _wanted_acceleration(one: Joint, tick: float) -> float:
     """Return the acceleration that a joint wants at the end of the tick."""
     error = one.p - one.q
-    closing = min(abs(error) / (RESPONSE * tick), _brakable(abs(error), EASY * one.a_max, EASY * one.j_max))
+    closing = min(
+        abs(error) / (RESPONSE_TICKS * tick),
+        _brakable(abs(error), APPROACH_PART * one.a_max, APPROACH_PART * one.j_max),
+    )
     wanted = min(max(one.w + copysign(closing, error), -one.v_max), one.v_max)
     change = wanted - one.v - 0.5 * one.a * tick
-    ticks = max(0.5 * (sqrt(1.0 + 8.0 * abs(change) / (KEPT * one.j_max * tick * tick)) - 1.0), 1.0)
+    ticks = max(0.5 * (sqrt(1.0 + 8.0 * abs(change) / (STOPPING_PART * one.j_max * tick * tick)) - 1.0), 1.0)
     return 2.0 * change / (tick * (1.0 + ticks))
 
 
@@ -314,12 +327,12 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
     q, v, a = one.q, one.v, one.a
     _, v1, a1 = state_after(q, v, a, tick, jerk)
     turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # where the acceleration changes its sign
-    settled = v1 + 0.5 * a1 * abs(a1) / (KEPT * one.j_max)
+    settled = v1 + 0.5 * a1 * abs(a1) / (STOPPING_PART * one.j_max)
     if max(turning, v1, settled) > _velocity_bound(one, v, a):
         return 1
     if min(turning, v1, settled) < -_velocity_bound(one, -v, -a):
         return -1
-    hard, quick = KEPT * one.a_max, KEPT * one.j_max
+    hard, quick = STOPPING_PART * one.a_max, STOPPING_PART * one.j_max
     fastest = max(abs(turning), abs(v1), abs(v)) + 0.5 * a1 * a1 / quick
     enough = fastest * (tick + abs(a1) / quick + 0.5 * (fastest / hard + hard / quick))
     if one.low + enough <= q <= one.high - enough:
@@ -330,7 +343,7 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
 
 def _velocity_bound(one: Joint, v: float, a: float) -> float:
     """Return the greatest velocity allowed: the one asked for, or more if the acceleration leads there anyway."""
-    coming = v + 0.5 * a * a / (KEPT * one.j_max) if a > 0.0 else v
+    coming = v + 0.5 * a * a / (STOPPING_PART * one.j_max) if a > 0.0 else v
     return max(min(max(one.v_max, coming), one.peak), v)
 
 
@@ -348,7 +361,7 @@ def _tick_and_stop(
 def _pieces(one: Joint, jerk: float, tick: float) -> Pieces:
     """Return what a joint does alone: the tick, and a stop."""
     _, v1, a1 = state_after(one.q, one.v, one.a, tick, jerk)
-    return (tick, jerk), *stop(v1, a1, KEPT * one.a_max, KEPT * one.j_max)
+    return (tick, jerk), *stop(v1, a1, STOPPING_PART * one.a_max, STOPPING_PART * one.j_max)
 
 
 def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[float, Phase, Path]]:
@@ -362,7 +375,7 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
     if not any(v or a for _, v, a in after):
         return stretches
     settling = [abs(a) / one.j_max for one, (_, _, a) in zip(joints, after, strict=True)]
-    coasting = up_to_grid(max(COASTING * tick, *settling))
+    coasting = up_to_grid(max(COASTING_TICKS * tick, *settling))
     coasted = [state_after(q, v, a, coasting, -a / coasting)[:2] for q, v, a in after]
     change = _slowing(joints, [v for _, v in coasted])
     for one, here, (_, v) in zip(joints, after, coasted, strict=True):
@@ -381,7 +394,7 @@ def _slowing(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
     """Return the times in which joints with these velocities come to rest together."""
     by_acceleration = max(abs(v) / one.a_max for one, v in zip(joints, velocities, strict=True))
     by_jerk = max(abs(v) / one.j_max for one, v in zip(joints, velocities, strict=True))
-    return ramps(by_acceleration / KEPT, by_jerk / KEPT)
+    return ramps(by_acceleration / STOPPING_PART, by_jerk / STOPPING_PART)
 
 
 def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting: float, change: Change) -> bool:
