@@ -22,21 +22,8 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.operations import trans
 from vrs_cli.language.run.signals import NO_CELL, Cell
-from vrs_cli.language.text import ast
+from vrs_cli.language.text import ast, parser
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.parser import (
-    IN_ANOTHER_FILE,
-    JOINTS_HIGH,
-    Part,
-    Placed,
-    drop_suppressed,
-    duplicate_name,
-    foreign_file,
-    has_program,
-    parts_of,
-    programs_of,
-    repeated_programs,
-)
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
@@ -56,7 +43,7 @@ def inspect(
     return inspector.inspect(inspector.read(text, name))
 
 
-Parts = tuple[Placed, ...]
+Parts = tuple[parser.Placed, ...]
 
 
 class Beside(Struct, frozen=True):
@@ -77,7 +64,7 @@ ALONE = Beside()
 
 def beside_each(files: Sequence[Parts]) -> Iterator[Beside]:
     """Return, for each file of one name space, the contents of the others."""
-    programs = [{program.key: program for _, program in programs_of(parts)} for parts in files]
+    programs = [{program.key: program for _, program in parser.programs_of(parts)} for parts in files]
     sections = [tuple(one.part.node for one in parts if isinstance(one.part.node, Section)) for parts in files]
     first = frozenset[str]()
     for at in range(len(files)):
@@ -106,21 +93,21 @@ class Inspector:
     def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL) -> None:
         self._dialect, self._cell = dialect, cell
         self._engine, self._constants = Engine(model), _constants(model)
-        self._known: dict[tuple[str, ...], Part] = {}
-        self._inspected: dict[Part, _Inspected] = {}
-        self._ways: dict[Part, tuple[_Way, ...]] = {}
+        self._known: dict[tuple[str, ...], parser.Part] = {}
+        self._inspected: dict[parser.Part, _Inspected] = {}
+        self._ways: dict[parser.Part, tuple[_Way, ...]] = {}
 
     def read(self, text: str, name: str = "") -> Parts:
         """The parts of the present version. `name`: of the file, for steps without a heading."""
-        parts = parts_of(text, self._known, self._dialect, name)
+        parts = parser.parts_of(text, self._known, self._dialect, name)
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
 
     def inspect(self, parts: Parts, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
         """Everything that is wrong with them."""
         lines = tuple(line for placed in parts for line in placed.part.lines)
-        foreign = foreign_file("\n".join(lines))
-        if foreign is not None and not has_program("\n".join(lines)):
+        foreign = parser.foreign_file("\n".join(lines))
+        if foreign is not None and not parser.has_program("\n".join(lines)):
             return (foreign,)
         environment = Environment(units=self._engine.model.units)
         self._cell.fill(environment)
@@ -128,30 +115,30 @@ class Inspector:
             environment.take(variables_of(section, environment.units)[0])
         found = [] if foreign is None else [foreign]
         found += [one for placed in parts for one in placed.translate(placed.part.diagnostics)]
-        found += repeated_programs((program, placed.above) for placed, program in programs_of(parts))
-        twice = (one for one in programs_of(parts) if one[1].key in beside.first)
-        found += [duplicate_name(program, placed.above, IN_ANOTHER_FILE) for placed, program in twice]
+        found += parser.repeated_programs((program, placed.above) for placed, program in parser.programs_of(parts))
+        twice = (one for one in parser.programs_of(parts) if one[1].key in beside.first)
+        found += [parser.duplicate_name(program, placed.above, parser.IN_ANOTHER_FILE) for placed, program in twice]
         for placed in parts:
             if isinstance(placed.part.node, Section):
                 variables, refused = variables_of(placed.part.node, environment.units)
                 environment.take(variables)
                 found += placed.translate(refused)
-        programs = {program.key: placed for placed, program in programs_of(parts)}
+        programs = {program.key: placed for placed, program in parser.programs_of(parts)}
         for placed, inspected in self._analyse_programs(environment, programs, beside):
             found += placed.translate(inspected.analysis.diagnostics)
             found += placed.translate(inspected.of_running)
-        found += self._out_of_reach(environment, tuple(programs_of(programs.values())), beside)
+        found += self._out_of_reach(environment, tuple(parser.programs_of(programs.values())), beside)
         idle = set[str]()
-        for placed, program in programs_of(programs.values()):
+        for placed, program in parser.programs_of(programs.values()):
             found += placed.translate(_settings_of(program, idle))
-        return drop_suppressed(lines, in_order(found))
+        return parser.drop_suppressed(lines, in_order(found))
 
     # --- analysis ---
 
     def _analyse_programs(
-        self, environment: Environment, programs: Mapping[str, Placed], beside: Beside
-    ) -> tuple[tuple[Placed, _Inspected], ...]:
-        trees = {**beside.programs, **{program.key: program for _, program in programs_of(programs.values())}}
+        self, environment: Environment, programs: Mapping[str, parser.Placed], beside: Beside
+    ) -> tuple[tuple[parser.Placed, _Inspected], ...]:
+        trees = {**beside.programs, **{program.key: program for _, program in parser.programs_of(programs.values())}}
         around = Surroundings(dict(environment.kinds), trees, beside.elsewhere)
         before, self._inspected = self._inspected, {}
         for key, placed in programs.items():
@@ -167,7 +154,7 @@ class Inspector:
     # --- reach ---
 
     def _out_of_reach(
-        self, environment: Environment, programs: tuple[tuple[Placed, Program], ...], beside: Beside
+        self, environment: Environment, programs: tuple[tuple[parser.Placed, Program], ...], beside: Beside
     ) -> Iterator[Diagnostic]:
         """A warning at each motion to a location of the file that no instruction changes."""
         self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
@@ -221,7 +208,7 @@ def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tup
         found += _warn_of_steps(one.analysis)
         found += constants.above_full_speed(one.program)
         found += _settings_of(one.program, idle)
-    return drop_suppressed(programs[0].lines, in_order(found)) if found else ()
+    return parser.drop_suppressed(programs[0].lines, in_order(found)) if found else ()
 
 
 def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
@@ -298,12 +285,16 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
     """The arguments of TRANS, #PPOINT and NULL where all are numbers; None for what is only known when it runs."""
     numbers = tuple(map(ast.plain_number, place.arguments))
     missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
-    return None if place.name not in ("TRANS", "#PPOINT", "NULL") or missing or len(numbers) > JOINTS_HIGH else numbers
+    return (
+        None
+        if place.name not in ("TRANS", "#PPOINT", "NULL") or missing or len(numbers) > parser.JOINTS_HIGH
+        else numbers
+    )
 
 
 def _place_of_numbers(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     """The place that numbers give; those that are left out are for the function to fill in."""
-    numbers = (*(_numbers(place) or ()), *(None,) * JOINTS_HIGH)
+    numbers = (*(_numbers(place) or ()), *(None,) * parser.JOINTS_HIGH)
     if place.name == "#PPOINT":
         return TURNING.read(number or 0.0 for number in numbers[:joint_count])
     return trans(*numbers[:6])

@@ -15,18 +15,9 @@ from typing import NamedTuple
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import UsageError
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
-from vrs_cli.kinematics.transform import (
-    Transform,
-    along,
-    angle_between,
-    compose,
-    distance,
-    dot,
-    position,
-    vector_difference,
-)
 from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
@@ -96,9 +87,9 @@ def recorded_program(
 # --- which points of a way are enough --------------------------------------------------------------------------------
 
 
-def corners(arm: RobotArm, T_flange_tool: Transform, way: Way, tolerance: Tolerance) -> list[int]:
+def corners(arm: RobotArm, T_flange_tool: transform.Transform, way: Way, tolerance: Tolerance) -> list[int]:
     """The points of a way, by number, between which it is joint-interpolated within the tolerance."""
-    seen = [compose(arm.forward(q), T_flange_tool) for q in way]
+    seen = [transform.compose(arm.forward(q), T_flange_tool) for q in way]
     chosen, open_ = [0], [(0, len(seen) - 1)]
     while open_:
         a, b = open_.pop()
@@ -112,9 +103,9 @@ def corners(arm: RobotArm, T_flange_tool: Transform, way: Way, tolerance: Tolera
 
 def _worst(
     arm: RobotArm,
-    T_flange_tool: Transform,
+    T_flange_tool: transform.Transform,
     joints: Sequence[Joints],
-    seen: Sequence[Transform],
+    seen: Sequence[transform.Transform],
     ends: tuple[int, int],
     tolerance: Tolerance,
 ) -> tuple[int, float]:
@@ -124,17 +115,19 @@ def _worst(
     square = sum([x * x for x in way])
     worst, most = a, 0.0
     for k in range(a + 1, b):
-        along = sum([w * (x - p) for w, x, p in zip(way, joints[k], begin, strict=True)]) / square if square else 0.0
-        part = min(max(along, 0.0), 1.0)
-        there = compose(arm.forward(tuple([p + part * w for p, w in zip(begin, way, strict=True)])), T_flange_tool)
+        share = sum([w * (x - p) for w, x, p in zip(way, joints[k], begin, strict=True)]) / square if square else 0.0
+        part = min(max(share, 0.0), 1.0)
+        there = transform.compose(
+            arm.forward(tuple([p + part * w for p, w in zip(begin, way, strict=True)])), T_flange_tool
+        )
         miss = _miss(there, seen[k], tolerance)
         if miss > most:
             worst, most = k, miss
     return worst, most
 
 
-def _miss(a: Transform, b: Transform, tolerance: Tolerance) -> float:
-    return max(distance(a, b) / tolerance.away, angle_between(a, b) / tolerance.turned)
+def _miss(a: transform.Transform, b: transform.Transform, tolerance: Tolerance) -> float:
+    return max(transform.distance(a, b) / tolerance.away, transform.angle_between(a, b) / tolerance.turned)
 
 
 # --- the program -----------------------------------------------------------------------------------------------------
@@ -158,7 +151,12 @@ def _lines(arm: RobotArm, name: str, joints: Sequence[Joints], rounding: float) 
 
 
 def _follows_way(
-    arm: RobotArm, T_flange_tool: Transform, way: Way, joints: Sequence[Joints], rounding: float, tolerance: Tolerance
+    arm: RobotArm,
+    T_flange_tool: transform.Transform,
+    way: Way,
+    joints: Sequence[Joints],
+    rounding: float,
+    tolerance: Tolerance,
 ) -> bool:
     """Carry out the program; whether it leads the tool along all of the way, and nowhere else."""
     engine = Engine(arm.model, start=joints[0])
@@ -167,12 +165,12 @@ def _follows_way(
         engine.perform(Move(JointTarget(q), straight=False), program=True)
     engine.perform(Break(), program=True)
     done = way_of(engine.arm, engine.timeline, 0.0, engine.end, tolerance)
-    tools = [compose(arm.forward(q), T_flange_tool) for q in done]
-    seen = [compose(arm.forward(q), T_flange_tool) for q in way]
+    tools = [transform.compose(arm.forward(q), T_flange_tool) for q in done]
+    seen = [transform.compose(arm.forward(q), T_flange_tool) for q in way]
     return all(_covers(some, others, tolerance) for some, others in ((tools, seen), (seen, tools)))
 
 
-def _covers(some: Sequence[Transform], others: Sequence[Transform], tolerance: Tolerance) -> bool:
+def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Transform], tolerance: Tolerance) -> bool:
     """Return whether each of some poses is near the way through the others, which are in the same order."""
     near, weight = 0, (tolerance.away / tolerance.turned) ** 2
     for pose in some:
@@ -184,7 +182,7 @@ def _covers(some: Sequence[Transform], others: Sequence[Transform], tolerance: T
     return True
 
 
-def _unlike(a: Transform, b: Transform, weight: float) -> float:
+def _unlike(a: transform.Transform, b: transform.Transform, weight: float) -> float:
     """The squared distance, and weighted that of the axes: it orders as `_miss` does where that is small, and is
     quicker.
     """
@@ -193,11 +191,17 @@ def _unlike(a: Transform, b: Transform, weight: float) -> float:
     return away + 0.5 * weight * (sum(squares) - away)
 
 
-def _beside(pose: Transform, a: Transform, b: Transform, tolerance: Tolerance) -> float:
+def _beside(pose: transform.Transform, a: transform.Transform, b: transform.Transform, tolerance: Tolerance) -> float:
     """Return how far a pose is from the straight way between two, in parts of the tolerance."""
-    way = vector_difference(position(b), position(a))
-    square = dot(way, way)
-    part = dot(vector_difference(position(pose), position(a)), way) / square if square else 0.0
-    away = dist(position(pose), along(position(a), way, min(max(part, 0.0), 1.0)))
-    turned = min(angle_between(pose, a), angle_between(pose, b)) - 0.5 * angle_between(a, b)
+    way = transform.vector_difference(transform.position(b), transform.position(a))
+    square = transform.dot(way, way)
+    part = (
+        transform.dot(transform.vector_difference(transform.position(pose), transform.position(a)), way) / square
+        if square
+        else 0.0
+    )
+    away = dist(transform.position(pose), transform.along(transform.position(a), way, min(max(part, 0.0), 1.0)))
+    turned = min(transform.angle_between(pose, a), transform.angle_between(pose, b)) - 0.5 * transform.angle_between(
+        a, b
+    )
     return max(away / tolerance.away, turned / tolerance.turned)

@@ -23,24 +23,15 @@ from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Program
+from vrs_cli.language.words import monitor
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
-from vrs_cli.language.words.monitor import (
-    AXIS_WORDS,
-    BODY_WORDS,
-    CLOCK_WORDS,
-    COMMANDS,
-    EXPLAINED,
-    MEASURED,
-    QUANTITIES,
-    STOP,
-)
 from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values.numbers import Value, count, decimal
 from vrs_cli.values.questions import Suggestion
 
-MEASURED_ROBOT = (MEASURED, "where a body measured the robot")
+MEASURED_ROBOT = (monitor.MEASURED, "where a body measured the robot")
 MOST = 500  # names of a kind that are offered: a menu is for reading
 
 
@@ -183,21 +174,21 @@ SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
 
 @cache
 def _all_words() -> tuple[tuple[str, str], ...]:
-    tables = (COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS)
+    tables = (monitor.COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS)
     return tuple({name: row.summary for table in reversed(tables) for name, row in table.items()}.items())
 
 
 _CONNECTING = (
-    frozenset({"AT", "IN", "BY", *(lead for word in COMMANDS.values() for lead in word.leads)}) | OPERATOR_WORDS
+    frozenset({"AT", "IN", "BY", *(lead for word in monitor.COMMANDS.values() for lead in word.leads)}) | OPERATOR_WORDS
 )
 
 WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
     "HELP": lambda names: (*_all_words(), *names.switches.items(), *names.parameters.items()),
-    "CLOCK": lambda _names: CLOCK_WORDS.items(),
-    "BODY": lambda _names: BODY_WORDS.items(),
-    "RESYNC": lambda _names: {STOP: "nothing that was scheduled is done"}.items(),
-    "JOG": lambda _names: AXIS_WORDS.items(),
-    "PLOT": lambda _names: tuple((name, row.summary) for name, row in QUANTITIES.items()),
+    "CLOCK": lambda _names: monitor.CLOCK_WORDS.items(),
+    "BODY": lambda _names: monitor.BODY_WORDS.items(),
+    "RESYNC": lambda _names: {monitor.STOP: "nothing that was scheduled is done"}.items(),
+    "JOG": lambda _names: monitor.AXIS_WORDS.items(),
+    "PLOT": lambda _names: tuple((name, row.summary) for name, row in monitor.QUANTITIES.items()),
 }
 
 
@@ -271,10 +262,10 @@ def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidat
     """The words that may stand behind EXPLAIN: topics, motions, locations."""
     first = _FIRST.match(text)
     if first is None or first.end() == len(text):
-        yield from ((topic, row.summary) for topic, row in EXPLAINED.items())
+        yield from ((topic, row.summary) for topic, row in monitor.EXPLAINED.items())
         yield from ((name, note) for name, note in _rows(INSTRUCTIONS) if INSTRUCTIONS[name].route is Route.MOTION)
         yield from _places(names)
-    elif first[1].upper() in EXPLAINED:
+    elif first[1].upper() in monitor.EXPLAINED:
         yield from _places(names)
     else:
         yield from _candidates(text, prefix, names, True)
@@ -285,10 +276,10 @@ COMMON = tuple(_COMMON.split())  # listed first
 
 
 def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
-    usual = INSTRUCTIONS if in_program else {**INSTRUCTIONS, **COMMANDS}
+    usual = INSTRUCTIONS if in_program else {**INSTRUCTIONS, **monitor.COMMANDS}
     yield from _rows({name: usual[name] for name in COMMON if name in usual})
     if not in_program:
-        yield from _rows(COMMANDS)
+        yield from _rows(monitor.COMMANDS)
     yield from _rows(INSTRUCTIONS)
     if in_program:
         yield from _rows(CONTROL)
@@ -300,7 +291,7 @@ def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
 
 def _row_of(word: str, in_program: bool) -> Word | None:
     """The row of a word, also of one that is cut short, commands before instructions."""
-    tables = (INSTRUCTIONS, CONTROL) if in_program else (COMMANDS, INSTRUCTIONS, CONTROL)
+    tables = (INSTRUCTIONS, CONTROL) if in_program else (monitor.COMMANDS, INSTRUCTIONS, CONTROL)
     rows = rows_for(word, *tables)
     return rows[0] if len(rows) == 1 else None
 

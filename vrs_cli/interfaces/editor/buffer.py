@@ -19,17 +19,7 @@ from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.run.memory import Memory
-from vrs_cli.language.text.ast import (
-    BadLine,
-    Expression,
-    Program,
-    ProgramCall,
-    ProgramHeader,
-    Step,
-    Variable,
-    resolve_line,
-    resolve_program,
-)
+from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt, parse_step, variables_in
 from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.values import Kind, key_of
@@ -56,7 +46,7 @@ OPENERS = frozenset({"FOR", "WHILE", "CASE"})
 class ProgramReading(NamedTuple):
     """A text as a program, None if its heading cannot be read, and all mistakes in it by line."""
 
-    program: Program | None
+    program: ast.Program | None
     findings: tuple[Diagnostic, ...]
 
 
@@ -77,7 +67,7 @@ class ProgramBuffer:
             self.move(at)
 
     @classmethod
-    def of_program(cls, program: Program, at: int = 0) -> ProgramBuffer:
+    def of_program(cls, program: ast.Program, at: int = 0) -> ProgramBuffer:
         """Return a buffer with the lines of a program."""
         return cls(program_header(program), step_texts(program), at, program.dialect)
 
@@ -163,8 +153,8 @@ class ProgramBuffer:
         if isinstance(header, Diagnostic):
             return ProgramReading(None, (header, *findings))
         body = tuple(step for step, _ in steps)
-        program = Program(header.name, header.parameters, body, header.comment, self.dialect, span=header.span)
-        return ProgramReading(resolve_program(program), findings)
+        program = ast.Program(header.name, header.parameters, body, header.comment, self.dialect, span=header.span)
+        return ProgramReading(ast.resolve_program(program), findings)
 
     def read_among(self, memory: Memory) -> ProgramReading:
         """Read all lines, and analyse the program among those in memory."""
@@ -178,16 +168,16 @@ class ProgramBuffer:
         program = self.read().program if first < len(self.lines) else None
         return () if program is None else list_steps(analysis_of(memory, program))[first : first + count]
 
-    def check(self, line: str, known: Mapping[str, Kind]) -> tuple[Step, tuple[Diagnostic, ...]]:
+    def check(self, line: str, known: Mapping[str, Kind]) -> tuple[ast.Step, tuple[Diagnostic, ...]]:
         """Return a line as a step, and the warnings about it. `known`: the kinds of the variables that have a value.
         Raises LineRefused for the first mistake, also of the heading.
         """
         step, heading = parse_step(line, 1, self.dialect), parse_prompt(self.header)
         if step.statement is None:
             return step, ()
-        parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
+        parameters = heading.parameters if isinstance(heading, ast.ProgramHeader) else ()
         own = {parameter.key for parameter in parameters}  # the name of a parameter means something else outside
-        meant = resolve_line(step.statement, variables_in((self.header, *self.lines)))
+        meant = ast.resolve_line(step.statement, variables_in((self.header, *self.lines)))
         found = check_line(meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True)
         wrong = first_error(found)
         if wrong is not None:
@@ -241,24 +231,24 @@ def _first_word(line: str) -> str:
     return found.group().upper() if found else ""
 
 
-def read_header(line: str) -> ProgramHeader | Diagnostic:
+def read_header(line: str) -> ast.ProgramHeader | Diagnostic:
     """Return the heading, or the mistake in it."""
     try:
         header = parse_prompt(line)
     except LineRefused as refused:
         return refused.diagnostic
-    if isinstance(header, ProgramHeader):
+    if isinstance(header, ast.ProgramHeader):
         return header
     return error(CannotInterpret, Span(1, 1, len(line) + 1), "the first line names the program", ".PROGRAM name")
 
 
-def read_step(text: str, line: int, dialect: Dialect) -> tuple[Step, Diagnostic | None]:
+def read_step(text: str, line: int, dialect: Dialect) -> tuple[ast.Step, Diagnostic | None]:
     """Return a step, or a bad line with the mistake in it. Raises nothing."""
     try:
         return parse_step(text, line, dialect), None
     except LineRefused as refused:
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-        return Step(None, BadLine(text.strip(), span=span), None, span=span), refused.diagnostic
+        return ast.Step(None, ast.BadLine(text.strip(), span=span), None, span=span), refused.diagnostic
 
 
 # --- canonical form --------------------------------------------------------------------------------------------------
@@ -273,7 +263,7 @@ def canonical(text: str, dialect: Dialect) -> str:
         return text
     typed, count = text.split("\n")[1:], len(program.steps)
     rows = zip(program.steps, step_texts(program), typed, strict=False)
-    shown = (line if isinstance(step.statement, BadLine) else text for step, text, line in rows)
+    shown = (line if isinstance(step.statement, ast.BadLine) else text for step, text, line in rows)
     return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
 
 
@@ -283,7 +273,7 @@ def canonical_line(text: str, row: int, dialect: Dialect) -> str:
     return changed[row] if row < len(changed) else lines[row]
 
 
-def program_text(program: Program) -> str:
+def program_text(program: ast.Program) -> str:
     """Return a program as SEE shows it, with one empty step if it has none."""
     return "\n".join((program_header(program), *step_texts(program), *("",) * (not program.steps)))
 
@@ -292,7 +282,7 @@ def list_steps(analysis: Analysis) -> tuple[ListedStep, ...]:
     """Return the steps of a program in canonical form, numbered; those with a mistake are marked."""
     program, wrong = analysis.program, {one.span.line for one in errors(analysis.diagnostics)}
     return tuple(
-        ListedStep(number, text, bad=isinstance(step.statement, BadLine) or step.span.line in wrong)
+        ListedStep(number, text, bad=isinstance(step.statement, ast.BadLine) or step.span.line in wrong)
         for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
     )
 
@@ -300,21 +290,21 @@ def list_steps(analysis: Analysis) -> tuple[ListedStep, ...]:
 # --- programs in memory ----------------------------------------------------------------------------------------------
 
 
-def rebuild(program: Program) -> tuple[Program, str]:
+def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
     """Return a program with its steps where they stand in its canonical text, and that text."""
-    texts, steps = step_texts(program), list[Step]()
+    texts, steps = step_texts(program), list[ast.Step]()
     for line, (step, text) in enumerate(zip(program.steps, texts, strict=True), FIRST_STEP_LINE):
-        if isinstance(step.statement, BadLine):
+        if isinstance(step.statement, ast.BadLine):
             span = Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
             steps.append(replace(step, statement=replace(step.statement, span=span), span=span))
         else:
             steps.append(parse_step(text, line, Dialect.VPLUS))  # the printed parentheses leave no doubt in any dialect
     header = program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
-    return resolve_program(replace(program, steps=tuple(steps), span=Span(1, 1, len(header) + 1))), source
+    return ast.resolve_program(replace(program, steps=tuple(steps), span=Span(1, 1, len(header) + 1))), source
 
 
-def store(station: Station, program: Program) -> Dialogue[tuple[Reply, ...]]:
+def store(station: Station, program: ast.Program) -> Dialogue[tuple[Reply, ...]]:
     """Put an edited program in memory. Return its first fault, and what it is now."""
     whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuild(program))
     first = first_error((yield from station.keep(whole, source)))
@@ -322,14 +312,16 @@ def store(station: Station, program: Program) -> Dialogue[tuple[Reply, ...]]:
     if first is not None:
         report = (DiagnosticsReport((Diagnosed(first, source.split("\n")[first.span.line - 1]),)),)
     else:
-        bad = next((number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, BadLine)), None)
+        bad = next(
+            (number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, ast.BadLine)), None
+        )
         if bad is not None:
             report = (Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
     ready = "" if station.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
     return (*report, Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
 
 
-def open_program(station: Station, asked: Program, step: int = 1) -> Dialogue[ProgramBuffer]:
+def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:
     """Return a buffer of the program of that name in memory, or of a new one. Parameters that are named replace its
     own. Raises UsageError if the program runs.
     """
@@ -342,7 +334,7 @@ def open_program(station: Station, asked: Program, step: int = 1) -> Dialogue[Pr
     return (yield from beside_if(long, lambda: ProgramBuffer.of_program(program, step - 1)))
 
 
-def analysis_of(memory: Memory, program: Program) -> Analysis:
+def analysis_of(memory: Memory, program: ast.Program) -> Analysis:
     """Analyse a program among those in memory, in place of one of its name."""
     programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
     return analyze(program, memory.kinds, programs)
@@ -354,17 +346,17 @@ def check_not_running(station: Station, name: str) -> None:
         raise UsageError(f"{name} is running", "ABORT stops it")
 
 
-def named_program(text: str) -> Program:
+def named_program(text: str) -> ast.Program:
     """Return an empty program by its name and parameters, `pick(part, height)`. Raises LineRefused."""
     header = parse_prompt(f".PROGRAM {text}")
-    assert isinstance(header, ProgramHeader)
-    return Program(header.name, header.parameters, (), None, span=Span(1, 1, 1))
+    assert isinstance(header, ast.ProgramHeader)
+    return ast.Program(header.name, header.parameters, (), None, span=Span(1, 1, 1))
 
 
-def asked_program(expression: Expression) -> Program:
+def asked_program(expression: ast.Expression) -> ast.Program:
     """Return an empty program of the name and parameters of an argument. Raises IllegalValue."""
-    given = expression.arguments if isinstance(expression, ProgramCall) else ()
-    parameters = tuple(one for one in given if isinstance(one, Variable))
-    if not isinstance(expression, ProgramCall) or len(parameters) < len(given):
+    given = expression.arguments if isinstance(expression, ast.ProgramCall) else ()
+    parameters = tuple(one for one in given if isinstance(one, ast.Variable))
+    if not isinstance(expression, ast.ProgramCall) or len(parameters) < len(given):
         raise IllegalValue("the parameters of a program are variables", "EDIT pick(part, height)")
-    return Program(expression.name, parameters, (), None, span=Span(1, 1, 1))
+    return ast.Program(expression.name, parameters, (), None, span=Span(1, 1, 1))

@@ -14,19 +14,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import ceil, copysign, radians
 
+from vrs_cli import errors
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import (
-    CollisionAhead,
-    FileError,
-    IllegalJoint,
-    IllegalValue,
-    JointOutOfRange,
-    LocationOutOfRange,
-    MotionError,
-    StraightLineSingular,
-    TooNear,
-    UsageError,
-)
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import handles, real
 from vrs_cli.interfaces.station.station import Station
@@ -74,23 +63,25 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
     jogger, user_state = Jogger(station), station.user_state
     shown = user_state.attended and (yield from user_state.show(jogger, Jogging(jogger.joints, jogger.units, SLOW)))
     if not shown:
-        raise UsageError("JOG alone needs a terminal with keys", "JOG axis, amount" if user_state.attended else FORM)
+        raise errors.UsageError(
+            "JOG alone needs a terminal with keys", "JOG axis, amount" if user_state.attended else FORM
+        )
 
 
 def _read_operands(station: Station, it: Instruction) -> tuple[Axis, float]:
     if len(it.arguments) != 2 or None in it.arguments:
-        raise UsageError("JOG takes an axis and an amount, or nothing", FORM)
+        raise errors.UsageError("JOG takes an axis and an amount, or nothing", FORM)
     named, by = it.arguments
     assert named is not None
     assert by is not None
     amount = real(station, by)
     if not abs(amount) <= LONGEST:
         right = f"a number of mm or degrees, up to {LONGEST:g}"
-        raise IllegalValue(f"an amount of {plain(amount)}", right, value=amount, lower=-LONGEST, upper=LONGEST)
+        raise errors.IllegalValue(f"an amount of {plain(amount)}", right, value=amount, lower=-LONGEST, upper=LONGEST)
     name = named.name if isinstance(named, Variable) and named.indexes is None else plain(real(station, named))
     axis = axis_of(station.engine, name)
     if axis.turns and not abs(amount) < LONGEST_TURN:
-        raise IllegalValue(
+        raise errors.IllegalValue(
             f"a turn of {plain(amount)} deg", f"the tool turns by less than {LONGEST_TURN:g} deg in a step"
         )
     return axis, amount
@@ -102,9 +93,9 @@ def axis_of(engine: Engine, name: str) -> Axis:
         return AXES[name.upper()]
     count = engine.model.joint_count
     if not name.isdigit():
-        raise UsageError(f"there is no axis {name}", FORM)
+        raise errors.UsageError(f"there is no axis {name}", FORM)
     if not 1 <= int(name) <= count:
-        raise IllegalJoint(f"joint {name}", f"this robot has joints 1 to {count}")
+        raise errors.IllegalJoint(f"joint {name}", f"this robot has joints 1 to {count}")
     return Axis(Frame.JOINT, int(name) - 1)
 
 
@@ -131,7 +122,7 @@ class Jogger:
                     self.stop()
                 case Look():
                     self.station.settle()
-        except (MotionError, FileError) as error:
+        except (errors.MotionError, errors.FileError) as error:
             self._said = str(error)
         engine = self.engine
         return Seen(engine.position(), engine.end, engine.clock.paused, self._said)
@@ -177,7 +168,7 @@ class Jogger:
         for _ in range(SHORTER):
             try:
                 return self._step(begin, axis, amount) or why
-            except CollisionAhead as error:
+            except errors.CollisionAhead as error:
                 why, amount, refused = f"The arm stops before a contact: {error.detail}", 0.5 * amount, error
         raise refused
 
@@ -202,7 +193,7 @@ class Jogger:
             try:
                 self._go(step_pose(pose, axis, by), axis, by)
                 return
-            except (StraightLineSingular, JointOutOfRange, LocationOutOfRange) as error:
+            except (errors.StraightLineSingular, errors.JointOutOfRange, errors.LocationOutOfRange) as error:
                 if not why or left_out == LEFT_OUT[-1]:
                     raise error.reworded(hint=AWAY) from None
 
@@ -230,13 +221,13 @@ class Jogger:
         for k in range(count):
             try:
                 near = self._joints_near(step_pose(pose, axis, amount * (k + 1) / count), near)
-            except TooNear as error:
+            except errors.TooNear as error:
                 if not k:
                     raise
                 return near, k / count, f"The arm goes no farther along {axis.name}: {error.detail}"
-            except MotionError as error:
+            except errors.MotionError as error:
                 goal, part = self._last_in_reach(pose, axis, amount / count, k, near)
-                joint = f"joint {error.joint} " if isinstance(error, JointOutOfRange) else ""
+                joint = f"joint {error.joint} " if isinstance(error, errors.JointOutOfRange) else ""
                 return goal, part / count, f"The arm reaches no farther along {axis.name}: {joint}{error.detail}"
         return near, 1.0, ""
 
@@ -249,7 +240,7 @@ class Jogger:
             part = 0.5 * (reached + short)
             try:
                 near, reached = self._joints_near(step_pose(pose, axis, increment * part), near), part
-            except MotionError:
+            except errors.MotionError:
                 short = part
         return near, reached
 
@@ -269,7 +260,7 @@ class Jogger:
         change = largest_change(begin, goal)
         if change > JUMP:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
-            raise TooNear(
+            raise errors.TooNear(
                 f"joint {joint} would move by {self.engine.model.joint_text(joint, change, 0)} for it",
                 AWAY,
                 joint=joint,
@@ -297,7 +288,7 @@ class HeldDown:
             station.tasks.check_robot_free()
             self._stops = station.stops if self._stops is None else self._stops
             if station.stops != self._stops:
-                raise UsageError("the arm was stopped by hand", "let the button go, and press it again")
+                raise errors.UsageError("the arm was stopped by hand", "let the button go, and press it again")
         if isinstance(act, StopJog):
             self._stops = None
             if engine.timeline.version != self._version:

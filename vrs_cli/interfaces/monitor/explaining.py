@@ -29,18 +29,9 @@ from vrs_cli.language.text.ast import Binary, ExplainCommand, Expression, Show, 
 from vrs_cli.language.text.printer import expression_text, statement_text
 from vrs_cli.language.words.monitor import EXPLAINED_ALL
 from vrs_cli.language.words.values import kind_of_value
+from vrs_cli.values import results
 from vrs_cli.values.commands import PoseTarget, Request
 from vrs_cli.values.replies import Message
-from vrs_cli.values.results import (
-    AnglesReport,
-    ChainReport,
-    Explainable,
-    ExplainOverview,
-    Factor,
-    InverseReport,
-    MotionPlan,
-    MotionReport,
-)
 
 
 def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:
@@ -49,7 +40,7 @@ def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:
     if it.topic == "SPLICE":
         yield splice(station.engine.book)
     elif asked is None:
-        yield ExplainOverview(tuple(Explainable(row.form, row.summary) for row in EXPLAINED_ALL))
+        yield results.ExplainOverview(tuple(results.Explainable(row.form, row.summary) for row in EXPLAINED_ALL))
     elif not isinstance(asked, Show):
         yield (yield from _motion(station, asked))
     elif it.topic == "OAT":
@@ -63,14 +54,14 @@ def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:
 # --- a motion --------------------------------------------------------------------------------------------------------
 
 
-def _motion(station: Station, statement: Statement) -> Dialogue[MotionReport | Message]:
+def _motion(station: Station, statement: Statement) -> Dialogue[results.MotionReport | Message]:
     engine, text = station.engine, statement_text(statement)
     aside, before = engine.aside(), engine.timeline
     requests = tuple(_requests(station, aside, statement))
     notes = list[str]()
     aside.postponed.append(lambda one: notes.append(one.sentence))
 
-    def plan_motion() -> MotionPlan | None:
+    def plan_motion() -> results.MotionPlan | None:
         for request in requests:
             aside.begin(by_robot_clock(request, station.user_state.times), program=False)
         deltas = aside.book.deltas
@@ -85,11 +76,11 @@ def _motion(station: Station, statement: Statement) -> Dialogue[MotionReport | M
             station.contacts.check(before, delta, engine.settings)
         contact, later = station.contacts.of_change(before, delta, engine.settings)
     except VrsError as error:
-        return MotionReport(text, engine.now, None, str(error), station.units)
+        return results.MotionReport(text, engine.now, None, str(error), station.units)
     if contact is not None:
         notes.append(f"{contact.describe()}{later}")
     plan = replace(plan, displaced=displacement(aside.book, before), contact=contact, notes=tuple(notes))
-    return MotionReport(text, engine.now, plan, units=station.units)
+    return results.MotionReport(text, engine.now, plan, units=station.units)
 
 
 def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator[Request]:
@@ -122,28 +113,28 @@ def _pose(station: Station, expression: Expression, topic: str) -> Transform:
     raise TypeMismatch(f"{text} is a {kind}", f"EXPLAIN {topic} explains a transformation, as TRANS or a compound")
 
 
-def _angles(text: str, T: Transform) -> AnglesReport:
+def _angles(text: str, T: Transform) -> results.AnglesReport:
     angles = to_oat(T)
-    return AnglesReport(text, T, angles, oat_turns(*angles), vertical=T.ax * T.ax + T.ay * T.ay < POLE * POLE)
+    return results.AnglesReport(text, T, angles, oat_turns(*angles), vertical=T.ax * T.ax + T.ay * T.ay < POLE * POLE)
 
 
-def _inverse(station: Station, expression: Expression) -> Dialogue[InverseReport]:
+def _inverse(station: Station, expression: Expression) -> Dialogue[results.InverseReport]:
     T, stand, text = _pose(station, expression, "IK"), station.engine.standpoint, expression_text(expression)
     return (yield from beside(lambda: inverse_report(stand, PoseTarget(T), text)))
 
 
-def _chain(station: Station, expression: Expression) -> ChainReport:
+def _chain(station: Station, expression: Expression) -> results.ChainReport:
     engine, text = station.engine, expression_text(expression)
     found, frames = evaluator(station, expression)(), engine.frames
     if not isinstance(found, tuple):
         raise TypeMismatch(f"{text} is a {kind_of_value(found).value}", "EXPLAIN explains a location, or a motion")
     if not isinstance(found, Transform):
         check_joint_count(engine.model, found)
-        return ChainReport(text, _links(engine, found), (), found, station.units)
+        return results.ChainReport(text, _links(engine, found), (), found, station.units)
     named = ((expression_text(part), cast(Transform, evaluator(station, part)())) for part in _factors(expression))
     factors = _multiply("world", [(name, name, T) for name, T in named])
     goal = ("BASE", "world", frames.base), (text, "tool", found), ("TOOL^-1", "flange", inverse(frames.tool))
-    return ChainReport(text, factors, _multiply("robot", goal), units=station.units)
+    return results.ChainReport(text, factors, _multiply("robot", goal), units=station.units)
 
 
 def _factors(expression: Expression) -> Iterator[Expression]:
@@ -155,17 +146,17 @@ def _factors(expression: Expression) -> Iterator[Expression]:
         yield expression
 
 
-def _multiply(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[Factor, ...]:
+def _multiply(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[results.Factor, ...]:
     """Return factors with their products, each from the frame before it: name, inner frame, and transformation."""
-    product, found = IDENTITY, list[Factor]()
+    product, found = IDENTITY, list[results.Factor]()
     for name, inner, T in parts:
         product = compose(product, T) if found else T
-        found.append(Factor(name, outer, inner, T, product))
+        found.append(results.Factor(name, outer, inner, T, product))
         outer = inner
     return tuple(found)
 
 
-def _links(engine: Engine, q: Joints) -> tuple[Factor, ...]:
+def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:
     """The links of the arm at these joints, with BASE before and TOOL behind them."""
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]

@@ -11,19 +11,10 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.engine.approximation import ToolPath
 from vrs_cli.engine.position import destination_at, position_at
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.bodies import outermost
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import (
-    Transform,
-    Vector,
-    along,
-    dot,
-    inverse,
-    moved_point,
-    position,
-    vector_difference,
-)
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Frames
 from vrs_cli.values.replies import ArmPicture, BodyKind, PicturedBody
@@ -53,7 +44,7 @@ BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
 ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal
 SAME = 1e-6  # [m] between two corners that are one
 
-Lines = tuple[tuple[Vector, ...], ...]
+Lines = tuple[tuple[transform.Vector, ...], ...]
 
 
 class Sight:
@@ -67,15 +58,15 @@ class Sight:
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
         at = position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
-        target = position(destination_at(arm, timeline, t).T_world_tool) if at.moving else None
-        past, planned = self._way(timeline, t, position(at.T_world_tool))
+        target = transform.position(destination_at(arm, timeline, t).T_world_tool) if at.moving else None
+        past, planned = self._way(timeline, t, transform.position(at.T_world_tool))
         world = self._world
         seen = () if world is None else bodies(world.settings.scene, world.course(timeline), t)
         return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
 
-    def _way(self, timeline: Timeline, t: float, tip: Vector) -> tuple[Lines, Lines]:
+    def _way(self, timeline: Timeline, t: float, tip: transform.Vector) -> tuple[Lines, Lines]:
         """The lines before a time [s] and those after it; the one under way is parted, last of all and first."""
-        past, planned = list[tuple[Vector, ...]](), list[tuple[Vector, ...]]()
+        past, planned = list[tuple[transform.Vector, ...]](), list[tuple[transform.Vector, ...]]()
         for line in self._path.lines(timeline, t - BEFORE, t + AFTER):
             if line.end <= t:
                 past.append(line.points)
@@ -88,39 +79,41 @@ class Sight:
         return tuple(past), tuple(planned)
 
 
-def reach(arm: RobotArm, frames: Frames) -> tuple[Vector, ...]:
+def reach(arm: RobotArm, frames: Frames) -> tuple[transform.Vector, ...]:
     """The outermost places of the tool tip in the world [m]."""
-    T_world_robot = inverse(frames.base)
-    return tuple(moved_point(T_world_robot, p) for p in outermost(arm.model, position(frames.tool)))
+    T_world_robot = transform.inverse(frames.base)
+    return tuple(transform.moved_point(T_world_robot, p) for p in outermost(arm.model, transform.position(frames.tool)))
 
 
-def skeleton(arm: RobotArm, q: Joints, frames: Frames) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+def skeleton(
+    arm: RobotArm, q: Joints, frames: Frames
+) -> tuple[tuple[transform.Vector, ...], tuple[transform.Vector, ...]]:
     """The corners of the links from the base to the tool tip, in the world [m], and the joints among them.
 
     A link goes along the axis of its joint first, and then across to the next one.
     """
     T_robot = arm.frames(q)
-    corners, joints = list[Vector](), list[Vector]()
+    corners, joints = list[transform.Vector](), list[transform.Vector]()
     for T, after in pairwise(T_robot):
-        joints.append(position(T))
-        corners += [position(T), _foot(T, position(after))]
-    corners += [position(T_robot[-1]), moved_point(T_robot[-1], position(frames.tool))]
-    T_world_robot = inverse(frames.base)
+        joints.append(transform.position(T))
+        corners += [transform.position(T), _foot(T, transform.position(after))]
+    corners += [transform.position(T_robot[-1]), transform.moved_point(T_robot[-1], transform.position(frames.tool))]
+    T_world_robot = transform.inverse(frames.base)
     return tuple(_distinct_points(T_world_robot, corners)), tuple(_distinct_points(T_world_robot, joints))
 
 
-def _foot(T: Transform, p: Vector) -> Vector:
+def _foot(T: transform.Transform, p: transform.Vector) -> transform.Vector:
     """The foot of a point on the z axis of a frame."""
-    origin, z = position(T), (T.ax, T.ay, T.az)
-    return along(origin, z, dot(vector_difference(p, origin), z))
+    origin, z = transform.position(T), (T.ax, T.ay, T.az)
+    return transform.along(origin, z, transform.dot(transform.vector_difference(p, origin), z))
 
 
-def _distinct_points(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:
+def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector]) -> Iterator[transform.Vector]:
     """Points in another frame; of consecutive points at one place only the first."""
-    before: Vector | None = None
+    before: transform.Vector | None = None
     for p in points:
         if before is None or dist(p, before) > SAME:
-            yield moved_point(T, p)
+            yield transform.moved_point(T, p)
             before = p
 
 
@@ -142,9 +135,9 @@ def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBod
     return tuple(found)
 
 
-def corners(shape: Shape, T: Transform) -> tuple[Vector, ...]:
+def corners(shape: Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
     """Points in the world whose hull is a body, or near it [m]; `T`: where the body is."""
-    points: list[Vector]
+    points: list[transform.Vector]
     match shape:
         case BoxShape((x, y, z)):
             points = list(product((-0.5 * x, 0.5 * x), (-0.5 * y, 0.5 * y), (-0.5 * z, 0.5 * z)))
@@ -155,7 +148,7 @@ def corners(shape: Shape, T: Transform) -> tuple[Vector, ...]:
             points = [p for x, y in ring for p in ((x, y, 0.0), (x, 0.0, y), (0.0, x, y))]
         case MeshShape(pieces):
             points = [p for piece in pieces for p in piece]
-    return tuple(moved_point(T, p) for p in points)
+    return tuple(transform.moved_point(T, p) for p in points)
 
 
 def _circle(radius: float) -> Iterator[tuple[float, float]]:
@@ -163,14 +156,14 @@ def _circle(radius: float) -> Iterator[tuple[float, float]]:
         yield radius * cos(2.0 * pi * k / ROUND), radius * sin(2.0 * pi * k / ROUND)
 
 
-def _region(region: Beam | Zone | Proximity) -> tuple[Vector, ...]:
+def _region(region: Beam | Zone | Proximity) -> tuple[transform.Vector, ...]:
     match region:
         case Beam(begin, end):
             return begin, end
         case Zone(T, size):
             return corners(BoxShape(size), T)
         case Proximity(place, direction, far):
-            return place, along(place, direction, far)
+            return place, transform.along(place, direction, far)
 
 
 MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
@@ -191,7 +184,9 @@ def sketch(report: Drawable) -> Sketch | None:
         text = f"{report.text}: {plan.begin:.3f} to {plan.end:.3f} s, {1e3 * plan.length:.0f} mm"
         return Sketch(text, plan.path[-1], tuple(pairwise(plan.path)), balls=tuple(balls))
     frames = tuple(factor.product for factor in report.factors)
-    return Sketch(f"{report.text}, from the world on", position(frames[-1]), frames=frames) if frames else None
+    return (
+        Sketch(f"{report.text}, from the world on", transform.position(frames[-1]), frames=frames) if frames else None
+    )
 
 
 def _sketch_of_reach(report: ReachReport) -> Sketch:
@@ -206,13 +201,13 @@ def _sketch_of_reach(report: ReachReport) -> Sketch:
     return Sketch(reach_text(report), stop, ((reach.begin, stop),), refused, tuple(balls))
 
 
-def stopping_place(reach: Reach) -> Vector:
+def stopping_place(reach: Reach) -> transform.Vector:
     """The place at which the tool tip stops on the straight line [m]."""
     line = reach.line
     if line.duration is not None or line.length <= 0.0:
         return reach.end if line.duration is not None else reach.begin
-    way = vector_difference(reach.end, reach.begin)
-    return along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
+    way = transform.vector_difference(reach.end, reach.begin)
+    return transform.along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
 
 
 def reach_text(report: ReachReport) -> str:

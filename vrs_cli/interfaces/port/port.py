@@ -19,19 +19,7 @@ from vrs_cli.trajectory.measured import MeasuredTimeline
 from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import PromptStatus, Question
 from vrs_cli.values.replies import Reply
-from vrs_cli.wire.messages import (
-    Answer,
-    Asked,
-    ClientMessage,
-    Done,
-    How,
-    Refused,
-    Request,
-    Result,
-    ServerMessage,
-    Told,
-    Typed,
-)
+from vrs_cli.wire import messages
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
@@ -49,8 +37,8 @@ from vrs_cli.values.hand import Look, Press, Seen, StopJog
 from vrs_cli.values.numbers import seconds
 from vrs_cli.wire.messages import At
 
-MakeRequest = Callable[[int], Request]  # a request with that id
-Outlet = Callable[[ServerMessage], None]
+MakeRequest = Callable[[int], messages.Request]  # a request with that id
+Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Console:
@@ -64,16 +52,16 @@ class Console:
         self.progress: Callable[[Running | Reading], None] = lambda _doing: None
 
     def show(self, reply: Reply) -> None:
-        self._tell(Told(reply))
+        self._tell(messages.Told(reply))
 
     def type(self, text: str, newline: bool) -> None:
-        self._tell(Typed(text, newline))
+        self._tell(messages.Typed(text, newline))
 
     def ask(self, _question: Question) -> Answered:
         """Nobody is asked here: a user is asked by the request that he sent."""
         return None
 
-    def _tell(self, message: ServerMessage) -> None:
+    def _tell(self, message: messages.ServerMessage) -> None:
         for outlet in self.outlets:
             outlet(message)
 
@@ -128,12 +116,12 @@ class Port(Protocol):
         RequestRefused where there is no connection.
         """
 
-    def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
+    def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
         """Wait for the next message of an inbox, and return it; None after so many seconds [s]. In this process the
         robot's time and tasks go on meanwhile.
         """
 
-    def tell(self, message: ClientMessage) -> None:
+    def tell(self, message: messages.ClientMessage) -> None:
         """Send what has no answer. Safe in a signal handler."""
 
     def post(self, make: MakeRequest, outlet: Outlet) -> None:
@@ -177,26 +165,26 @@ class Port(Protocol):
         """Leave the robot: nothing more is asked of it."""
 
 
-def ends(message: ServerMessage, id: int) -> bool:
+def ends(message: messages.ServerMessage, id: int) -> bool:
     """Return whether the message is the end of the request with this id."""
-    return isinstance(message, Done | Refused | Result) and message.id == id
+    return isinstance(message, messages.Done | messages.Refused | messages.Result) and message.id == id
 
 
-def check_end(end: ServerMessage) -> ServerMessage:
+def check_end(end: messages.ServerMessage) -> messages.ServerMessage:
     """Return the end of a request. Raises what the robot refused."""
-    if isinstance(end, Done | Refused) and end.refusal is not None:
+    if isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
         raise end.refusal.error()
     return end
 
 
-def answer_to(asked: Asked, ask: Callable[[Question], Answered]) -> Answer:
+def answer_to(asked: messages.Asked, ask: Callable[[Question], Answered]) -> messages.Answer:
     """Ask the user a question; return the answer, or that the user leaves it."""
     try:
-        return Answer(asked.number, ask(asked.question))
+        return messages.Answer(asked.number, ask(asked.question))
     except EndOfInput:
-        return Answer(asked.number, how=How.ENDED)
+        return messages.Answer(asked.number, how=messages.How.ENDED)
     except KeyboardInterrupt:
-        return Answer(asked.number, how=How.INTERRUPTED)
+        return messages.Answer(asked.number, how=messages.How.INTERRUPTED)
 
 
 FRESH = 3.0  # [s] that a flag is told of after the times that it is about
@@ -269,7 +257,7 @@ class Previewed(Struct, frozen=True):
         return "the robot is not heard" if self.away else ", ".join(it.text or "a command" for it in self.expected)
 
 
-Begin = Callable[[Callable[[int], Request], Callable[[ServerMessage], None]], object]
+Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMessage], None]], object]
 
 
 class FarHand:
@@ -289,12 +277,12 @@ class FarHand:
         return self._seen
 
     def _send(self, act: Press | StopJog | Look) -> None:
-        def hear(end: ServerMessage) -> None:
+        def hear(end: messages.ServerMessage) -> None:
             with suppress(ValueError):  # a brake, or what was forgotten
                 self._on_way.remove(act)
-            if isinstance(end, Done) and isinstance(end.found, Seen):
+            if isinstance(end, messages.Done) and isinstance(end.found, Seen):
                 self._seen = end.found
-            elif isinstance(end, Done | Refused) and end.refusal is not None:
+            elif isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
                 self._say(end.refusal.error())
 
         if not isinstance(act, StopJog):

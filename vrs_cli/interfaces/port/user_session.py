@@ -32,31 +32,7 @@ from vrs_cli.values.acts import Say
 from vrs_cli.values.questions import LineWanted, PromptStatus, Question, end_of_input
 from vrs_cli.values.replies import Message, Reply, is_error
 from vrs_cli.values.tagged import UserAct
-from vrs_cli.wire.messages import (
-    MAX_TIMES,
-    Abort,
-    Answer,
-    Asked,
-    At,
-    Check,
-    Checked,
-    ClientMessage,
-    Command,
-    Complete,
-    Completed,
-    Done,
-    How,
-    Interrupt,
-    Line,
-    Located,
-    Positions,
-    Refusal,
-    Refused,
-    Request,
-    ServerMessage,
-    Told,
-    Withdrawn,
-)
+from vrs_cli.wire import messages
 
 T = TypeVar("T")
 
@@ -68,8 +44,8 @@ class Pending(Struct, eq=False):
 
     id: int
     outlet: Outlet
-    message: ClientMessage | None = None
-    answer: Callable[[Any], ServerMessage | None] | None = None
+    message: messages.ClientMessage | None = None
+    answer: Callable[[Any], messages.ServerMessage | None] | None = None
     wrong: Reply | None = None
 
 
@@ -113,66 +89,66 @@ class UserSession:
 
     # --- messages from the user ---
 
-    def take(self, message: ClientMessage, outlet: Outlet) -> None:
+    def take(self, message: messages.ClientMessage, outlet: Outlet) -> None:
         """Do what a message says. What comes of it goes to the outlet; what cannot be done is told there too."""
         try:
             self.carry_out(message, outlet)
         except Exception as error:
             self.refuse(message, error, outlet)
 
-    def carry_out(self, message: ClientMessage, outlet: Outlet) -> None:
+    def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
         """Raises whatever is wrong with the message."""
         conversation = self.conversation
         match message:
-            case Line():
+            case messages.Line():
                 dialogue = self._with_issue_time(message.issued, conversation.lines(message.text, message.more))
                 self.ask(message, dialogue, outlet, urgent=self.stops(message.text))
-            case At(act=UserAct() as act):
+            case messages.At(act=UserAct() as act):
                 self.ask(message, conversation.act(act), outlet)
-            case At(act=act):
+            case messages.At(act=act):
                 doing = self._with_issue_time(message.issued, act_on(self.session, act))
                 self.ask(message, doing, outlet, urgent=isinstance(act, Say) and self.stops(act.line))
-            case Abort():
+            case messages.Abort():
                 self.session.check_may_stop(self.user_state)
                 self.ask(message, emergency_stop(self.session), outlet, urgent=True)
-            case Interrupt():
+            case messages.Interrupt():
                 self._interrupt()
-            case Answer():
+            case messages.Answer():
                 self._answer(message)
-            case Complete(id, text, everything):
+            case messages.Complete(id, text, everything):
                 suggested = conversation.suggesting(text, everything)
-                self.ask(message, suggested, outlet, lambda found: Completed(id, tuple(found)))
-            case Check(id, text):
-                self.ask(message, quietly(partial(conversation.mistake, text)), outlet, partial(Checked, id))
-            case Positions(id, times):
-                if len(times) > MAX_TIMES:
-                    what = f"{len(times)} times at once, {MAX_TIMES} at most"
+                self.ask(message, suggested, outlet, lambda found: messages.Completed(id, tuple(found)))
+            case messages.Check(id, text):
+                self.ask(message, quietly(partial(conversation.mistake, text)), outlet, partial(messages.Checked, id))
+            case messages.Positions(id, times):
+                if len(times) > messages.MAX_TIMES:
+                    what = f"{len(times)} times at once, {messages.MAX_TIMES} at most"
                     raise LimitReached(what, "ask again for the others")
                 timeline, arm = self.timeline, self.arm
                 located = beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
-                self.ask(message, located, outlet, partial(Located, id, timeline.version))
+                self.ask(message, located, outlet, partial(messages.Located, id, timeline.version))
             case _:
                 raise KeyError(type(message))
 
-    def refuse(self, message: ClientMessage, error: Exception, outlet: Outlet) -> None:
+    def refuse(self, message: messages.ClientMessage, error: Exception, outlet: Outlet) -> None:
         """Tell that a message is not carried out."""
-        told, id = self.refusal(error), message.id if isinstance(message, Request) else None
-        if isinstance(message, Command):
-            outlet(Done(message.id, ok=False, refusal=told, version=self.timeline.version))
+        told, id = self.refusal(error), message.id if isinstance(message, messages.Request) else None
+        if isinstance(message, messages.Command):
+            outlet(messages.Done(message.id, ok=False, refusal=told, version=self.timeline.version))
         else:
-            outlet(Refused(told, id))
+            outlet(messages.Refused(told, id))
 
     def ask(
         self,
-        message: Request,
+        message: messages.Request,
         dialogue: Dialogue[Any],
         outlet: Outlet,
-        answer: Callable[[Any], ServerMessage] | None = None,
+        answer: Callable[[Any], messages.ServerMessage] | None = None,
         *,
         urgent: bool = False,
     ) -> None:
         """Have the robot carry out the dialogue of a request."""
-        if self.tells_status and isinstance(message, Line | At | Abort):
+        if self.tells_status and isinstance(message, messages.Line | messages.At | messages.Abort):
             dialogue = self._with_status(dialogue)
         self.submit(dialogue, Pending(message.id, outlet, message, answer), urgent=urgent)
 
@@ -225,14 +201,14 @@ class UserSession:
             if pending.answer is None:
                 self.conversation.interrupt(ticket)
 
-    def _answer(self, message: Answer) -> None:
+    def _answer(self, message: messages.Answer) -> None:
         """An answer to a question that waits no longer is passed over."""
         if message.question not in self.questions:
             return
         question, ticket = self.questions.pop(message.question)
-        if message.how is How.ANSWERED:
+        if message.how is messages.How.ANSWERED:
             ticket.answer(message.question, message.value)
-        elif message.how is How.INTERRUPTED:
+        elif message.how is messages.How.INTERRUPTED:
             ticket.throw(KeyboardInterrupt(), message.question)
         else:
             ticket.throw(end_of_input(question), message.question)
@@ -246,11 +222,11 @@ class UserSession:
         elif isinstance(said, Question):
             self._withdraw(ticket, pending.outlet)
             self.questions[said.id] = said, ticket
-            pending.outlet(Asked(said.id, said, pending.id))
+            pending.outlet(messages.Asked(said.id, said, pending.id))
         else:
             if pending.wrong is None and is_error(said):
                 pending.wrong = said
-            pending.outlet(Told(said, pending.id or None))
+            pending.outlet(messages.Told(said, pending.id or None))
 
     def end(self, pending: Pending, ticket: Ticket[Any]) -> None:
         """Tell how a request has ended."""
@@ -264,7 +240,7 @@ class UserSession:
         status, found = found if isinstance(found, _Found) else (None, found)
         ok = error is None and pending.wrong is None
         told = None if error is None else self.refusal(error)
-        pending.outlet(Done(pending.id, ok, told, self.timeline.version, status, found))
+        pending.outlet(messages.Done(pending.id, ok, told, self.timeline.version, status, found))
 
     def _tell_found(self, pending: Pending, ticket: Ticket[Any], error: BaseException | None) -> None:
         assert pending.answer is not None, "Done ends all others"
@@ -275,14 +251,14 @@ class UserSession:
         if found is not None:
             pending.outlet(found)
         elif error is not None and pending.id:
-            pending.outlet(Refused(self.refusal(error), pending.id))
+            pending.outlet(messages.Refused(self.refusal(error), pending.id))
 
     def _withdraw(self, ticket: Ticket[Any], outlet: Outlet) -> None:
         """A question of a request that goes on, or has ended, needs no answer any more."""
         for number, (_, asked) in tuple(self.questions.items()) if self.questions else ():
             if asked is ticket:
                 del self.questions[number]
-                outlet(Withdrawn(number))
+                outlet(messages.Withdrawn(number))
 
     @property
     def asked_by_programs(self) -> tuple[tuple[Question, Ticket[Any]], ...]:
@@ -294,19 +270,19 @@ class UserSession:
         for ticket, pending in tuple(self.pending.items()):
             ticket.withdraw()
             outlet, pending.outlet = pending.outlet, lambda _message: None
-            outlet(Told(self.conversation.error_reply(error, ""), pending.id))
-            outlet(Done(pending.id, ok=False))
+            outlet(messages.Told(self.conversation.error_reply(error, ""), pending.id))
+            outlet(messages.Done(pending.id, ok=False))
 
-    def refusal(self, error: BaseException) -> Refusal:
+    def refusal(self, error: BaseException) -> messages.Refusal:
         """An error as a value; of an error of vrs itself as little as the shell tells."""
         if isinstance(error, VrsError):
-            return Refusal.of(error)
+            return messages.Refusal.of(error)
         if isinstance(error, LineStopped):
-            return Refusal.of(RequestRefused("it was stopped before it was done"))
+            return messages.Refusal.of(RequestRefused("it was stopped before it was done"))
         if isinstance(error, KeyboardInterrupt):
-            return Refusal.of(RequestRefused("it was interrupted"))
+            return messages.Refusal.of(RequestRefused("it was interrupted"))
         said = internal_error(error, afar=True) if isinstance(error, Exception) else Message(str(error))
-        return Refusal.of(RequestRefused(said.text))
+        return messages.Refusal.of(RequestRefused(said.text))
 
     def leave(self) -> None:
         """The user has left: what he asked for and is not done is dropped."""

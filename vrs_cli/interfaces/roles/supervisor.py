@@ -22,36 +22,12 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, ends
-from vrs_cli.values.acts import (
-    Define,
-    Execute,
-    Go,
-    Goal,
-    LeaveEntry,
-    Record,
-    Rest,
-    Say,
-)
+from vrs_cli.values import acts
 from vrs_cli.values.commands import Target
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position, RunResult
 from vrs_cli.values.tagged import Act
-from vrs_cli.wire.messages import (
-    MAX_TIMES,
-    Abort,
-    Asked,
-    At,
-    Done,
-    Drive,
-    LeaseAct,
-    Line,
-    Located,
-    Positions,
-    Refused,
-    ServerMessage,
-    Told,
-    Typed,
-)
+from vrs_cli.wire import messages
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
@@ -119,9 +95,9 @@ class _Conversation:
 
     def __init__(self) -> None:
         self.notes, self.lock = Notes(), Lock()
-        self.inbox: Inbox[ServerMessage] | None = None
+        self.inbox: Inbox[messages.ServerMessage] | None = None
 
-    def hear(self, message: ServerMessage) -> None:
+    def hear(self, message: messages.ServerMessage) -> None:
         if self.inbox is not None:
             self.inbox.put(message)
 
@@ -154,18 +130,18 @@ class Supervisor(Observer):
         if answer is None:
             return self.start(act, issued)()
         with hints_for_python(), self._conversing(answer):
-            return cast(T, self._converse(lambda id: At(id, act, issued)).found)
+            return cast(T, self._converse(lambda id: messages.At(id, act, issued)).found)
 
     def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
         """Send an act without waiting. The function that is returned waits for its end, and returns what comes of
         it.
         """
-        inbox: Inbox[ServerMessage] = Inbox()
-        id = self.port.begin(lambda id: At(id, act, issued), inbox.put)
+        inbox: Inbox[messages.ServerMessage] = Inbox()
+        id = self.port.begin(lambda id: messages.At(id, act, issued), inbox.put)
 
         def wait() -> T:
             with hints_for_python():
-                return cast(T, cast(Done, self._end(inbox, id)).found)
+                return cast(T, cast(messages.Done, self._end(inbox, id)).found)
 
         return wait
 
@@ -174,24 +150,24 @@ class Supervisor(Observer):
         LineRefused.
         """
         with self._conversing(answer) as notes:
-            self._converse(lambda id: At(id, Say(line)))
+            self._converse(lambda id: messages.At(id, acts.Say(line)))
             return notes.take_all()
 
     def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
         """Give lines as they are typed at a prompt, programs among them; mistakes are among the replies."""
         with self._conversing(answer) as notes:
-            done = self._converse(lambda id: Line(id, text))
+            done = self._converse(lambda id: messages.Line(id, text))
             if done.status is None or done.status.in_program:
-                self._converse(lambda id: At(id, LeaveEntry("the text ends; ")))
+                self._converse(lambda id: messages.At(id, acts.LeaveEntry("the text ends; ")))
             return notes.take_all()
 
     def abort(self) -> None:
         """Stop the program and the motion now, before all other requests."""
-        self._ask(Abort)
+        self._ask(messages.Abort)
 
-    def drive(self, act: LeaseAct, to: str = "") -> None:
+    def drive(self, act: messages.LeaseAct, to: str = "") -> None:
         """Ask for the lease, which says who moves the robot; take, give or release it. Raises LeaseHeld."""
-        self._ask(lambda id: Drive(id, act, to))
+        self._ask(lambda id: messages.Drive(id, act, to))
 
     def close(self) -> None:
         """Let the robot go: nothing more is asked of it."""
@@ -214,19 +190,19 @@ class Supervisor(Observer):
             finally:
                 conversation.inbox = None
 
-    def _converse(self, make: MakeRequest) -> Done:
+    def _converse(self, make: MakeRequest) -> messages.Done:
         """Send a command of the conversation that goes on, and wait for its end."""
         inbox = self._conversation.inbox
         assert inbox is not None, "a conversation goes on"
-        return cast(Done, self._end(inbox, self.port.begin(make, inbox.put)))
+        return cast(messages.Done, self._end(inbox, self.port.begin(make, inbox.put)))
 
-    def _ask(self, make: MakeRequest) -> ServerMessage:
+    def _ask(self, make: MakeRequest) -> messages.ServerMessage:
         """Send a request, and wait for its end."""
-        inbox: Inbox[ServerMessage] = Inbox()
+        inbox: Inbox[messages.ServerMessage] = Inbox()
         with hints_for_python():
             return self._end(inbox, self.port.begin(make, inbox.put))
 
-    def _end(self, inbox: Inbox[ServerMessage], id: int) -> ServerMessage:
+    def _end(self, inbox: Inbox[messages.ServerMessage], id: int) -> messages.ServerMessage:
         """Wait for the end of a request, and handle what comes before. Raises what is refused. Ctrl-C stops the
         request; a second Ctrl-C, or one that cannot be sent, ends the waiting.
         """
@@ -244,18 +220,18 @@ class Supervisor(Observer):
                 interrupted = True
         if interrupted:
             raise KeyboardInterrupt
-        if isinstance(message, Done | Refused) and message.refusal is not None:
+        if isinstance(message, messages.Done | messages.Refused) and message.refusal is not None:
             raise message.refusal.error().with_traceback(None) from None
         return message
 
-    def _hear(self, message: ServerMessage) -> None:
+    def _hear(self, message: messages.ServerMessage) -> None:
         notes = self._conversation.notes
         match message:
-            case Told(reply):
+            case messages.Told(reply):
                 notes.show(reply)
-            case Typed(text, newline):
+            case messages.Typed(text, newline):
                 notes.type(text, newline)
-            case Asked():
+            case messages.Asked():
                 self.port.tell(answer_to(message, notes.ask))
 
     def move(
@@ -273,7 +249,7 @@ class Supervisor(Observer):
 
         Raises MotionError, IllegalValue, FileError.
         """
-        self.send(Go(Goal.of(target), straight, executed, speed, text), issued)
+        self.send(acts.Go(acts.Goal.of(target), straight, executed, speed, text), issued)
 
     def send(self, act: Act[None], issued: float | None = None) -> None:
         """Have the robot do something, and wait for its answer, but for `without_waiting`."""
@@ -317,10 +293,10 @@ class Supervisor(Observer):
     def _past(self, times: Sequence[float]) -> tuple[Position, ...]:
         """Return where the robot was at times [s] that are not known here any more."""
         found: list[Position] = []
-        for first in range(0, len(times), MAX_TIMES):
-            some = tuple(times[first : first + MAX_TIMES])
-            located = self._ask(lambda id, some=some: Positions(id, some))  # type: ignore[misc]
-            assert isinstance(located, Located), "it answers Positions"
+        for first in range(0, len(times), messages.MAX_TIMES):
+            some = tuple(times[first : first + messages.MAX_TIMES])
+            located = self._ask(lambda id, some=some: messages.Positions(id, some))  # type: ignore[misc]
+            assert isinstance(located, messages.Located), "it answers Positions"
             found += located.positions
         return tuple(found)
 
@@ -333,7 +309,7 @@ class Supervisor(Observer):
         """
         while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
             time.sleep(min(left / rate, SLICE_S))
-        self.act(Rest())
+        self.act(acts.Rest())
 
     def preview_now(self) -> Previewed:
         """Return what the robot will do, with the commands that are on their way to it."""
@@ -346,7 +322,7 @@ class Supervisor(Observer):
 
         Raises ProgramNotExecutable for a text with mistakes. It names the line of the first, with `where` before it.
         """
-        return self.act(Define(text, where)).names
+        return self.act(acts.Define(text, where)).names
 
     def load(self, path: str | Path) -> tuple[str, ...]:
         """Put the programs and variables of a file in memory; return the names of its programs.
@@ -361,13 +337,13 @@ class Supervisor(Observer):
 
         Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch.
         """
-        return self.act(Execute(program, cycles), answer)
+        return self.act(acts.Execute(program, cycles), answer)
 
     # --- the timeline ---
 
     def save(self, path: Path) -> None:
         """Write the trajectory to a file. Raises FileError."""
-        recorded = self.act(Record())
+        recorded = self.act(acts.Record())
         with atomically(path) as stream:
             stream.write(recorded.data)
 

@@ -39,52 +39,7 @@ from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.acts import (
-    MAX_UNTRUE,
-    Assign,
-    Boundary,
-    BoundaryCurves,
-    BranchSeen,
-    CommandList,
-    Compare,
-    Define,
-    Defined,
-    DragTool,
-    Evaluate,
-    Execute,
-    Explain,
-    FollowChunk,
-    Go,
-    ListBranches,
-    ListCommands,
-    ListMotions,
-    LocationList,
-    LookAtParts,
-    LookAtProgram,
-    ProgramList,
-    ProgramSource,
-    Record,
-    Recorded,
-    RecordProgram,
-    Redo,
-    Rest,
-    ResyncBody,
-    Say,
-    Sketch,
-    Steer,
-    Survey,
-    Surveyed,
-    TaskRow,
-    Undo,
-    Valued,
-    WhyRefused,
-    _finite,
-)
-from vrs_cli.values.commands import (
-    Break,
-    JointTarget,
-    PoseTarget,
-)
+from vrs_cli.values import acts, commands
 from vrs_cli.values.diagnostics import Severity
 from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.replies import NamedLocation, ReachReport
@@ -109,7 +64,7 @@ def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
     """Do it; what comes of it. Raises RoleWanted, LeaseHeld, and UsageError for what has to wait until the program
     stops, as a line does; VrsError.
     """
-    if isinstance(act, Say):
+    if isinstance(act, acts.Say):
         return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
     session.check_may(row.said, row.role)
@@ -119,14 +74,14 @@ def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
     return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))
 
 
-def _go(session: Session, act: Go) -> None:
-    _finite(() if act.executed is None else (act.executed,))
+def _go(session: Session, act: acts.Go) -> None:
+    acts._finite(() if act.executed is None else (act.executed,))
     _fraction(act.speed)
     move = move_of(act, session.user_state.times)
     session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.user_state.issued))
 
 
-def _follow(session: Session, act: FollowChunk) -> Dialogue[FollowReport]:
+def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[FollowReport]:
     speed = _fraction(act.speed)
     times = [session.user_state.times.robot_time(t) for t in act.times]
     chunk = Chunk(session.engine.model, times, act.joints)
@@ -134,15 +89,15 @@ def _follow(session: Session, act: FollowChunk) -> Dialogue[FollowReport]:
     return in_parts(work)
 
 
-def _steer(session: Session, act: Steer) -> None:
+def _steer(session: Session, act: acts.Steer) -> None:
     from vrs_cli.interfaces.session.drag_control import DragControl  # which is slow to import
 
-    _finite(act.joints + (act.velocity or ()) + (act.lasting,))
+    acts._finite(act.joints + (act.velocity or ()) + (act.lasting,))
     _fraction(act.speed)
     DragControl(session).steer(act)
 
 
-def _drag(session: Session, act: DragTool) -> Dialogue[Shortfall]:
+def _drag(session: Session, act: acts.DragTool) -> Dialogue[Shortfall]:
     from vrs_cli.interfaces.session.drag_control import DragControl  # which is slow to import
 
     return DragControl(session).drag(act.pose)
@@ -155,10 +110,10 @@ def _fraction(speed: float | None) -> float | None:
     return speed
 
 
-def _rest(session: Session, _act: Rest) -> None:
+def _rest(session: Session, _act: acts.Rest) -> None:
     clock = session.engine.clock
     if clock.paused or not clock.realtime:
-        session.engine.perform(Break())
+        session.engine.perform(commands.Break())
 
 
 def _through_history(work: Parts[tuple[str, ...]]) -> Dialogue[None]:
@@ -166,27 +121,31 @@ def _through_history(work: Parts[tuple[str, ...]]) -> Dialogue[None]:
     yield from in_parts(work)
 
 
-def _explain(session: Session, act: Explain) -> Dialogue[ReachReport]:
+def _explain(session: Session, act: acts.Explain) -> Dialogue[ReachReport]:
     target = act.goal.target
-    if not isinstance(target, PoseTarget | JointTarget):
+    if not isinstance(target, commands.PoseTarget | commands.JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
     return explain_reach(session, target, act.name)
 
 
-def _why_refused(session: Session, act: WhyRefused) -> Dialogue[Sketch | None]:
+def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch | None]:
     name = place_of(act.text)
     if name is None:
         return None
     value = evaluate(session.environment, session.engine, _expression(session, name))
     target = (
-        PoseTarget(value) if isinstance(value, Transform) else JointTarget(value) if isinstance(value, tuple) else None
+        commands.PoseTarget(value)
+        if isinstance(value, Transform)
+        else commands.JointTarget(value)
+        if isinstance(value, tuple)
+        else None
     )
     if target is None:
         return None
     return sketch((yield from explain_reach(session, target, name)))
 
 
-def _boundary(session: Session, _act: Boundary) -> Dialogue[BoundaryCurves]:
+def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCurves]:
     """Raises IllegalValue."""
     arm, engine = session.engine.arm, session.engine
     if arm.model.units.slides(1):
@@ -194,16 +153,16 @@ def _boundary(session: Session, _act: Boundary) -> Dialogue[BoundaryCurves]:
     here = engine.position()
     configuration, tip = arm.configuration(here.joints), position(engine.frames.tool)
 
-    def curves() -> BoundaryCurves:
+    def curves() -> acts.BoundaryCurves:
         from vrs_cli.kinematics.reach_outline import lines_of, outline
 
         lines = lines_of(outline(arm, configuration, tip))
-        return BoundaryCurves(tuple(lines), (arm.model.lower[0], arm.model.upper[0]))
+        return acts.BoundaryCurves(tuple(lines), (arm.model.lower[0], arm.model.upper[0]))
 
     return beside(curves)
 
 
-def _assign(session: Session, act: Assign) -> None:
+def _assign(session: Session, act: acts.Assign) -> None:
     target = _expression(session, act.variable)
     if not isinstance(target, Variable) or target.grouped:
         raise UsageError(f"{act.variable} is no variable", "a name, or row[3]")
@@ -225,7 +184,7 @@ def _expression(session: Session, text: str) -> Expression:
     return arguments[0]
 
 
-def _define(session: Session, act: Define) -> Dialogue[Defined]:
+def _define(session: Session, act: acts.Define) -> Dialogue[acts.Defined]:
     loaded = yield from session.read_file(act.text)
     before = dict(session.programs)
     session.take(loaded)
@@ -233,47 +192,47 @@ def _define(session: Session, act: Define) -> Dialogue[Defined]:
     if wrong:
         more = f", and {len(wrong) - 1} more mistakes" if len(wrong) > 1 else ""
         raise ProgramNotExecutable(f"{act.where}{wrong[0].span.line}: {wrong[0].message}{more}")
-    return Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
+    return acts.Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
 
 
-def _execute(session: Session, act: Execute) -> Dialogue[RunResult]:
+def _execute(session: Session, act: acts.Execute) -> Dialogue[RunResult]:
     yield from session.compile_program(act.program)
     return (yield from session.wait(session.begin(act.program, cycles=act.cycles)))
 
 
-def _record(session: Session, _act: Record) -> Dialogue[Recorded]:
+def _record(session: Session, _act: acts.Record) -> Dialogue[acts.Recorded]:
     engine = session.engine
     course = engine.model, engine.book.initial, engine.book.deltas.copy(), engine.measured.view
-    return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
+    return acts.Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 
-def _record_program(session: Session, act: RecordProgram) -> Dialogue[Defined]:
-    begin, end = _finite((act.begin, act.end))
+def _record_program(session: Session, act: acts.RecordProgram) -> Dialogue[acts.Defined]:
+    begin, end = acts._finite((act.begin, act.end))
     arm, timeline = session.engine.arm, session.engine.timeline
     text = yield from beside(lambda: recorded_program(arm, timeline, begin, end, act.name, RECORDED))
-    return (yield from _define(session, Define(text)))
+    return (yield from _define(session, acts.Define(text)))
 
 
-def _look_at_program(session: Session, act: LookAtProgram) -> Dialogue[ProgramSource]:
+def _look_at_program(session: Session, act: acts.LookAtProgram) -> Dialogue[acts.ProgramSource]:
     program = session.environment.program(act.program).program
     text = yield from beside_if(len(program.steps) > MOST_STEPS, lambda: program_text(program))
-    return ProgramSource(program.name, text)
+    return acts.ProgramSource(program.name, text)
 
 
-def _list_commands(session: Session, _act: ListCommands) -> Dialogue[CommandList]:
-    return CommandList((yield from beside(session.engine.book.all_records())))
+def _list_commands(session: Session, _act: acts.ListCommands) -> Dialogue[acts.CommandList]:
+    return acts.CommandList((yield from beside(session.engine.book.all_records())))
 
 
 # --- a survey -------------------------------------------------------------------------------------------------------
 
 
-def survey(session: Session, act: Survey) -> Surveyed:
+def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
     """Survey the robot. A list that the front end has already is left out: each list has a mark, which the front end
     gives back.
     """
     branches, places = session.branches, _places(session)
     rows = tuple(islice(program_names(session.programs), MOST_PROGRAMS))
-    programs = ProgramList(len(session.programs) - len(rows), rows=rows)
+    programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)
     # the name is in it because two lists without rows look the same
     marks = (
         mark_of(("places", places)),
@@ -282,12 +241,12 @@ def survey(session: Session, act: Survey) -> Surveyed:
     )
     engine, settings = session.engine, session.engine.settings
     frames, speed = engine.frames, settings.speed.always
-    return Surveyed(
+    return acts.Surveyed(
         None if marks[0] in act.known else places,
         None if marks[1] in act.known else programs,
         marks,
         tuple(map(_task, islice((track for track in session.tasks.in_order() if not track.at_prompt), MOST_TASKS))),
-        tuple(BranchSeen(row, branches.book(row.name).timeline.version) for row in branch_table(session).rows),
+        tuple(acts.BranchSeen(row, branches.book(row.name).timeline.version) for row in branch_table(session).rows),
         session.environment.signals.on,
         frames.base,
         frames.tool,
@@ -295,7 +254,7 @@ def survey(session: Session, act: Survey) -> Surveyed:
         speed.value,
         speed.unit.value,
         "" if session.lease is None else session.lease.holder,
-        session.told_untrue[:MAX_UNTRUE],
+        session.told_untrue[: acts.MAX_UNTRUE],
         tuple(sorted(step for key, step in session.tasks.breakpoints if key == key_of(act.program))),
     )
 
@@ -312,7 +271,7 @@ def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
     return beside(work)
 
 
-def _places(session: Session) -> LocationList:
+def _places(session: Session) -> acts.LocationList:
     rows: list[NamedLocation] = []
     count = 0
     for kind in (Kind.LOCATION, Kind.PRECISION):
@@ -321,7 +280,7 @@ def _places(session: Session) -> LocationList:
             NamedLocation.of(name, cast("Transform | Joints", value))
             for name, value in session.environment.first_variables(kind, MOST_PLACES)
         )
-    return LocationList(count - len(rows), rows=tuple(rows))
+    return acts.LocationList(count - len(rows), rows=tuple(rows))
 
 
 _marks: WeakKeyDictionary[StoredProgram, str] = WeakKeyDictionary()
@@ -332,11 +291,11 @@ def _mark(stored: StoredProgram | None) -> str:
     return "" if stored is None else _marks.setdefault(stored, token_hex(4))
 
 
-def _task(track: Track) -> TaskRow:
+def _task(track: Track) -> acts.TaskRow:
     task, pending = track.task, track.pending
     asks = pending.question.text if isinstance(pending, PendingInput) else ""
     step = None if task.is_over else task.step
-    return TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
+    return acts.TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
 
 
 # --- all acts -------------------------------------------------------------------------------------------------------
@@ -360,35 +319,35 @@ def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
 
 
 ACTS: Mapping[type[Act[Any]], _Row] = {
-    Go: _as("MOVE", _go),
-    FollowChunk: _as("MOVE", _follow),
-    Steer: _as("MOVE", _steer),
-    DragTool: _as("MOVE", _drag),
-    ResyncBody: _as("RESYNC", lambda session, act: session.resync(stops=act.stops)),
-    Rest: _as("BREAK", _rest),
-    Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
-    Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),
-    Explain: _as("WHY", _explain),
-    WhyRefused: _as("WHY", _why_refused),
-    Boundary: _Row("the reach", Role.OBSERVER, _boundary),
-    Compare: _as("COMPARE", lambda session, act: comparison(session, act.a, act.b)),
-    Evaluate: _Row(
+    acts.Go: _as("MOVE", _go),
+    acts.FollowChunk: _as("MOVE", _follow),
+    acts.Steer: _as("MOVE", _steer),
+    acts.DragTool: _as("MOVE", _drag),
+    acts.ResyncBody: _as("RESYNC", lambda session, act: session.resync(stops=act.stops)),
+    acts.Rest: _as("BREAK", _rest),
+    acts.Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
+    acts.Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),
+    acts.Explain: _as("WHY", _explain),
+    acts.WhyRefused: _as("WHY", _why_refused),
+    acts.Boundary: _Row("the reach", Role.OBSERVER, _boundary),
+    acts.Compare: _as("COMPARE", lambda session, act: comparison(session, act.a, act.b)),
+    acts.Evaluate: _Row(
         "a look at a value",
         Role.OBSERVER,
-        lambda session, act: Valued.of(
+        lambda session, act: acts.Valued.of(
             evaluate(session.environment, session.engine, _expression(session, act.expression))
         ),
     ),
-    Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
-    Define: _as("LOAD", _define),
-    Execute: _as("EXECUTE", _execute),
-    ListCommands: _as("TIMELINE", _list_commands),
-    ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
-    ListMotions: _as("TIMELINE", lambda session, _act: timeline_table(session)),
-    LookAtParts: _as("PARTS", lambda session, act: part_table(session, act.time)),
-    LookAtProgram: _Row("a look at a program", Role.OBSERVER, _look_at_program),
-    RecordProgram: _as("LOAD", _record_program),
-    Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
-    Survey: _Row("a survey", Role.OBSERVER, survey),
+    acts.Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
+    acts.Define: _as("LOAD", _define),
+    acts.Execute: _as("EXECUTE", _execute),
+    acts.ListCommands: _as("TIMELINE", _list_commands),
+    acts.ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
+    acts.ListMotions: _as("TIMELINE", lambda session, _act: timeline_table(session)),
+    acts.LookAtParts: _as("PARTS", lambda session, act: part_table(session, act.time)),
+    acts.LookAtProgram: _Row("a look at a program", Role.OBSERVER, _look_at_program),
+    acts.RecordProgram: _as("LOAD", _record_program),
+    acts.Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
+    acts.Survey: _Row("a survey", Role.OBSERVER, survey),
     ShowBranch: _Row("a look at a branch", Role.OBSERVER, show_branch),
 }

@@ -31,14 +31,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
 from vrs_cli.language.analysis.analyzer import check_line, hidden_statement
 from vrs_cli.language.analysis.structure import line_beyond
-from vrs_cli.language.text.ast import (
-    DoInstruction,
-    ExplainCommand,
-    Instruction,
-    ProgramHeader,
-    Show,
-    Statement,
-)
+from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
@@ -64,7 +57,7 @@ class _Reading(NamedTuple):
     """A line of the prompt, its statement, and what the analyzer finds in it."""
 
     line: str
-    statement: Statement | ProgramHeader | None
+    statement: ast.Statement | ast.ProgramHeader | None
     findings: tuple[Diagnostic, ...]
 
 
@@ -117,7 +110,7 @@ class Session(Station):
         statement = read.statement
         if statement is None:
             return
-        if isinstance(statement, ProgramHeader):
+        if isinstance(statement, ast.ProgramHeader):
             raise UsageError(
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
@@ -180,7 +173,7 @@ class Session(Station):
     def _reading(self, line: str) -> _Reading:
         """Raises LineRefused for a line that cannot be read."""
         statement = parse_prompt(line, self.names(), self.dialect)
-        if statement is None or isinstance(statement, ProgramHeader):
+        if statement is None or isinstance(statement, ast.ProgramHeader):
             return _Reading(line, statement, ())
         found = check_line(statement, self.environment.kinds)
         if ";" in line:
@@ -188,18 +181,18 @@ class Session(Station):
             found = (*found, *hidden_statement(statement, comment, len(line) + 1))
         return _Reading(line, statement, found)
 
-    def carry_out(self, statement: Statement) -> Dialogue[None]:
+    def carry_out(self, statement: ast.Statement) -> Dialogue[None]:
         """Do a monitor command by its handler, everything else as DO."""
-        if isinstance(statement, Instruction) and statement.word in HANDLERS:
+        if isinstance(statement, ast.Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement) or ()
             return
-        if isinstance(statement, ExplainCommand):
+        if isinstance(statement, ast.ExplainCommand):
             yield from explain(self, statement)
             return
-        if isinstance(statement, Show):
+        if isinstance(statement, ast.Show):
             yield from show_value(self, statement.expression)
             return
-        if isinstance(statement, DoInstruction):
+        if isinstance(statement, ast.DoInstruction):
             if statement.statement is None and self.user_state.last_statement is None:
                 raise UsageError("there is no instruction to repeat", "DO instruction")
             statement = statement.statement or self.user_state.last_statement or statement
@@ -237,7 +230,7 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
 
 
 @handles("COMMANDS")
-def carry_out_file(session: Session, it: Instruction) -> Dialogue[None]:
+def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
     """COMMANDS: carry out the commands of a file; the first that fails is named with its line, and ends it.
 
     Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.

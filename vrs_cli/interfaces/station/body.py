@@ -21,17 +21,8 @@ from vrs_cli.errors import IllegalValue, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values import measured
 from vrs_cli.values.commands import SetParameter
-from vrs_cli.values.measured import (
-    BodyMode,
-    BodySeen,
-    DivergenceAlarm,
-    DivergenceCause,
-    OnAlarm,
-    Report,
-    ReportCounts,
-    ResyncReport,
-)
 from vrs_cli.values.replies import Message, Tone
 
 if TYPE_CHECKING:
@@ -59,11 +50,11 @@ class BodyChange(Struct, frozen=True):
 
     name: str
     before: str
-    order: BodyMode
+    order: measured.BodyMode
     at: float
 
 
-BodyNews = BodyChange | DivergenceAlarm | ResyncReport | Message
+BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | Message
 """What is told of a body. A message is of the robot itself: what it could not do for its body."""
 
 
@@ -84,7 +75,7 @@ class ReportNumbers:
         self.next, self.lost = next, 0
         self._gaps: deque[range] = deque(maxlen=MAX_GAPS)
 
-    def new(self, first: int, reports: Sequence[Report]) -> Sequence[Report]:
+    def new(self, first: int, reports: Sequence[measured.Report]) -> Sequence[measured.Report]:
         """Return the reports, numbered from `first`, whose numbers have not come before."""
         if first >= self.next:
             return reports
@@ -122,7 +113,7 @@ class RobotBody:
     ) -> None:
         self.record, self.now, self._wall = record, now, wall
         self.name = ""
-        self.order, self.ordered_at = BodyMode.FOLLOWS, 0.0
+        self.order, self.ordered_at = measured.BodyMode.FOLLOWS, 0.0
         self.clock = ClockSeen()
         self.told: list[Callable[[BodyNews], None]] = []
         self.reporter = ""  # who sent the last report
@@ -131,11 +122,11 @@ class RobotBody:
 
     def _begin(self, first: int) -> None:
         """Count anew, from a report of that number."""
-        self._numbers, self._counts = ReportNumbers(first), ReportCounts()
-        self._mode = BodyMode.FOLLOWS
+        self._numbers, self._counts = ReportNumbers(first), measured.ReportCounts()
+        self._mode = measured.BodyMode.FOLLOWS
         self._last: float | None = None  # the time of the newest report [s]
-        self._stood: Report | None = None  # the first report of a body that stands by order or by itself
-        self._stands: Report | None = None  # the newest one, if it stands for long enough
+        self._stood: measured.Report | None = None  # the first report of a body that stands by order or by itself
+        self._stands: measured.Report | None = None  # the newest one, if it stands for long enough
         self._arrivals: deque[tuple[float, int]] = deque()  # when reports came, by the wall clock [s], and how many
         self._heard_at: float | None = None
 
@@ -168,7 +159,9 @@ class RobotBody:
 
     # --- what it reports ---
 
-    def take(self, reports: Sequence[Report], first: int | None = None, name: str = "") -> ReportCounts:
+    def take(
+        self, reports: Sequence[measured.Report], first: int | None = None, name: str = ""
+    ) -> measured.ReportCounts:
         """Put reports into the record, and return what became of them. The first has the number `first`; without one
         they have the next numbers. Raises RequestRefused from a client that is not the body, and IllegalValue for what
         cannot be joints of this robot or, from a client, times of its clock; then it takes none of them.
@@ -197,7 +190,7 @@ class RobotBody:
             is_body = f"{self.name} is the body" if self.name else "nobody is the body"
             raise RequestRefused(f"a report of {name or 'this process'}, but {is_body}", "be the body first")
 
-    def _note_arrival(self, reports: Sequence[Report]) -> None:
+    def _note_arrival(self, reports: Sequence[measured.Report]) -> None:
         newest, wall = max(reports, key=lambda one: one.t), self._wall()
         if self._last is None or newest.t >= self._last:
             self._last, self._mode = newest.t, newest.mode
@@ -206,10 +199,10 @@ class RobotBody:
         while self._arrivals[0][0] < wall - RATE_WINDOW:
             self._arrivals.popleft()
 
-    def _note_standing(self, reports: Sequence[Report]) -> None:
+    def _note_standing(self, reports: Sequence[measured.Report]) -> None:
         for one in reports:
             first = self._stood
-            if one.mode is BodyMode.FOLLOWS or one.t < self.ordered_at:
+            if one.mode is measured.BodyMode.FOLLOWS or one.t < self.ordered_at:
                 self._stood = self._stands = None
             elif first is None or any(abs(a - b) > STILL for a, b in zip(one.joints, first.joints, strict=True)):
                 self._stood, self._stands = one, None
@@ -226,7 +219,7 @@ class RobotBody:
         if since is not None and (self.name or self.reporter):
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 
-    def standing(self, within: float) -> Report:
+    def standing(self, within: float) -> measured.Report:
         """Wait until the body stands still, by an order or by itself, and return its report of that. A body without a
         client is not waited for: its last report counts. Raises RequestRefused after `within` seconds.
         """
@@ -247,11 +240,11 @@ class RobotBody:
 
     # --- what it is told ---
 
-    def command(self, order: BodyMode, at: float | None = None) -> None:
+    def command(self, order: measured.BodyMode, at: float | None = None) -> None:
         """Order the body to follow the timeline, or to hold still, from a time on; absent: now."""
         with self._lock:
             self.order, self.ordered_at = order, self.now() if at is None else at
-            if order is BodyMode.FOLLOWS:
+            if order is measured.BodyMode.FOLLOWS:
                 self._stood = self._stands = None
             self._tell_change(self.name)
 
@@ -266,14 +259,14 @@ class RobotBody:
     # --- what is known of it ---
 
     @property
-    def view(self) -> BodySeen | None:
+    def view(self) -> measured.BodySeen | None:
         """What is known of the body; None if there is none, and nothing was reported."""
         with self._lock:
             if not self.name and self._last is None:
                 return None
             counts = replace(self._counts, lost=self._numbers.lost)
             clock = self.clock
-            return BodySeen(
+            return measured.BodySeen(
                 self.name,
                 self._mode,
                 self.order,
@@ -309,8 +302,8 @@ AGAIN_AFTER = 10.0  # [s] an alarm that comes sooner after RESYNC is one that RE
 # a body that differs for one of these is brought back by RESYNC; a blocked joint or a payload would stay
 PASSING = frozenset(
     (
-        *(DivergenceCause.STOPPED, DivergenceCause.OTHER_COMMANDER),
-        *(DivergenceCause.LOST_COMMAND, DivergenceCause.DELAY),
+        *(measured.DivergenceCause.STOPPED, measured.DivergenceCause.OTHER_COMMANDER),
+        *(measured.DivergenceCause.LOST_COMMAND, measured.DivergenceCause.DELAY),
     )
 )
 
@@ -337,28 +330,28 @@ class DivergenceGuard:
         self._body, self._engine, self._timeline = body, engine, timeline
         self._settle, self._stop, self._runs, self.ask = settle, stop, runs, ask
         self._watch: DivergenceWatch | None = None
-        self._last: DivergenceAlarm | None = None
+        self._last: measured.DivergenceAlarm | None = None
         self._due = False  # RESYNC by itself, when the body is no longer stopped
         self._entered = -inf  # [s] when a client became the body
         self._synchronised = -inf  # [s] when RESYNC was done by itself last
         body.told.append(self._hear)
 
     @property
-    def on_alarm(self) -> OnAlarm:
-        return OnAlarm(str(self._engine.settings.parameters[PARAMETER]).lower())
+    def on_alarm(self) -> measured.OnAlarm:
+        return measured.OnAlarm(str(self._engine.settings.parameters[PARAMETER]).lower())
 
-    def choose(self, what: OnAlarm) -> None:
+    def choose(self, what: measured.OnAlarm) -> None:
         """Do that on an alarm."""
         self._engine.perform(SetParameter(PARAMETER, what.name))
 
     @property
-    def alarm(self) -> DivergenceAlarm | None:
+    def alarm(self) -> measured.DivergenceAlarm | None:
         watch = self._watch
         return self._last if watch is not None and watch.diverged else None
 
-    def take(self, reports: Sequence[Report]) -> None:
+    def take(self, reports: Sequence[measured.Report]) -> None:
         """Watch reports."""
-        if self.on_alarm is OnAlarm.OFF:
+        if self.on_alarm is measured.OnAlarm.OFF:
             self._watch = None
             return
         if self._watch is None:
@@ -370,7 +363,7 @@ class DivergenceGuard:
             alarm = self._watch.take(timeline, report, ordered=self._may_hold(report.t))
             if alarm is not None:
                 self._raise(alarm)
-        if self._due and reports[-1].mode is not BodyMode.STOPPED:
+        if self._due and reports[-1].mode is not measured.BodyMode.STOPPED:
             self._due = False
             self.ask(self._resync_by_itself(), False)
 
@@ -378,48 +371,50 @@ class DivergenceGuard:
         """Return whether a body may hold at time t [s]: by an order, or because it has only just got one to follow."""
         body = self._body
         since = max(body.ordered_at, self._entered)
-        return body.order is BodyMode.HOLDS or t < since + DELAYS * body.clock.delay + SETTLES
+        return body.order is measured.BodyMode.HOLDS or t < since + DELAYS * body.clock.delay + SETTLES
 
-    def _raise(self, alarm: DivergenceAlarm) -> None:
+    def _raise(self, alarm: measured.DivergenceAlarm) -> None:
         """Tell an alarm, and do what is set."""
         self._last = alarm
         self._body.tell(alarm)
         what = self.on_alarm
-        if what is OnAlarm.ABORT:
+        if what is measured.OnAlarm.ABORT:
             self.ask(quietly(self._stop), True)
-        comes_back = what is OnAlarm.RESYNC and alarm.cause is DivergenceCause.PUSH
-        if what in (OnAlarm.HOLD, OnAlarm.RESYNC) and not comes_back:
-            self._body.command(BodyMode.HOLDS)
-        first = alarm.t > self._synchronised + AGAIN_AFTER or alarm.cause is DivergenceCause.STOPPED
-        self._due = what is OnAlarm.RESYNC and first and alarm.cause in PASSING
+        comes_back = what is measured.OnAlarm.RESYNC and alarm.cause is measured.DivergenceCause.PUSH
+        if what in (measured.OnAlarm.HOLD, measured.OnAlarm.RESYNC) and not comes_back:
+            self._body.command(measured.BodyMode.HOLDS)
+        first = alarm.t > self._synchronised + AGAIN_AFTER or alarm.cause is measured.DivergenceCause.STOPPED
+        self._due = what is measured.OnAlarm.RESYNC and first and alarm.cause in PASSING
 
     def _hear(self, what: object) -> None:
         """Let a body that enters hold until RESYNC, if that is set."""
         if isinstance(what, BodyChange) and what.name != what.before:
             self._watch, self._due, self._entered = None, False, self._body.now()
-            if what.name and self.on_alarm is OnAlarm.RESYNC:
+            if what.name and self.on_alarm is measured.OnAlarm.RESYNC:
                 self._due = True
-                self._body.command(BodyMode.HOLDS)
+                self._body.command(measured.BodyMode.HOLDS)
 
     # --- RESYNC ---
 
-    def resync(self, *, stops: bool, issued: float | None, check: Callable[[], object]) -> Dialogue[ResyncReport]:
+    def resync(
+        self, *, stops: bool, issued: float | None, check: Callable[[], object]
+    ) -> Dialogue[measured.ResyncReport]:
         """Let the body hold, go to where it stands and on to where the robot was going (not if it `stops`), and let it
         follow again. `check` is called again when it stands. Raises RequestRefused, MotionError, PowerOff; then the
         body still holds.
         """
         body = self._body
         body.check_reports()
-        body.command(BodyMode.HOLDS)
+        body.command(measured.BodyMode.HOLDS)
         report = yield from beside(lambda: body.standing(STANDS_WITHIN))
         self._settle()  # time has gone on meanwhile
         check()
-        if report.mode is BodyMode.STOPPED and not stops:
+        if report.mode is measured.BodyMode.STOPPED and not stops:
             what = f"{body.name or 'the body'} has stopped by itself"
             raise RequestRefused(what, "end its emergency stop first, or {RESYNC STOP} goes to where it stands")
         leaves = self._engine.now + DELAYS * body.clock.delay + MARGIN if body.name else 0.0
         done = self._engine.resync(report.joints, stops=stops, leaves=leaves, issued=issued)
-        body.command(BodyMode.FOLLOWS, done.until)
+        body.command(measured.BodyMode.FOLLOWS, done.until)
         body.tell(done)
         return done
 
@@ -437,7 +432,7 @@ class DivergenceGuard:
         here = joints_at(engine.arm, engine.timeline, engine.now)
         near = max(abs(a - b) for a, b in zip(report.joints, here, strict=True)) < NEAR
         if near and engine.now >= engine.end:
-            self._body.command(BodyMode.FOLLOWS)
+            self._body.command(measured.BodyMode.FOLLOWS)
             return
         done = yield from self.resync(stops=False, issued=None, check=check)
         self._synchronised = done.until

@@ -11,20 +11,12 @@ from weakref import WeakSet, finalize
 
 from msgspec import Struct
 
+from vrs_cli import errors
 from vrs_cli.contacts.watch import ContactWatch
 from vrs_cli.devices.device import Outside
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.engine.engine import Engine, Postponement, ToolTurning
-from vrs_cli.errors import (
-    ClockPaused,
-    NoProgramSpecified,
-    ProgramInterlocked,
-    ProgramNotExecutable,
-    RequestRefused,
-    TaskNotActive,
-    UsageError,
-)
 from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
@@ -45,13 +37,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.runtime import Arguments, Task, statement_task
 from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
-from vrs_cli.language.text.ast import (
-    BadLine,
-    File,
-    Program,
-    Section,
-    Statement,
-)
+from vrs_cli.language.text import ast
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.parser import IN_ANOTHER_FILE, duplicate_name, parse_file
 from vrs_cli.language.words.values import key_of
@@ -106,7 +92,7 @@ class Station:
         advice: Advice = at_prompt,
     ) -> None:
         if outside is not None and outside.live and not (clock and clock.realtime):
-            raise UsageError("what comes from outside comes in real time", "give a clock on the wall")
+            raise errors.UsageError("what comes from outside comes in real time", "give a clock on the wall")
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.branches = Branches(self.engine)
@@ -187,13 +173,13 @@ class Station:
         """
         read = [parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
-        programs: dict[str, Program] = {}
+        programs: dict[str, ast.Program] = {}
         found = list[list[Diagnostic]]()
         for file, unreadable in read:
             for section in file.parts:
-                if isinstance(section, Section):
+                if isinstance(section, ast.Section):
                     memory.take(variables_of(section, memory.units)[0])
-            own = {part.key: part for part in file.parts if isinstance(part, Program)}
+            own = {part.key: part for part in file.parts if isinstance(part, ast.Program)}
             twice = [duplicate_name(own[key], 0, IN_ANOTHER_FILE) for key in own.keys() & programs.keys()]
             found.append([*unreadable, *twice])
             programs |= own
@@ -229,18 +215,18 @@ class Station:
         self.layout = self.layout.with_file(loaded.layout)
         self.programs.update({stored.program.key: stored for stored in loaded.programs})
 
-    def _check_free(self, file: File) -> None:
+    def _check_free(self, file: ast.File) -> None:
         if all(track.task.is_over for track in self.tasks):
             return  # no stack has any of what may be 40,000 programs
         for part in file.parts:
-            if isinstance(part, Program):
+            if isinstance(part, ast.Program):
                 self.check_free(part.name)
 
-    def keep(self, program: Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
+    def keep(self, program: ast.Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
         """Put one program in memory, in the place of one of its name; `text` is its source. Return what is wrong."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
-        loaded = yield from beside_if(long, lambda: LoadedFile.of(File((program,)), text, memory, vplus=vplus))
+        loaded = yield from beside_if(long, lambda: LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus))
         yield from self._compiled_for_tasks(loaded)
         self.programs.update({stored.program.key: stored for stored in loaded.programs})
         return loaded.diagnostics
@@ -259,7 +245,7 @@ class Station:
         if track is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
             clears = f"{{ABORT{number}}}, then {{KILL{number}}}" if track.running else f"{{KILL{number}}}"
-            raise ProgramInterlocked(
+            raise errors.ProgramInterlocked(
                 f"{program} is on the stack of task {track.number}, which is {track.task.state.value}",
                 f"{clears} clears it",
             )
@@ -301,7 +287,10 @@ class Station:
         yield from self._compile_callable(callers, programs)
 
     def _compile_callable(
-        self, callers: Sequence[Program], programs: Mapping[str, StoredProgram], everywhere: Program | None = None
+        self,
+        callers: Sequence[ast.Program],
+        programs: Mapping[str, StoredProgram],
+        everywhere: ast.Program | None = None,
     ) -> Dialogue[None]:
         """Compile the long programs among some programs and all that these may call, in another thread."""
         known = {key: stored.program for key, stored in programs.items()}
@@ -330,7 +319,7 @@ class Station:
         """
         name = program or self.last_program
         if name is None:
-            raise NoProgramSpecified("there is no last program", "{EXECUTE name}")
+            raise errors.NoProgramSpecified("there is no last program", "{EXECUTE name}")
         task = self._task(name, arguments, cycles, step)
         self.last_program = task.program
         if not primed:
@@ -348,17 +337,17 @@ class Station:
 
     def _task(self, name: str, arguments: Arguments, cycles: int, step: int) -> Task:
         stored = self.environment.program(name)
-        if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
-            raise ProgramNotExecutable(stored.name, f"{{LISTP {stored.name}}} shows its bad lines with a ?")
+        if any(isinstance(step.statement, ast.BadLine) for step in stored.program.steps):
+            raise errors.ProgramNotExecutable(stored.name, f"{{LISTP {stored.name}}} shows its bad lines with a ?")
         if (mistake := first_error(stored.analysis.diagnostics)) is not None:
-            raise ProgramNotExecutable(stored.name, mistake.detail)
+            raise errors.ProgramNotExecutable(stored.name, mistake.detail)
         if not self.engine.settings.switch("VPLUS"):
             self.environment.executable(stored).refuse_beyond_val2()
         return Task(self.environment, self.engine, stored.name, arguments, cycles, step)
 
     def _clock_runs(self) -> None:
         if self.engine.clock.paused:
-            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "{CLOCK GO} lets it go on")
+            raise errors.ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "{CLOCK GO} lets it go on")
 
     def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
         """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
@@ -368,8 +357,8 @@ class Station:
         self._clock_runs()
         try:
             track = self.tasks.proceed(ROBOT_PROGRAM, retry=retry)
-        except TaskNotActive:
-            raise NoProgramSpecified("no program was stopped", "{EXECUTE name} starts one") from None
+        except errors.TaskNotActive:
+            raise errors.NoProgramSpecified("no program was stopped", "{EXECUTE name} starts one") from None
         track.stepping = stepping
         return track
 
@@ -492,7 +481,7 @@ class Station:
         RequestRefused, MotionError.
         """
         if self.branches.present != MAIN:
-            raise UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {MAIN}")
+            raise errors.UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {MAIN}")
         user = self.user_state
 
         def check() -> None:
@@ -557,7 +546,7 @@ class Station:
         try:
             return (yield from within(lambda: self._serving(user_state), dialogue))
         except LineStopped:
-            raise RequestRefused("it was stopped before it was done") from None
+            raise errors.RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A dialogue under its own conditions, which hold for the programs that begin in it too."""
@@ -589,7 +578,7 @@ class Station:
         """Make a user the present one, to whom branches and tasks that begin belong."""
         self.user_state = self.branches.who = self.tasks.who = user_state
 
-    def do(self, statement: Statement) -> Dialogue[None]:
+    def do(self, statement: ast.Statement) -> Dialogue[None]:
         """Do one instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
         where it was stopped.
         """

@@ -9,35 +9,10 @@ from contextlib import contextmanager
 
 from msgspec import Struct, field
 
+from vrs_cli import errors
 from vrs_cli.devices.device import TCP, YET, Device, Outside, Waits
-from vrs_cli.errors import (
-    DeviceNotReady,
-    EndOfInput,
-    FileError,
-    LineMissing,
-    NoDataReceived,
-    UnitAttached,
-    UnitNotAttached,
-)
 from vrs_cli.files.disk import Disk
-from vrs_cli.language.run.effects import (
-    ANY,
-    OTHERS,
-    SUCCESS,
-    TERMINAL,
-    AttachUnit,
-    AwaitLine,
-    CloseFile,
-    CommandDevice,
-    DeleteFile,
-    DetachUnit,
-    OpenDevice,
-    OpenFile,
-    ReadRecord,
-    RecordRefused,
-    UnitEffect,
-    WriteRecord,
-)
+from vrs_cli.language.run import effects
 
 END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as its Return key does
 
@@ -50,47 +25,47 @@ class Devices(Struct, eq=False):
     disk: Disk
     show: Callable[[str, bool], None]
     outside: Outside
-    missed: Callable[[DeviceNotReady], None]
+    missed: Callable[[errors.DeviceNotReady], None]
     _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # by task and unit
     _missing: set[str] = field(default_factory=set)
-    _status: int = SUCCESS
+    _status: int = effects.SUCCESS
     _length: int = 0
     _typed: list[int] = field(default_factory=list)  # what GETC has before it: characters, and the end of the input
     _taken: list[int] = field(default_factory=list)  # of that by the present step
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same of devices
 
-    def perform(self, task: int, effect: UnitEffect) -> str | Waits | None:
+    def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
         """Do what a task asks for. Return the answer, or that the task waits. Raises UnitNotAttached, FileOutside."""
-        if isinstance(effect, AttachUnit):
+        if isinstance(effect, effects.AttachUnit):
             return self._attach(task, effect)
         device = self._devices.get((task, effect.unit))
         return self._of_disk(task, effect) if device is None else self._of_device(device, task, effect)
 
-    def _attach(self, task: int, effect: AttachUnit) -> str:
+    def _attach(self, task: int, effect: effects.AttachUnit) -> str:
         unit, name = effect.unit, effect.device
-        if unit == TERMINAL:
-            self._status = SUCCESS
+        if unit == effects.TERMINAL:
+            self._status = effects.SUCCESS
         elif name is None:
-            unit = self.disk.free(task) if unit == ANY else unit
+            unit = self.disk.free(task) if unit == effects.ANY else unit
             if (task, unit) not in self._devices:
                 self.disk.attach(task, unit)
         else:
-            unit = self._free(task) if unit == ANY else unit
+            unit = self._free(task) if unit == effects.ANY else unit
             self._attach_device(task, unit, name)
         return str(unit)
 
     def _free(self, task: int) -> int:
         """Raises UnitNotAttached."""
-        for unit in OTHERS:
+        for unit in effects.OTHERS:
             if (task, unit) not in self._devices:
                 return unit
-        raise UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
+        raise errors.UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
 
     def _attach_device(self, task: int, unit: int, name: str) -> None:
         """Attach a device, also one that cannot be opened: its status then says so at each use."""
         there = self._devices.get((task, unit))
         if there is not None and there.attached == name and there.fault is None:
-            there.status = SUCCESS
+            there.status = effects.SUCCESS
             return
         if there is not None:
             there.close()
@@ -99,66 +74,66 @@ class Devices(Struct, eq=False):
         with self._attempt(device):
             try:
                 if others:
-                    raise UnitAttached(name, "another task has it")
+                    raise errors.UnitAttached(name, "another task has it")
                 device.begin()
-            except (DeviceNotReady, UnitAttached) as fault:
+            except (errors.DeviceNotReady, errors.UnitAttached) as fault:
                 device.fault = fault
-                if isinstance(fault, DeviceNotReady) and name not in self._missing:
+                if isinstance(fault, errors.DeviceNotReady) and name not in self._missing:
                     self._missing.add(name)
                     self.missed(fault)
                 raise
 
-    def _of_disk(self, task: int, effect: UnitEffect) -> str | None:
+    def _of_disk(self, task: int, effect: effects.UnitEffect) -> str | None:
         """Do what a task asks of the disk or the terminal."""
         disk = self.disk
         match effect:
-            case DetachUnit(unit=unit) if unit != TERMINAL:
+            case effects.DetachUnit(unit=unit) if unit != effects.TERMINAL:
                 disk.detach(task, unit)
-            case OpenFile():
+            case effects.OpenFile():
                 disk.open(task, effect.unit, effect.name, effect.access)
-            case OpenDevice() | CommandDevice():
-                disk.attached_unit(task, effect.unit).status = FileError.code
-            case CloseFile():
+            case effects.OpenDevice() | effects.CommandDevice():
+                disk.attached_unit(task, effect.unit).status = errors.FileError.code
+            case effects.CloseFile():
                 disk.close(task, effect.unit)
-            case DeleteFile():
+            case effects.DeleteFile():
                 disk.delete(task, effect.unit, effect.name)
-            case ReadRecord():
+            case effects.ReadRecord():
                 return disk.read(task, effect.unit)
-            case WriteRecord(unit=unit) if unit == TERMINAL:
+            case effects.WriteRecord(unit=unit) if unit == effects.TERMINAL:
                 self.show(effect.text, effect.newline)
-                self._status, self._length = SUCCESS, len(effect.text)
-            case WriteRecord():
+                self._status, self._length = effects.SUCCESS, len(effect.text)
+            case effects.WriteRecord():
                 disk.write(task, effect.unit, effect.text + ("\n" if effect.newline else ""))
-            case RecordRefused(unit=unit) if unit == TERMINAL:
+            case effects.RecordRefused(unit=unit) if unit == effects.TERMINAL:
                 self._status = effect.code
-            case RecordRefused():
+            case effects.RecordRefused():
                 disk.attached_unit(task, effect.unit).status = effect.code
         return None
 
-    def _of_device(self, device: Device, task: int, effect: UnitEffect) -> str | Waits | None:
+    def _of_device(self, device: Device, task: int, effect: effects.UnitEffect) -> str | Waits | None:
         with self._attempt(device):
             match effect:
-                case OpenDevice():
+                case effects.OpenDevice():
                     if not device.dialing:
                         device.open_at(effect.how, [one.name for one in self._devices.values() if one.open])
                     return device.dial_result()
-                case CommandDevice():
+                case effects.CommandDevice():
                     device.command(effect.command, effect.data)
-                case ReadRecord():
+                case effects.ReadRecord():
                     return device.read(effect.notices, effect.wait)
-                case WriteRecord():
+                case effects.WriteRecord():
                     return device.write(effect.text, effect.newline, effect.handle, effect.wait)
-                case RecordRefused():
+                case effects.RecordRefused():
                     device.status = effect.code
-                case AwaitLine():
+                case effects.AwaitLine():
                     return None if device.has_more else YET
-                case CloseFile():
+                case effects.CloseFile():
                     device.close_port()
-                case DetachUnit():
+                case effects.DetachUnit():
                     device.close()
                     del self._devices[task, effect.unit]
                 case _:
-                    raise FileError(device.name, "it is not the disk")
+                    raise errors.FileError(device.name, "it is not the disk")
         return None
 
     @staticmethod
@@ -167,22 +142,22 @@ class Devices(Struct, eq=False):
         """Make an error of the device its status. Raises errors of the program."""
         try:
             yield
-        except FileError as error:
+        except errors.FileError as error:
             device.status, device.length = error.code, 0
 
-    def expire(self, task: int, effect: UnitEffect) -> None:
+    def expire(self, task: int, effect: effects.UnitEffect) -> None:
         """Give up what a task waits for: it has not come in time."""
-        self._devices[task, effect.unit].expire(of_getc=isinstance(effect, AwaitLine))
+        self._devices[task, effect.unit].expire(of_getc=isinstance(effect, effects.AwaitLine))
 
     def status(self, task: int, unit: int) -> int:
         if (device := self._devices.get((task, unit))) is not None:
             return device.status
-        return self._status if unit == TERMINAL else self.disk.unit(task, unit).status
+        return self._status if unit == effects.TERMINAL else self.disk.unit(task, unit).status
 
     def length(self, task: int, unit: int) -> int:
         if (device := self._devices.get((task, unit))) is not None:
             return device.length
-        return self._length if unit == TERMINAL else self.disk.unit(task, unit).length
+        return self._length if unit == effects.TERMINAL else self.disk.unit(task, unit).length
 
     def connection(self, task: int, unit: int) -> int | None:
         """The handle of the connection of the last READ; None where the unit has no connections."""
@@ -214,27 +189,31 @@ class Devices(Struct, eq=False):
         if (device := self._devices.get((task, unit))) is not None:
             try:
                 byte = device.character(wait)
-            except FileError as error:
+            except errors.FileError as error:
                 device.status = error.code
                 return error.code
             if isinstance(byte, Waits):
-                raise LineMissing(f"GETC waits for {device.name}", "a program or an assignment can wait", value=unit)
+                raise errors.LineMissing(
+                    f"GETC waits for {device.name}", "a program or an assignment can wait", value=unit
+                )
             self._taken_of.setdefault((task, unit), []).append(byte)
             return byte
-        if unit != TERMINAL:
+        if unit != effects.TERMINAL:
             return self.disk.character(task, unit)
         if self._typed:
             self._taken.append(self._typed.pop(0))
             return self._taken[-1]
         if not wait:
-            return NoDataReceived.code
-        raise LineMissing("GETC waits for the terminal", "a program or an assignment can wait", value=TERMINAL)
+            return errors.NoDataReceived.code
+        raise errors.LineMissing(
+            "GETC waits for the terminal", "a program or an assignment can wait", value=effects.TERMINAL
+        )
 
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
         """Take a line of the terminal, None where there is no more; what GETC has left of one before is dropped."""
-        come = [EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
+        come = [errors.EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
-        self._status, self._length = (EndOfInput.code, 0) if line is None else (SUCCESS, len(line))
+        self._status, self._length = (errors.EndOfInput.code, 0) if line is None else (effects.SUCCESS, len(line))
         return line
 
     # --- endings ---

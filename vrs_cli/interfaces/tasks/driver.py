@@ -23,22 +23,11 @@ from vrs_cli.errors import ClockPaused, LimitReached, VrsError
 from vrs_cli.files.disk import Disk
 from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
+from vrs_cli.interfaces.tasks import tasks
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
 from vrs_cli.interfaces.tasks.observations import UNTIMED, Observations, endless, in_vain
 from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLine, TypedLines
-from vrs_cli.interfaces.tasks.tasks import (
-    ONWARD,
-    PROMPT_LINE,
-    ROBOT_PROGRAM,
-    Aborted,
-    Onward,
-    Pending,
-    PendingInput,
-    Stopped,
-    Tasks,
-    Track,
-)
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import BUDGET
@@ -53,7 +42,7 @@ from vrs_cli.values.world import NO_SCENE
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
 
-_P = TypeVar("_P", bound=Pending)
+_P = TypeVar("_P", bound=tasks.Pending)
 
 
 ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: the cost is small beside that of steps
@@ -97,7 +86,7 @@ class _Run(Struct, eq=False):
     other tasks have ended too. `look`: after how many of its own steps memory is counted again.
     """
 
-    track: Track
+    track: tasks.Track
     limits: Limits
     started: float
     last: float
@@ -142,14 +131,14 @@ class Driver:
             lambda missing: terminal.show(Message(str(missing), Tone.WARNING)),  # the program goes on without it
         )
         self.devices.outside.tell = lambda text: terminal.show(Message(text))
-        self.tasks = Tasks(engine, environment, self.devices)
+        self.tasks = tasks.Tasks(engine, environment, self.devices)
         self._performer = Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
         self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it
         self.asking: set[int] = set()
-        self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
-        self.then: Callable[[Track], Callable[[RunResult], None] | None] = lambda _track: None
+        self.answers: Callable[[tasks.Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
+        self.then: Callable[[tasks.Track], Callable[[RunResult], None] | None] = lambda _track: None
         self.lags: Callable[[], bool] = lambda: False
         environment.signals.engine = engine
         environment.signals.listeners.append(self._follow)
@@ -157,7 +146,7 @@ class Driver:
         environment.system = self.tasks
 
     @property
-    def awaited(self) -> Track | None:
+    def awaited(self) -> tasks.Track | None:
         """The task for whose end a request lets time go on. Any thread may ask."""
         last = self._runs[-1:]
         return last[0].track if last and last[0].then is None else None
@@ -181,7 +170,9 @@ class Driver:
     def waits_for_users(self) -> bool:
         """Whether programs wait until users have received what they TYPE. Programs that are to end do not wait."""
         return (
-            self.lags() and not self._ends and not any(isinstance(one.pending, Aborted) for one in self.tasks.running)
+            self.lags()
+            and not self._ends
+            and not any(isinstance(one.pending, tasks.Aborted) for one in self.tasks.running)
         )
 
     @property
@@ -192,7 +183,7 @@ class Driver:
 
     # --- a user waits ---
 
-    def run(self, track: Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Dialogue[RunResult]:
+    def run(self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Dialogue[RunResult]:
         """Run until a task stops, or (`all_tasks`) until every task has. At each RUNNING the actor lets one thing
         happen (`step`); the other tasks run beside it, and their questions are asked.
         """
@@ -213,13 +204,15 @@ class Driver:
             raise
         return self._result(self._over(track))
 
-    def _foreground(self, run: _Run) -> Track | None:
+    def _foreground(self, run: _Run) -> tasks.Track | None:
         """The task that a run waits for now; None where the run is over."""
         if run.track.running:
             return run.track
         return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
 
-    def begin(self, track: Track, limits: Limits = ATTENDED, then: Callable[[RunResult], None] | None = None) -> _Run:
+    def begin(
+        self, track: tasks.Track, limits: Limits = ATTENDED, then: Callable[[RunResult], None] | None = None
+    ) -> _Run:
         """Wait for a task from now on, within limits; `then` is called at its end, where no request waits for it."""
         now = self.engine.now
         run = _Run(track, limits, now, now + limits.last, self.tasks.steps_done, then)
@@ -231,7 +224,7 @@ class Driver:
         self._performer.last = run.last
         return run
 
-    def _over(self, track: Track) -> _Run:
+    def _over(self, track: tasks.Track) -> _Run:
         """Wait for a task no longer."""
         run = next(run for run in self._runs if run.track is track)
         self._runs.remove(run)
@@ -261,7 +254,7 @@ class Driver:
             pass
         elif isinstance(track.pending, UNTIMED) and self._in_vain():
             self._end_vain_wait(run, track)
-        elif coming > run.last and not isinstance(track.pending, Failed | Aborted):
+        elif coming > run.last and not isinstance(track.pending, Failed | tasks.Aborted):
             self._exceed_time(run)
         elif self._let_time_pass(track, coming):
             most = run.limits.max_steps
@@ -270,12 +263,12 @@ class Driver:
             self._look()
         self._tell_ends()
 
-    def abort(self, number: int) -> Track | None:
+    def abort(self, number: int) -> tasks.Track | None:
         """Stop a task now, however late its own steps are; None where no task of this number runs."""
         self.engine.clock.advance(self.engine.clock.reached)
         return self.tasks.abort(number)
 
-    def drop(self, foreground: Track | None = None) -> None:
+    def drop(self, foreground: tasks.Track | None = None) -> None:
         """Stop the robot, the task that a user waited for, and the tasks that an error of vrs itself has broken."""
         self.engine.clock.advance(self.engine.clock.reached)
         self.engine.stop()
@@ -286,7 +279,7 @@ class Driver:
 
     def broken_off(self, error: LimitReached) -> RunResult:
         """The result of a run that `error` broke off in the middle of a step."""
-        track = self.tasks.get(ROBOT_PROGRAM)
+        track = self.tasks.get(tasks.ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
         track.fault, track.outcome = track.task.fail(error).fault, RunOutcome.FAILED
@@ -315,9 +308,9 @@ class Driver:
 
     # --- questions ---
 
-    def questions(self) -> list[tuple[Track, PendingInput]]:
+    def questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
         """The tasks that wait for a line of the terminal, with their questions, in the order of asking."""
-        waiting = [(track, track.pending) for track in self.tasks if isinstance(track.pending, PendingInput)]
+        waiting = [(track, track.pending) for track in self.tasks if isinstance(track.pending, tasks.PendingInput)]
         return sorted(waiting, key=lambda one: one[1].number)
 
     def answer(self, number: int, answer: str | VrsError | None) -> None:
@@ -332,7 +325,7 @@ class Driver:
             self._performer.answer(*found, answer)
         except VrsError as error:
             self._do(found[0], self._throw(found[0], error))
-        self.tasks.current = PROMPT_LINE
+        self.tasks.current = tasks.PROMPT_LINE
 
     def ask(self) -> Dialogue[None]:
         """Ask users the questions of the tasks that they drive; Ctrl-C stops the task that asks."""
@@ -352,7 +345,7 @@ class Driver:
             finally:
                 self.asking.discard(asked.number)
 
-    def open_questions(self) -> list[tuple[Track, PendingInput]]:
+    def open_questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
         """The questions for the user who is served now that no user has before them."""
         return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
@@ -363,7 +356,7 @@ class Driver:
 
     # --- limits ---
 
-    def _end_vain_wait(self, run: _Run, track: Track) -> None:
+    def _end_vain_wait(self, run: _Run, track: tasks.Track) -> None:
         """End the wait of a task for what will never happen."""
         more = self._advice("signals")
         error = endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
@@ -394,7 +387,7 @@ class Driver:
         """End each run that has reached a limit of steps or of memory."""
         for run in self._runs:
             track = self._foreground(run)
-            if track is None or isinstance(track.pending, Failed | Aborted):
+            if track is None or isinstance(track.pending, Failed | tasks.Aborted):
                 continue
             limits, done = run.limits, self.tasks.steps_done - run.before
             if limits.max_steps is not None and done > limits.max_steps:
@@ -409,7 +402,7 @@ class Driver:
                     what = f"arrays and strings{and_events} hold {held} elements, {limits.max_elements} at most"
                     self._end_at_limit(run, what, self._advice("max_elements"))
 
-    def _let_time_pass(self, foreground: Track, coming: float) -> bool:
+    def _let_time_pass(self, foreground: tasks.Track, coming: float) -> bool:
         """Let time go on; whether it has come so far. On a paused clock the foreground task fails."""
         try:
             self.engine.clock.wait(coming)
@@ -436,18 +429,18 @@ class Driver:
             if track is not foreground:
                 self.tasks.abort(track.number)
 
-    def _fail(self, track: Track, error: VrsError) -> None:
+    def _fail(self, track: tasks.Track, error: VrsError) -> None:
         """Raise an error in a task, in place of what it waits for."""
         track.pending = None
         self._do(track, self._throw(track, error))
 
-    def _whereabouts(self, foreground: Track) -> Iterator[str]:
+    def _whereabouts(self, foreground: tasks.Track) -> Iterator[str]:
         """Where each task waits or is busy, the task that was waited for first."""
         others = [track for track in self.tasks.in_order() if track.running and track is not foreground]
         for track in [foreground, *others]:
             task = track.task
             waits = "waits" if track.pending is not None else "is busy"
-            number = f"task {track.number}, " if track.number > ROBOT_PROGRAM else ""
+            number = f"task {track.number}, " if track.number > tasks.ROBOT_PROGRAM else ""
             place = f"{number}{task.program or 'the line'} step {task.step}"
             yield f"{place} {waits} at {task.source}" if task.source else f"{place} {waits}"
 
@@ -502,12 +495,12 @@ class Driver:
             return  # a signal has changed, for which nobody waits
         self.tasks.current, signals.place = track.number, None
         self._do(track, self._event(track, budget))
-        self.tasks.current = PROMPT_LINE
+        self.tasks.current = tasks.PROMPT_LINE
         signals.follow_clock()  # what the task has changed on the timeline is no change of the signals now
         if track.reacts and self._left_now(track) > 0:  # to more than one signal: one after the other
             track.wake = self.engine.now
 
-    def _do(self, track: Track, event: Pending) -> None:
+    def _do(self, track: tasks.Track, event: tasks.Pending) -> None:
         """Do what a task asks for. What cannot be done fails in the task, which asks for something else then."""
         while True:
             track.wake = self.engine.now
@@ -569,7 +562,7 @@ class Driver:
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)
 
-    def _event(self, track: Track, budget: int) -> Pending:
+    def _event(self, track: tasks.Track, budget: int) -> tasks.Pending:
         """What a task asks for now: what it was waiting for, or what comes next in its program."""
         reacts, pending, track.pending = track.reacts, track.pending, None
         if pending is not None:
@@ -588,13 +581,13 @@ class Driver:
             return self._asked_again(track, self._step_by_step(track, answer))
         return self._asked_again(track, track.task.resume(answer, budget))
 
-    def _throw(self, track: Track, error: VrsError) -> Pending:
+    def _throw(self, track: tasks.Track, error: VrsError) -> tasks.Pending:
         """What a task asks for after an error in what it asked for before."""
         track.asked = self.engine.now
         return self._asked_again(track, track.task.throw(error))
 
     @staticmethod
-    def _asked_again(track: Track, event: _P) -> _P:
+    def _asked_again(track: tasks.Track, event: _P) -> _P:
         """Restore when an event was asked for first that a reaction had interrupted. Return the event."""
         for held in track.held:
             if held[0] is event:
@@ -603,13 +596,13 @@ class Driver:
                 break
         return event
 
-    def _left_now(self, track: Track) -> int:
+    def _left_now(self, track: tasks.Track) -> int:
         """How many steps a task may do at the present instant before time has to go on."""
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return BUDGET - (track.task.steps_done - track.before)
 
-    def _step_by_step(self, track: Track, answer: str | None) -> Event | Stopped | Onward:
+    def _step_by_step(self, track: tasks.Track, answer: str | None) -> Event | tasks.Stopped | tasks.Onward:
         """Do the present step of a task: what it asks for, or whether the program stops before the next step."""
         task, stepping = track.task, track.stepping
         if task.between:
@@ -622,8 +615,10 @@ class Driver:
             return event
         changes = [change for watch in self.tasks.watches if (change := watch.change())]
         if changes:
-            return Stopped("WATCHED", "; ".join(changes))
+            return tasks.Stopped("WATCHED", "; ".join(changes))
         if stepping is not None:
             done = stepping.begun and not (stepping.over and len(task.stack) > stepping.depth)
-            return Stopped("STEPPED") if done else ONWARD
-        return Stopped("BREAKPOINT") if (key_of(task.program), task.step) in self.tasks.breakpoints else ONWARD
+            return tasks.Stopped("STEPPED") if done else tasks.ONWARD
+        return (
+            tasks.Stopped("BREAKPOINT") if (key_of(task.program), task.step) in self.tasks.breakpoints else tasks.ONWARD
+        )

@@ -20,54 +20,24 @@ from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Aborted, Onward, PendingInput, Stopped, Tasks, Track
-from vrs_cli.language.run.effects import (
-    TERMINAL,
-    AttachRobot,
-    AwaitLine,
-    Budget,
-    ControlTask,
-    CycleBegins,
-    DetachRobot,
-    EventSignal,
-    Failed,
-    Halt,
-    Pause,
-    ProgramCompleted,
-    Prompt,
-    ReadRecord,
-    RunSignal,
-    SetEvent,
-    StartTask,
-    TaskControl,
-    TaskState,
-    Type,
-    UnitEffect,
-    Wait,
-    WaitEvent,
-)
+from vrs_cli.language.run import effects
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import TICK
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.trajectory.instant import LATEST, on_grid
-from vrs_cli.values.commands import (
-    Brake,
-    Break,
-    Move,
-    OperateHand,
-    Request,
-    SetChannels,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSwitch,
-    Stamp,
-)
+from vrs_cli.values import commands
 from vrs_cli.values.results import RunOutcome
 
 VAIN_READ = 100  # steps of the instant that a READ counts for where nothing has come: it takes the CPU as long
 LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
-EVERYBODYS = (SetChannels, SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
-STAMPED = (Move, SetChannels, OperateHand)  # requests that may have a time
+EVERYBODYS = (
+    commands.SetChannels,
+    commands.SetMonitorSpeed,
+    commands.SetParameter,
+    commands.SetSwitch,
+)  # requests that a task without the robot may make
+STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time
 STEPS_A_START = 100  # that the start of a task takes as long as
 
 
@@ -135,18 +105,21 @@ class Performer:
 
     # --- the terminal and the files ---
 
-    def _prompt(self, track: Track, event: Prompt) -> None:
+    def _prompt(self, track: Track, event: effects.Prompt) -> None:
         self._transcript.count(event.text)
         self._ask(track, event)
 
-    def _unit(self, track: Track, event: UnitEffect) -> None:
-        if isinstance(event, AwaitLine | ReadRecord) and event.unit == TERMINAL:
+    def _unit(self, track: Track, event: effects.UnitEffect) -> None:
+        if isinstance(event, effects.AwaitLine | effects.ReadRecord) and event.unit == effects.TERMINAL:
             self._ask(track, event)
             return
         answer = self._devices.perform(track.number, event)
         if not isinstance(answer, Waits):
             track.answer = answer
-            if isinstance(event, ReadRecord) and self._devices.status(track.number, event.unit) == NoDataReceived.code:
+            if (
+                isinstance(event, effects.ReadRecord)
+                and self._devices.status(track.number, event.unit) == NoDataReceived.code
+            ):
                 track.before -= VAIN_READ
             return
         last = on_grid(track.asked + min(self._devices.outside.patience, LATEST))
@@ -155,7 +128,7 @@ class Performer:
         else:
             self._devices.expire(track.number, event)
 
-    def _ask(self, track: Track, event: Prompt | ReadRecord | AwaitLine) -> None:
+    def _ask(self, track: Track, event: effects.Prompt | effects.ReadRecord | effects.AwaitLine) -> None:
         """Ask a question; the task goes on with the answer."""
         self.asked = True
         track.until(inf, PendingInput(next(self._questions), event))
@@ -166,25 +139,25 @@ class Performer:
         """
         track.until(self._engine.now)
         event = asked.event
-        if isinstance(event, Prompt) and answer is None:
+        if isinstance(event, effects.Prompt) and answer is None:
             raise event.wrong or EndOfInput(f"PROMPT {event.text!r} has nothing more to read")
-        if isinstance(event, Prompt):
+        if isinstance(event, effects.Prompt):
             track.answer = _line(answer)
         else:
-            of_getc = isinstance(event, AwaitLine)
+            of_getc = isinstance(event, effects.AwaitLine)
             line = self._devices.line(None if isinstance(answer, EndOfInput) else _line(answer), of_getc=of_getc)
             track.answer = None if of_getc else line
 
     # --- waits ---
 
-    def _wait(self, track: Track, wait: Wait) -> None:
+    def _wait(self, track: Track, wait: effects.Wait) -> None:
         first = on_grid(track.asked) + wait.ticks * TICK
         if self._engine.now < first:
             track.until(first, wait)
         elif not wait.condition():
             track.until(on_grid(self._engine.now) + TICK, wait)
 
-    def _wait_event(self, track: Track, wait: WaitEvent) -> None:
+    def _wait_event(self, track: Track, wait: effects.WaitEvent) -> None:
         if wait.event and track.event:
             track.event = False
             return
@@ -192,7 +165,7 @@ class Performer:
         if self._engine.now < end:
             track.until(end, wait)
 
-    def _set_event(self, track: Track, event: SetEvent) -> None:
+    def _set_event(self, track: Track, event: effects.SetEvent) -> None:
         other = track if event.task is None else self._tasks.get(event.task)
         if other is None or not other.running:
             raise TaskNotActive(f"task {event.task}", "an event is set for a task that runs")
@@ -201,20 +174,20 @@ class Performer:
         else:
             other.event = False
 
-    def _event_signal(self, track: Track, event: EventSignal) -> None:
+    def _event_signal(self, track: Track, event: effects.EventSignal) -> None:
         track.event_signal = event.signal
 
     # --- the robot ---
 
-    def _cycle_begins(self, track: Track, event: CycleBegins) -> None:
+    def _cycle_begins(self, track: Track, event: effects.CycleBegins) -> None:
         if self._tasks.owns(track) or track.at_prompt:
             for setting in event.settings:
                 self._engine.perform(setting)
 
-    def request(self, track: Track, request: Request) -> None:
+    def request(self, track: Track, request: commands.Request) -> None:
         """Give a request to the robot once the robot is ready for it."""
         if not (self._tasks.owns(track) or isinstance(request, EVERYBODYS)):
-            if isinstance(request, Break | Brake):
+            if isinstance(request, commands.Break | commands.Brake):
                 return
             raise self._tasks.not_attached()
         engine, in_program = self._engine, track.in_program
@@ -227,11 +200,13 @@ class Performer:
         issued, track.issued = track.asked if track.issued is None else track.issued, None
         request = request if in_program else by_robot_clock(request, track.times)
         track.until(engine.begin(request, program=in_program, issued=issued))
-        for other in self._tasks.running if isinstance(request, Brake) else ():
-            if isinstance(other.pending, Request):  # the robot will be at rest at another time than was thought
+        for other in self._tasks.running if isinstance(request, commands.Brake) else ():
+            if isinstance(
+                other.pending, commands.Request
+            ):  # the robot will be at rest at another time than was thought
                 other.wake = engine.now
 
-    def _check_in_bounds(self, stamp: Stamp) -> None:
+    def _check_in_bounds(self, stamp: commands.Stamp) -> None:
         """Raises IllegalValue for a motion that would begin when its program has been stopped."""
         word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
         if begin > self.last:
@@ -239,17 +214,17 @@ class Performer:
             hint = f"the program is stopped at {self.last:g} s"
             raise IllegalValue(f"{word} {stamp.seconds:g}", hint if more == GO_ON else f"{hint}: {more}")
 
-    def _attach(self, track: Track, event: AttachRobot) -> None:
+    def _attach(self, track: Track, event: effects.AttachRobot) -> None:
         if not self._tasks.attach_robot(track):
             track.until(inf, event)
 
-    def _detach(self, track: Track, _event: DetachRobot) -> None:
+    def _detach(self, track: Track, _event: effects.DetachRobot) -> None:
         track.mine = False
         self._tasks.release_robot(track)
 
     # --- other tasks ---
 
-    def _start_task(self, track: Track, event: StartTask) -> None:
+    def _start_task(self, track: Track, event: effects.StartTask) -> None:
         """Start a task. It has what is left of the steps that the task that starts it may do at this instant: a
         program that starts itself over and over does not hold time up.
         """
@@ -260,41 +235,45 @@ class Performer:
         started = self._tasks.start(number, task, self._devices.disk.folders.get(track.number))
         started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 
-    def _control_task(self, _track: Track, event: ControlTask) -> None:
+    def _control_task(self, _track: Track, event: effects.ControlTask) -> None:
         number = event.number
-        if event.control is TaskControl.ABORT:
+        if event.control is effects.TaskControl.ABORT:
             if self._tasks.abort(number) is None:
                 raise TaskNotActive(f"task {number}", "it does not run")
-        elif event.control is TaskControl.KILL:
+        elif event.control is effects.TaskControl.KILL:
             self._tasks.kill(number)
-        elif event.control is TaskControl.CYCLE_END:
+        elif event.control is effects.TaskControl.CYCLE_END:
             self._tasks.end_cycles(number)
         else:
-            self._tasks.proceed(number, retry=event.control is TaskControl.RETRY)
+            self._tasks.proceed(number, retry=event.control is effects.TaskControl.RETRY)
 
     # --- endings ---
 
-    def _end(self, track: Track, event: ProgramCompleted | Halt | Pause | Failed | Aborted | Stopped) -> None:
+    def _end(
+        self,
+        track: Track,
+        event: effects.ProgramCompleted | effects.Halt | effects.Pause | effects.Failed | Aborted | Stopped,
+    ) -> None:
         """End the task once the robot is at rest, where the task has the robot and is no line of the prompt. A task
         that is stopped while the clock is paused does not wait for that.
         """
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
-        stands = self._engine.clock.paused and isinstance(event, Failed | Aborted)
+        stands = self._engine.clock.paused and isinstance(event, effects.Failed | Aborted)
         if rests and not stands and self._tasks.owns(track) and self._engine.now < self._engine.end:
             track.until(self._engine.end, event)
             return
-        if isinstance(event, Failed):
+        if isinstance(event, effects.Failed):
             track.fault, track.error = event.fault, event.error
         if isinstance(event, Stopped):
-            track.detail, track.task.state = event.detail, TaskState.PAUSED
+            track.detail, track.task.state = event.detail, effects.TaskState.PAUSED
         self._tasks.stop(track, RunOutcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
 
 
-def by_robot_clock(request: Request, times: HolderTimes) -> Request:
+def by_robot_clock(request: commands.Request, times: HolderTimes) -> commands.Request:
     """Return a request of a line of the prompt with its time, given by the user's clock, by the robot's clock."""
     if not (isinstance(request, STAMPED) and request.stamp is not None and not request.stamp.relative):
         return request
-    return structs.replace(request, stamp=Stamp(times.robot_time(request.stamp.seconds)))
+    return structs.replace(request, stamp=commands.Stamp(times.robot_time(request.stamp.seconds)))
 
 
 def _line(answer: str | VrsError | None) -> str | None:
@@ -305,28 +284,28 @@ def _line(answer: str | VrsError | None) -> str | None:
 
 
 _ENDINGS: dict[type, RunOutcome] = {
-    ProgramCompleted: RunOutcome.COMPLETED,
-    Halt: RunOutcome.HALTED,
-    Pause: RunOutcome.PAUSED,
-    Failed: RunOutcome.FAILED,
+    effects.ProgramCompleted: RunOutcome.COMPLETED,
+    effects.Halt: RunOutcome.HALTED,
+    effects.Pause: RunOutcome.PAUSED,
+    effects.Failed: RunOutcome.FAILED,
     Aborted: RunOutcome.ABORTED,
 }
 
 ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
-    Type: lambda performer, _track, event: performer._transcript.show(event.text, event.newline),
-    Prompt: Performer._prompt,
-    **dict.fromkeys(UnitEffect.__subclasses__(), Performer._unit),
-    Wait: Performer._wait,
-    WaitEvent: Performer._wait_event,
-    SetEvent: Performer._set_event,
-    EventSignal: Performer._event_signal,
-    Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + TICK),
+    effects.Type: lambda performer, _track, event: performer._transcript.show(event.text, event.newline),
+    effects.Prompt: Performer._prompt,
+    **dict.fromkeys(effects.UnitEffect.__subclasses__(), Performer._unit),
+    effects.Wait: Performer._wait,
+    effects.WaitEvent: Performer._wait_event,
+    effects.SetEvent: Performer._set_event,
+    effects.EventSignal: Performer._event_signal,
+    effects.Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + TICK),
     Onward: lambda _performer, _track, _event: None,  # the next step at once
-    CycleBegins: Performer._cycle_begins,
-    AttachRobot: Performer._attach,
-    DetachRobot: Performer._detach,
-    RunSignal: lambda performer, track, event: performer._tasks.set_run_signal(track, event.signal),
-    StartTask: Performer._start_task,
-    ControlTask: Performer._control_task,
+    effects.CycleBegins: Performer._cycle_begins,
+    effects.AttachRobot: Performer._attach,
+    effects.DetachRobot: Performer._detach,
+    effects.RunSignal: lambda performer, track, event: performer._tasks.set_run_signal(track, event.signal),
+    effects.StartTask: Performer._start_task,
+    effects.ControlTask: Performer._control_task,
     **dict.fromkeys((*_ENDINGS, Stopped), Performer._end),
 }

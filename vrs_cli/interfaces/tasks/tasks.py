@@ -18,18 +18,7 @@ from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.run.effects import (
-    LAST_TASK,
-    AttachRobot,
-    AwaitLine,
-    Event,
-    Prompt,
-    ReadRecord,
-    TaskState,
-    UnitEffect,
-    Wait,
-    WaitEvent,
-)
+from vrs_cli.language.run import effects
 from vrs_cli.language.run.memory import ROBOT_NUMBER, System
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.words.values import key_of
@@ -48,12 +37,12 @@ ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is
 
 RUN_STATES = {
-    TaskState.RUNNING: EXECUTING,
-    TaskState.PAUSED: PAUSED,
-    TaskState.FAILED: FAILED,
-    TaskState.HALTED: COMPLETED,
-    TaskState.ABORTED: ABORTED,
-    TaskState.COMPLETED: COMPLETED,
+    effects.TaskState.RUNNING: EXECUTING,
+    effects.TaskState.PAUSED: PAUSED,
+    effects.TaskState.FAILED: FAILED,
+    effects.TaskState.HALTED: COMPLETED,
+    effects.TaskState.ABORTED: ABORTED,
+    effects.TaskState.COMPLETED: COMPLETED,
 }
 NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # STATUS
 
@@ -69,12 +58,12 @@ class PendingInput(Struct, frozen=True):
     """A task waits for a line of the terminal: `number` is that of the question, `event` what the task asked."""
 
     number: int
-    event: Prompt | ReadRecord | AwaitLine
+    event: effects.Prompt | effects.ReadRecord | effects.AwaitLine
 
     @property
     def question(self) -> LineWanted:
         """The question for the user who drives the task."""
-        if not isinstance(self.event, Prompt):
+        if not isinstance(self.event, effects.Prompt):
             return LineWanted("")
         wrong = self.event.wrong
         return LineWanted(self.event.text, "" if wrong is None else str(wrong))
@@ -91,7 +80,7 @@ class Onward(Struct, frozen=True):
     """The program stands before a step, and goes on at once."""
 
 
-Pending = Event | Aborted | Stopped | Onward | PendingInput
+Pending = effects.Event | Aborted | Stopped | Onward | PendingInput
 ONWARD = Onward()
 
 
@@ -165,7 +154,7 @@ class Track(Struct, eq=False):
         due = self.task.reactions.due
         if due is None:
             return False
-        return isinstance(self.pending, Wait | WaitEvent | UnitEffect) or (
+        return isinstance(self.pending, effects.Wait | effects.WaitEvent | effects.UnitEffect) or (
             due.immediate and isinstance(self.pending, Request)
         )
 
@@ -272,7 +261,7 @@ class Tasks(System):
 
     def free(self) -> int:
         """The first number that is not in use. Raises TaskActive."""
-        free = set(range(1, LAST_TASK + 1)) - {track.number for track in self.running}
+        free = set(range(1, effects.LAST_TASK + 1)) - {track.number for track in self.running}
         if not free:
             raise TaskActive("every task is in use", "{KILL} clears one")
         return min(free)
@@ -289,7 +278,7 @@ class Tasks(System):
         if retry:
             track.task.retry()
         track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
-        track.task.state = TaskState.RUNNING  # from now on, not from its turn
+        track.task.state = effects.TaskState.RUNNING  # from now on, not from its turn
         track.driven_by = self.who
         self._take_robot(track)
         self._run_signal(track, running=True)
@@ -383,7 +372,7 @@ class Tasks(System):
             return
         self._owner = None
         for other in self:
-            if isinstance(other.pending, AttachRobot):
+            if isinstance(other.pending, effects.AttachRobot):
                 other.wake = self._engine.now
 
     # --- units ---
@@ -391,7 +380,7 @@ class Tasks(System):
     def look_at_units(self) -> None:
         """Let the tasks that wait for a device look again: something has arrived."""
         for track in self.running:
-            if isinstance(track.pending, UnitEffect):
+            if isinstance(track.pending, effects.UnitEffect):
                 track.wake = self._engine.now
 
     # --- signals ---
@@ -406,13 +395,13 @@ class Tasks(System):
                 self.observed(track, signal, on)
             if on and track.event_signal == signal:
                 self.set_event(track)
-            if (isinstance(track.pending, Wait) and not track.pending.ticks) or track.reacts:
+            if (isinstance(track.pending, effects.Wait) and not track.pending.ticks) or track.reacts:
                 track.wake = self._engine.now
 
     def set_event(self, track: Track) -> None:
         """SET.EVENT: set the event of a task, and look now at its WAIT.EVENT."""
         track.event = True
-        if isinstance(track.pending, WaitEvent):
+        if isinstance(track.pending, effects.WaitEvent):
             track.wake = self._engine.now
 
     def set_run_signal(self, track: Track, signal: int) -> None:
