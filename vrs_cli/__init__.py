@@ -17,7 +17,7 @@ _HOMES = {  # the module of each public name
     "Robot": "vrs_cli.api.robot",
     "load": "vrs_cli.api.robot",
     "connect": "vrs_cli.api.connection",
-    "LeRobotArm": "vrs_cli.api.lerobot",
+    "LeRobotArm": "vrs_cli.api.connection",
     "trans": "vrs_cli.api.location",
     "Location": "vrs_cli.api.location",
     "Posture": "vrs_cli.api.posture",

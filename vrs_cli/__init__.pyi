@@ -5,10 +5,10 @@ from vrs_cli.api.answers import ProgramFailed as ProgramFailed
 from vrs_cli.api.answers import Replies as Replies
 from vrs_cli.api.answers import Run as Run
 from vrs_cli.api.answers import Scene as Scene
+from vrs_cli.api.connection import LeRobotArm as LeRobotArm
 from vrs_cli.api.connection import connect as connect
 from vrs_cli.api.connection import load_ipython_extension as load_ipython_extension
 from vrs_cli.api.control import Dragged as Dragged
-from vrs_cli.api.lerobot import LeRobotArm as LeRobotArm
 from vrs_cli.api.location import Location as Location
 from vrs_cli.api.location import trans as trans
 from vrs_cli.api.posture import Measured as Measured

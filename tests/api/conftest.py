@@ -1,4 +1,4 @@
-"""Robots of this process and of a server: both are the same to Python."""
+"""Give tests robots of this process and of a server, which behave the same in Python."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ New = Callable[[], vrs.Robot]
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Iterator[str]]:
-    """The addresses of robots that nobody has moved yet."""
+    """Yield an iterator of addresses of robots that have not moved yet."""
     cells = tuple(f"cell{k}" for k in range(70))
     with serving(tmp_path_factory.mktemp("served"), cells) as it:
         yield (f"{it.address}/robots/{cell}" for cell in cells)
@@ -23,7 +23,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Iterator[str]]:
 
 @pytest.fixture(params=["here", "served"])
 def new(request: pytest.FixtureRequest) -> Iterator[New]:
-    """Makes robots of this process, and connects to robots of a server: both are the same to Python."""
+    """Yield a function that makes robots of this process, or one that connects to robots of a server."""
     with ExitStack() as left:
         if request.param == "here":
             yield vrs.Robot

@@ -1,4 +1,4 @@
-"""A scene in a notebook: the whole page below the cell, which plays there."""
+"""Test a scene in a notebook: the whole page plays below the cell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits, folders, cells and signals of a robot, and of one call."""
+"""Test limits, folders, cells and signals of a robot and of one call, and streams of targets."""
 
 from __future__ import annotations
 
@@ -347,7 +347,7 @@ def test_what_is_no_target_is_refused_and_ends_the_stream(new: New) -> None:
 
 
 def test_who_stops_the_robot_is_not_steered_over(new: New) -> None:
-    """A loop that sends on would make another user's stop useless."""
+    """A loop that goes on sending must not undo another user's stop."""
     r = new()
     r.steer(circle(1)).steer(circle(2))
     r.held.abort()  # as another thread or user does

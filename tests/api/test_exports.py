@@ -1,4 +1,4 @@
-"""What `import vrs_cli` gives: lazily at run time, and to type checkers by its stub."""
+"""Test the names of `import vrs_cli`: loaded late at run time, and in the stub for type checkers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes wrong in Python is told in methods, not in words of the shell, here and at a served robot."""
+"""Test that errors in Python name methods instead of words of the shell, here and at a served robot."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ MISTAKES: dict[str, Callable[[vrs.Robot], object]] = {
 
 
 def shell_words(message: str) -> set[str]:
-    """Words of the shell in the hint of a message, but for those that `do` is to be called with."""
+    """Return words of the shell in the hint of a message, except those inside a call of `do`."""
     hint = message.rpartition(" (")[2] if message.endswith(")") else ""
     hint = re.sub(r"do\((['\"]).*?\1\)", "", message[message.find(hint) :] if hint else "")
     return set(re.findall(r"\b[A-Z]{2,}\b", hint)) & WORDS

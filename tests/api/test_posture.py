@@ -1,4 +1,4 @@
-"""Parts of a cell in Python, here and over a connection."""
+"""Test parts of a cell, measured joints and the model in Python, here and over a connection."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The public robot, of this process and of a server: the promises of docs/python.md, and every wrong use."""
+"""Test the public robot, in this process and served: the promises of docs/python.md, and every wrong use."""
 
 from __future__ import annotations
 
@@ -605,7 +605,7 @@ WRONG: tuple[tuple[Callable[[vrs.Robot], object], type[Exception], str], ...] = 
 
 @pytest.fixture(scope="module", params=["here", "served"])
 def untouched(request: pytest.FixtureRequest) -> Iterator[vrs.Robot]:
-    """A robot that refuses all that is asked of it."""
+    """Yield a robot that refuses all that the test asks of it."""
     if request.param == "here":
         yield vrs.Robot()
     else:

@@ -1,4 +1,4 @@
-"""What a reader has read, done on a timeline of our own; and what a run did, read from its timeline."""
+"""Carry out what a reader has read on a timeline of our own, and read from a timeline what a run did."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ SAME = 1e-8  # of the elements of a pose
 
 
 class Done(NamedTuple):
-    """The places at which motions end or round a corner, 4x4 each; outputs in order (None: the hand); inputs read."""
+    """The places at which motions end or round a corner, 4x4 each; the outputs in order (None: the hand); the inputs
+    read.
+    """
 
     places: list[Matrix]
     outputs: list[tuple[int | None, bool]]
@@ -29,7 +31,7 @@ class Done(NamedTuple):
 
 
 def play(operations: Iterable[Operation], robot: Robot) -> Done:
-    """Do operations one by one, each motion to its end."""
+    """Carry out operations one by one, each motion to its end."""
     places, inputs = list[Matrix](), list[tuple[int, bool]]()
     for one in operations:
         match one:
@@ -60,7 +62,7 @@ def play(operations: Iterable[Operation], robot: Robot) -> Done:
 
 
 def outputs_of(timeline: Timeline) -> list[tuple[int | None, bool]]:
-    """The changes of outputs and the hand, in order of time."""
+    """Return the changes of outputs and the hand, in order of time."""
     found, now = list[tuple[int | None, bool]](), dict[int, bool]()
     for event in timeline.events:
         on = event.value >= 0.5
@@ -71,7 +73,7 @@ def outputs_of(timeline: Timeline) -> list[tuple[int | None, bool]]:
 
 
 def done_in(arm: RobotArm, timeline: Timeline) -> Done:
-    """What a run did: of each motion where it leads, or where another has cut it short."""
+    """Return what a run did: the end of each motion, or the place where another has cut it short."""
     places = list[Matrix]()
     motions = [list(found) for _, found in groupby(timeline, key=lambda segment: segment.motion.number)][1:]
     for segments, following in zip(motions, [*motions[1:], None], strict=True):
@@ -96,11 +98,11 @@ def _matrix(T: Transform) -> Matrix:
 
 
 def farthest(a: list[Matrix], b: list[Matrix]) -> float:
-    """How far places are apart at most [m]."""
+    """Return the largest distance between places [m]."""
     assert len(a) == len(b)
     return max((float(np.linalg.norm(p[:3, 3] - q[:3, 3])) for p, q in zip(a, b, strict=True)), default=0.0)
 
 
 def most_turned(a: list[Matrix], b: list[Matrix]) -> float:
-    """How far axes are apart at most: the largest element of the difference of rotations."""
+    """Return the largest element of the difference of rotations."""
     return max((float(np.abs(p[:3, :3] - q[:3, :3]).max()) for p, q in zip(a, b, strict=True)), default=0.0)

@@ -1,6 +1,6 @@
-"""A small machine for RAPID as it is written: the text becomes a tree, which is carried out on a robot of our own.
+"""Carry out RAPID text on a robot of our own with a small machine.
 
-Of the routines of the language it has those that are used. Motions go to their ends, one by one.
+It has only the routines of the language that are used. Motions go to their ends, one by one.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ CLOSERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "TEST": "ENDTEST
 
 
 class Record(list[Any]):
-    """An aggregate, with the names of its fields."""
+    """An aggregate with the names of its fields."""
 
     def __getattr__(self, name: str) -> Any:
         if name not in FIELDS:
@@ -47,14 +47,14 @@ class Record(list[Any]):
         return self[FIELDS[name]]
 
     def __mul__(self, other: Any) -> Record:
-        """Turn by one orientation, and then by another in the frame turned so."""
+        """Return the product of two rotations: the second is in the frame that the first has turned."""
         (a, b, c, d), (e, f, g, h) = self, other
         w, x = a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g
         return Record([w, x, a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e])
 
 
 class Array(dict[Any, Any]):
-    """Elements from 1 on."""
+    """An array with elements from 1 on."""
 
     def __init__(self, sizes: tuple[int, ...], zero: Any) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class Array(dict[Any, Any]):
 
 @dataclass
 class Alias:
-    """What an INOUT parameter stands for: a variable, or an element of an array."""
+    """The target of an INOUT parameter: a variable, or an element of an array."""
 
     holder: dict[Any, Any]
     key: Any
@@ -111,8 +111,8 @@ class Returned(Exception):
 
 
 class RapidMachine:
-    """Carries out a module on a robot; `done` tells what it did, `typed` what it wrote. `inputs`: when inputs change
-    (time [s], signal, state); a trap is carried out between two lines.
+    """Carries out a module on a robot. `done` has what it did, `typed` what it wrote. `inputs`: the changes of inputs
+    (time [s], signal, state). A trap is carried out between two lines.
     """
 
     def __init__(self, text: str, robot: Robot, inputs: Iterable[tuple[float, int, bool]] = ()) -> None:
@@ -279,7 +279,7 @@ class RapidMachine:
                 getattr(self, f"i_{word}")(*[self._argument(one, own) for one in names])
 
     def _argument(self, text: str, own: dict[str, Any]) -> Any:
-        """The value of an argument; the names of signals stay."""
+        """Return the value of an argument; the name of a signal stays as it is."""
         return text if re.fullmatch(r"d[oi]\d+|doHand|timer\d+|at_trap\d+|\\\w+", text) else self.value(text, own)
 
     def _assign(self, path: str, index: str | None, value: Any, own: dict[str, Any]) -> None:
@@ -350,7 +350,7 @@ class RapidMachine:
         self.armed[name] = signal, bool(on)
 
     def _nothing(self, *_: Any) -> None:
-        """Settings and clocks, and how a motion is stopped: nothing of them is looked at."""
+        """Ignore settings, clocks, and the stop of a motion."""
 
     i_WaitRob = i_ConfJ = i_ConfL = i_ClkStart = i_ClkStop = i_ClkReset = i_AccSet = _nothing  # noqa: N815
     i_StopMove = i_ClearPath = i_StartMove = _nothing  # noqa: N815
@@ -362,7 +362,7 @@ class RapidMachine:
         return _robtarget(self.robot.where().location.matrix)
 
     def f_CalcRobT(self, *_: Any) -> Record:
-        """The arm stands there: it is asked right behind the motion."""
+        """Return the place of the arm, which stands at these joints: the call is right after the motion."""
         return self.f_CRobT()
 
     def f_CJointT(self) -> Record:
@@ -422,7 +422,7 @@ class RapidMachine:
 
 
 class Names(ChainMap[str, Any]):
-    """What a name in an expression is: a variable, a function of the language, or one of the module."""
+    """The names in an expression: variables, functions of the language, and those of the module."""
 
     def __init__(self, machine: RapidMachine, own: dict[str, Any]) -> None:
         super().__init__(own, machine.shared, machine.functions)
@@ -443,7 +443,7 @@ class Names(ChainMap[str, Any]):
 
 
 def _split(text: str) -> list[str]:
-    """The arguments of a call: commas in brackets and strings part nothing."""
+    """Split the arguments of a call at commas outside brackets and strings."""
     found, depth, quoted = [""], 0, False
     for sign in text:
         quoted ^= sign == '"'
@@ -456,7 +456,7 @@ def _split(text: str) -> list[str]:
 
 
 def _python(text: str) -> str:
-    """An expression of RAPID as one of Python."""
+    """Return an expression of RAPID as one of Python."""
     text = re.sub(r"\\\w+(:=\w+)?", "", text).replace("<>", "!=")
     text = re.sub(r"(?<![<>!=:])=(?!=)", "==", text)
     for word, python in {"AND": "and", "OR": "or", "XOR": "!=", "NOT": "not", "TRUE": "True", "FALSE": "False"}.items():

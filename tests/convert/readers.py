@@ -1,7 +1,8 @@
-"""Readers of what `vrs convert` writes, one a language: text -> operations. They share no code with the writers.
+"""Read what `vrs convert` writes, with a reader for each language: text to operations. They share no code with the
+writers.
 
-A reader knows the subset that is written, and refuses every other line. Joints in degrees (mm where one slides), poses
-as 4x4 matrices in metres, seen from the frame in force.
+A reader knows the written subset, and refuses every other line. Joints are in degrees (mm if one slides), poses are 4x4
+matrices in metres in the present frame.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ NUMBER = r"-?\d+(?:\.\d+)?"
 
 @dataclass
 class Joints:
-    """A joint motion; `speed` as the language says it."""
+    """A joint motion; `speed` as the language writes it."""
 
     joints: list[float]
     speed: list[float]
@@ -46,7 +47,7 @@ class Frames:
 
 @dataclass
 class Output:
-    """An output, or (None) the hand; `delay`: after the begin of the motion that follows [s]."""
+    """A change of an output, or (None) of the hand; `delay`: after the begin of the next motion [s]."""
 
     number: int | None
     on: bool
@@ -78,7 +79,7 @@ def matrix(rotation: Matrix, xyz: list[float]) -> Matrix:
 
 
 def about(axis: int, degrees: float) -> Matrix:
-    """A rotation about the axis 0, 1 or 2."""
+    """Return a rotation about the axis 0, 1 or 2."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     i, j = (axis + 1) % 3, (axis + 2) % 3
     result = np.eye(3)
@@ -237,7 +238,7 @@ def read_rapid(text: str) -> list[Operation]:
 
 
 def _rapid_data(lines: list[str]) -> Iterator[tuple[str, Any]]:
-    """Names and values of declarations: aggregates are those of JSON, but for TRUE, FALSE and 9E9."""
+    """Return names and values of declarations. Aggregates are JSON apart from TRUE, FALSE and 9E9."""
     for line in lines:
         m = re.fullmatch(r"(PERS|CONST) (\w+) (\w+) := (.*);", line)
         if m is None or (m[1] == "PERS") is not (m[2] in ("tooldata", "wobjdata")):
@@ -254,7 +255,7 @@ def _rapid_pose(pose: list[list[float]]) -> Matrix:
 
 
 def read_python(text: str) -> list[Operation]:
-    """Without the times of motions; outputs in the order in which they are written."""
+    """Read a Python program, without the times of motions; outputs are in the order of the text."""
     lines = [line for line in text.splitlines() if line and not line.startswith("#")]
     assert lines[0] == "from vrs_cli import Robot, trans"
     assert re.fullmatch(r'robot = Robot\(".*", start=\[.*\].*\)', lines[1])
@@ -285,7 +286,7 @@ def read_python(text: str) -> list[Operation]:
 
 
 def _trans(numbers: str) -> Matrix:
-    """O, A and T of VAL-II: Rz(O) and an axis change, Ry(A), Rz(T)."""
+    """Return the pose of O, A and T of VAL-II: Rz(O) and an axis change, Ry(A), Rz(T)."""
     x, y, z, o, a, t = (float(number) for number in numbers.split(","))
     oat_zero = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
     return matrix(about(2, o) @ oat_zero @ about(1, a) @ about(2, t), [x / 1000.0, y / 1000.0, z / 1000.0])
@@ -295,5 +296,5 @@ READERS = {"urscript": read_urscript, "krl": read_krl, "rapid": read_rapid, "pyt
 
 
 def corners(operations: list[Operation]) -> list[float]:
-    """The blends of the motions that go on without a stop."""
+    """Return the blends of the motions that go on without a stop."""
     return [a.blend for a, _ in pairwise([*operations, None]) if isinstance(a, Joints | Line)]

@@ -1,4 +1,4 @@
-"""RAPID as written: carried out by a machine of our own, it leads where the program leads, with the same outputs."""
+"""Test RAPID as written: a machine of our own carries it out, with the same places and outputs as the program."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def translated(text: str, folder: Path, inputs: str = "") -> tuple[Session, Tran
 
 
 def moved(places: list[Matrix]) -> list[Matrix]:
-    """Return the places that are others than those before them."""
+    """Return the places that differ from those before them."""
     pairs = zip(places, [np.zeros((4, 4)), *places], strict=False)
     return [place for place, before in pairs if np.abs(place - before).max() > NEAR]
 
@@ -149,7 +149,7 @@ def test_reactions_are_traps(tmp_path: Path) -> None:
 
 
 def test_reactions_are_carried_out(tmp_path: Path) -> None:
-    """REACT calls once, REACT again lets it be called again, another program takes its place, IGNORE ends it."""
+    """REACT calls once; REACT again allows a second call; another program replaces it; IGNORE ends it."""
     text = program(
         "REACT 1003, first",
         "REACT -1004, fell",
@@ -185,7 +185,7 @@ def test_reactions_are_carried_out(tmp_path: Path) -> None:
 
 
 def test_variables_of_a_program_are_its_own(tmp_path: Path) -> None:
-    """LOCAL keeps its values, two programs each theirs; of AUTO each call has its own. Arrays too."""
+    """LOCAL keeps its values, two programs have their own; with AUTO each call has its own. Also arrays."""
     text = program(
         "LOCAL n, v[4]", "n = 1", "v[2] = 7", "FOR i = 0 TO 2", "CALL kept(i)", "END", "CALL down(3)", "m = 4"
     )
@@ -216,7 +216,7 @@ MOVE SHIFT(p BY v[1], m)
 
 
 def test_a_loop_that_is_not_carried_out(tmp_path: Path) -> None:
-    """FOR of RAPID carries its first value out, whatever the last is."""
+    """FOR of RAPID always carries out its first value."""
     lines = ("FOR i = 1 TO n", "MOVE SHIFT(a BY i)", "END", "FOR j = 1 TO 0", "MOVE SHIFT(a BY j)", "END")
     check(
         program(
@@ -254,7 +254,7 @@ r[0,0] 1
 
 
 def test_names_do_not_meet(tmp_path: Path) -> None:
-    """Words of RAPID, names of routines and data of the module, and names that differ in one language only."""
+    """Words of RAPID, names of routines and data, and names that differ in one language only stay distinct."""
     text = program(
         *("both = 1", "logical = 2", "z50 = 3", "do1 = 4", "dohand = 5", "l10 = 6", "pow = both**2", "held = 7"),
         *("s_m = 8", '$m = "m"', "a.b = 9", "a_b = 10", "sub = 11", "goal = 12", "temporary1 = 13", "orient = 14"),
@@ -337,7 +337,7 @@ SIMPLE = st.one_of(
 
 @st.composite
 def bodies(draw: st.DrawFn, depth: int = 2) -> list[str]:
-    """Lines of a program. Loops count on variables of their own, which have the depth in their names."""
+    """Yield lines of a program. Loops count on their own variables, which have the depth in their names."""
     lines = list[str]()
     for _ in range(draw(st.integers(1, 4))):
         kind = draw(st.sampled_from(["", "", "IF", "WHILE", "FOR", "CASE", "DO", "GOTO"]))
@@ -383,7 +383,7 @@ def numbered(lines: list[str]) -> Iterator[str]:
 def test_random_programs(
     tmp_path_factory: pytest.TempPathFactory, main: list[str], first: list[str], second: list[str]
 ) -> None:
-    """Programs that call each other downwards, with references, LOCAL and AUTO, lead to the same places and outputs."""
+    """Programs that call each other, with references, LOCAL and AUTO, lead to the same places and outputs."""
     begin = [
         "n = 1",
         "n1 = 1",

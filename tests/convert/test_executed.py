@@ -1,4 +1,6 @@
-"""What `vrs convert` writes, read by our own readers and done on our timeline, leads where the run led."""
+"""Test that the text of `vrs convert`, read by our own readers and carried out on our timeline, leads where the run
+led.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ MAKERS = ("urscript", "rapid", "krl")
 
 
 def session_of(text: str, folder: Path, robot: str | None = None, inputs: Any = None) -> Session:
-    """A session in which the first program of a text has been executed, or has stopped with an error."""
+    """Return a session in which the first program of a text has been executed, or has stopped with an error."""
     model = robot_for(text) if robot is None else load_robot(robot)
     session = Session(RecordingTerminal(), model, folder=Folder(folder), outside=peers_of(text))
     if inputs is not None:
@@ -52,7 +54,7 @@ def played(session: Session, operations: list[Operation]) -> Done:
 
 
 def check_makers(session: Session, target: str) -> list[Operation]:
-    """Compare the places and outputs of one target with the run; the first motion leads to where the run began."""
+    """Compare the places and outputs of one target with the run; the first motion leads to the start of the run."""
     operations = READERS[target](written(session, target).text)
     expected, found = done_in(session.engine.arm, session.engine.timeline), played(session, operations)
     places = found.places if target == "python" else found.places[1:]
@@ -63,8 +65,8 @@ def check_makers(session: Session, target: str) -> list[Operation]:
 
 
 def check_python(session: Session) -> Robot:
-    """Execute the Python program: it ends at the same place, with the same outputs; where no corner is rounded, it
-    leaves the same timeline.
+    """Execute the Python program: it ends at the same place with the same outputs, and without rounded corners leaves
+    the same timeline.
     """
     if not any(move.cut for move in executed_run(session.engine.arm, session.engine.timeline).moves):
         check_makers(session, "python")
@@ -180,7 +182,7 @@ def test_outputs_stay_between_their_motions(target: str, tmp_path: Path) -> None
 
 
 def test_an_output_in_the_middle_of_a_motion(tmp_path: Path) -> None:
-    """KRL has a TRIGGER with a delay for it; the others write it before or behind the motion, and say so."""
+    """KRL has a TRIGGER with a delay for it; the others write it before or after the motion, with a note."""
     session = session_of(program("MOVE a", "SIGNAL 1 AT 0.2", "SIGNAL 2 AT 1.4"), tmp_path)
     assert session.engine.end == pytest.approx(1.614, abs=1e-3)
     assert [one.delay for one in check_makers(session, "krl") if isinstance(one, Output)] == [0.2, 0.0]

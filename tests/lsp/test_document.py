@@ -51,7 +51,7 @@ def column(line: int, word: str, nth: int = 1) -> int:
 
 
 def target(line: int, word: str, nth: int = 1) -> str:
-    """What go to definition on a word leads to, as `line:word`."""
+    """Return where go to definition on a word leads, as `line:word`."""
     span = DOCUMENT.definition(line, column(line, word, nth))
     return "" if span is None else f"{span.line}:{LINES[span.line - 1][span.column - 1 : span.end - 1]}"
 
@@ -97,7 +97,7 @@ def test_a_program_without_end_reaches_to_the_next() -> None:
 
 
 def offered(text: str) -> list[str]:
-    """What is offered at the `|` of a line in the program count."""
+    """Return the suggestions at the `|` of a line in the program count."""
     lines = [*LINES[:13], text.replace("|", ""), *LINES[14:]]
     found = Document("\n".join(lines), PUMA).completions(14, text.index("|") + 1)
     return [one.text for one in found]
@@ -190,7 +190,7 @@ CELL_LINES = CELL.split("\n")
 
 
 def places(line: int, word: str, nth: int = 1) -> list[str]:
-    """The references of a word as `line:column`."""
+    """Return the references of a word as `line:column`."""
     at = -1
     for _ in range(nth):
         at = CELL_LINES[line - 1].index(word, at + 1)
@@ -216,7 +216,7 @@ def test_references(line: int, word: str, nth: int, expected: list[str]) -> None
 
 
 def rename(line: int, word: str, new: str) -> str:
-    """The whole text after a rename."""
+    """Return the whole text after a rename."""
     name, spans = Document(CELL, PUMA).rename(line, CELL_LINES[line - 1].index(word) + 1, new)
     lines = list(CELL_LINES)
     for span in sorted(spans, key=lambda one: -one.column):
@@ -370,7 +370,7 @@ zz 5
 
 
 def named(word: str) -> str:
-    """The text with a word as its variable, but not as its program, string or precision point."""
+    """Return the text with a word as its variable, but not as its program, string or precision point."""
     return re.sub(r"(?<![$#])\bzz\b(?!\()", word, NAMED)
 
 

@@ -1,4 +1,4 @@
-"""`vrs tools lsp` as an editor starts it: a process that is talked to over its stdin and stdout."""
+"""Test `vrs tools lsp` as an editor starts it: a process with messages on its stdin and stdout."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ CAPABILITIES = {"textDocument": {"rename": {"prepareSupport": True}}}
 
 
 class Editor:
-    """The client's half of the protocol, as little of it as is needed."""
+    """The client's half of the protocol, as far as the tests need it."""
 
     def __init__(self, root: str | None = None, *, begins: bool = True) -> None:
         environment = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -61,24 +61,24 @@ class Editor:
         self.tell("initialized")
 
     def ask(self, method: str, **params: Any) -> Any:
-        """A request; its result."""
+        """Send a request and return its result."""
         answer = self._answer(method, params)
         assert "error" not in answer, answer
         return answer["result"]
 
     def refused(self, method: str, **params: Any) -> str:
-        """A request that is refused; why."""
+        """Send a request that is refused, and return the message."""
         message: str = self._answer(method, params)["error"]["message"]
         return message
 
     def code(self, method: str, params: Any) -> int:
-        """The code of the error that answers a request."""
+        """Return the code of the error that answers a request."""
         error = self._answer(method, params)["error"]
         code: int = error["code"]
         return code
 
     def next(self) -> dict[str, Any]:
-        """The next message that is no notification."""
+        """Return the next message that is no notification."""
         while "method" in (message := self._receive()):
             self.notified.append(message)
         return message
@@ -93,11 +93,11 @@ class Editor:
             self.notified.append(message)
 
     def tell(self, method: str, **params: Any) -> None:
-        """A notification."""
+        """Send a notification."""
         self._send({"method": method, "params": params or None})
 
     def diagnostics(self, version: int) -> list[dict[str, Any]]:
-        """Those of a version of the text."""
+        """Return the diagnostics of a version of the text."""
         while True:
             message = self.notified.pop(0) if self.notified else self._receive()
             params = message.get("params") or {}
@@ -106,7 +106,7 @@ class Editor:
                 return found
 
     def end(self) -> int:
-        """The exit status, after goodbye."""
+        """End the session and return the exit status."""
         self.ask("shutdown")
         self.tell("exit")
         status = self.process.wait(PATIENCE)
@@ -119,7 +119,7 @@ class Editor:
         self.log.close()
 
     def logged(self) -> str:
-        """What the server has written to its stderr."""
+        """Return the server's stderr."""
         self.log.seek(0)
         return self.log.read().decode()
 
@@ -127,7 +127,7 @@ class Editor:
         self.send_raw(json.dumps({"jsonrpc": "2.0", **message}).encode())
 
     def send_raw(self, body: bytes) -> None:
-        """Send a message as it stands."""
+        """Send a message unchanged."""
         assert self.process.stdin is not None
         self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
         self.process.stdin.flush()
@@ -172,7 +172,7 @@ def server() -> Iterator[Editor]:
 
 @pytest.fixture
 def editor(server: Editor) -> Iterator[Editor]:
-    """With the text just opened, whatever tests there were before."""
+    """Return an editor with the text just opened, whatever tests ran before."""
     document = {"uri": URI, "languageId": "val2", "version": 1, "text": TEXT}
     server.tell("textDocument/didOpen", textDocument=document)
     yield server
@@ -235,7 +235,7 @@ def test_symbols(editor: Editor) -> None:
 
 
 def test_references_and_rename(editor: Editor) -> None:
-    """`n` is assigned in the second line, and stands behind a character of two units in the third."""
+    """`n` is assigned in the second line, and stands after a character of two units in the third."""
     everywhere = [(1, 2, 3), (2, 15, 16)]
     found = editor.ask("textDocument/references", **at(1, 2), context={"includeDeclaration": True})
     assert [where(one) for one in found] == everywhere
@@ -310,7 +310,7 @@ def test_a_text_that_is_not_open_is_refused_and_no_fault(editor: Editor) -> None
 
 
 def test_formatting(editor: Editor) -> None:
-    """Of a text that can be read."""
+    """A text without mistakes is formatted."""
     assert editor.ask("textDocument/formatting", textDocument={"uri": URI}, options=OPTIONS) is None
     document = {"uri": URI, "version": 2}
     editor.tell("textDocument/didChange", textDocument=document, contentChanges=[MENDED])
@@ -321,7 +321,7 @@ def test_formatting(editor: Editor) -> None:
 
 
 def test_every_request_is_answered(server: Editor) -> None:
-    """Also one that is no request of the protocol."""
+    """Requests that the protocol does not have are answered too."""
     wrong: list[Any] = [{}, [1, 2], {"textDocument": {"uri": 3}, "position": {"line": "a", "character": 0}}]
     wrong += [{"textDocument": {"uri": URI}, "position": {"line": -5, "character": 0}}]
     for params in wrong:
@@ -345,7 +345,7 @@ def test_a_request_comes_in_its_time() -> None:
 
 
 def test_the_files_of_a_folder(tmp_path: Path) -> None:
-    """Definitions, rename, symbols and findings in files that are not open."""
+    """Definitions, rename, symbols and findings work in files that are not open."""
     (tmp_path / "sub folder").mkdir()
     main, lib = tmp_path / "sub folder" / "main.v2", tmp_path / "sub folder" / "lib.v2"
     lib.write_text(".PROGRAM grip(n)\n    CALL grip(n)\n.END\n")

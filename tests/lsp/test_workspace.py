@@ -1,4 +1,4 @@
-"""Files of one name space in an editor."""
+"""Test files of one name space in an editor."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def files() -> Workspace:
 
 
 def at(uri: str, word: str, nth: int = 1) -> tuple[str, int, int]:
-    """The place of a word: its nth time in a text."""
+    """Return the place of a word: its nth occurrence in a text."""
     text, begin = TEXTS[uri], -1
     for _ in range(nth):
         begin = text.index(word, begin + 1)

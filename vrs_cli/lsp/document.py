@@ -505,7 +505,8 @@ class Document:
         if asked is None:  # a word of the language, or a name in a line that cannot be read
             unread = (one for placed in self._parts for one in placed.translate(placed.part.diagnostics))
             named = any(one.span.line == line for one in unread)
-            found = (self._own_meaning(text, line) if named else "") or _help(text)
+            own = named and (self._variable_meaning(text, line) or self.program_meaning(key_of(text)))
+            found = own or _help(text)
         elif asked.kind is SymbolKind.PROGRAM:
             files = (one.program_meaning(asked.key) for one in (self, *near))
             found = next(filter(None, files), f"`{text}` is a program of no file here")
@@ -528,8 +529,8 @@ class Document:
             return next((here.span(label_span(here.part, step)) for step in labelled), None)
         is_program = asked is not None and asked.kind is SymbolKind.PROGRAM
         variable = None if is_program else self._variable(word[0], line)
-        called = self._program_named(word[0]) if variable is None else None
-        return variable if called is None else called[0].span(heading_span(called[1]))
+        headings = (placed.span(heading_span(one)) for placed, one in self._programs if one.key == key_of(word[0]))
+        return variable or next(headings, None)
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
         """Return the word at or right before a place, outside texts and comments."""
@@ -539,9 +540,6 @@ class Document:
             if found.start() < column <= found.end() + 1:
                 return found[0], Span(line, found.start() + 1, found.end() + 1)
         return None
-
-    def _own_meaning(self, word: str, line: int) -> str:
-        return self._variable_meaning(word, line) or self.program_meaning(key_of(word))
 
     def _variable_meaning(self, word: str, line: int) -> str:
         span = self._variable(word, line)
@@ -563,10 +561,6 @@ class Document:
         span = self.origin(asked)
         shown = "" if span is None else self.lines[span.line - 1].strip()
         return f"```val2\n{shown}\n```\n`{word}` is given a value in {self.name}"
-
-    def _program_named(self, name: str) -> tuple[Placed, Program] | None:
-        key = key_of(name)
-        return next(((placed, program) for placed, program in self._programs if program.key == key), None)
 
     def _variable(self, name: str, line: int) -> Span | None:
         """Return the place of a variable: a parameter of the program, an entry of a section, or the first

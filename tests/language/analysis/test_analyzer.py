@@ -1,4 +1,6 @@
-"""The analyzer: kinds of names, and what only a whole program or the prompt shows. Wrong lines: tests/errors."""
+"""Test the analyzer: kinds of names, and findings that need a whole program or the prompt. Wrong lines:
+tests/errors.
+"""
 
 from __future__ import annotations
 
@@ -111,7 +113,7 @@ def test_the_time_grows_with_the_lines_and_not_with_their_square() -> None:
 
 
 def cost_of(count: int) -> float:
-    """Of so many programs of 100 lines [s of CPU]."""
+    """Return the cost of so many programs of 100 lines [s of CPU]."""
     part = "".join(f"x{n} = unknown{n}+SQRT(x{n}**2)\nMOVE a[{n}]\n" for n in range(50))
     programs = programs_of("".join(f".PROGRAM p{n}()\n{part}.END\n" for n in range(count)))
     began = process_time()
@@ -140,7 +142,7 @@ def test_an_analysis_leaves_no_cycle_that_keeps_its_program() -> None:
 
 @pytest.mark.parametrize("word", sorted(INSTRUCTIONS))
 def test_a_bare_word_is_a_line_or_a_mistake(word: str) -> None:
-    """A word without all that it needs is told, whatever is asked of its arguments."""
+    """A word without its required arguments is reported."""
     try:
         statement = parse_prompt(word, ())
     except LineRefused:

@@ -1,4 +1,4 @@
-"""Variables with the names of instructions, which may have been meant to be instructions."""
+"""Test variables with the names of instructions, which may have been meant as instructions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""DELAY where a reader would take it for a pause of the program: told once a program, where it shows."""
+"""Test the warning of a DELAY that seems meant to pause the program: once a program."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vrs_cli.language.text.parser import parse_file
 
 
 def warned(*steps: str) -> list[int]:
-    """The steps that are warned of."""
+    """Return the steps with a warning."""
     file, found = parse_file("\n".join((".PROGRAM p", *steps, ".END")))
     assert not found
     (program,) = (part for part in file.parts if isinstance(part, Program))

@@ -1,4 +1,4 @@
-"""Kinds of expressions that are known before a program runs."""
+"""Test kinds of expressions that are known before a program runs."""
 
 from __future__ import annotations
 

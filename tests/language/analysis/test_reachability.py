@@ -10,7 +10,7 @@ from vrs_cli.values.diagnostics import Diagnostic
 
 
 def lines(*steps: str) -> list[int]:
-    """The steps that are warned of."""
+    """Return the steps with a warning."""
     return [one.span.line - 1 for one in warnings(*steps)]
 
 

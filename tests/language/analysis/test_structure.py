@@ -1,4 +1,4 @@
-"""Blocks and labels."""
+"""Test blocks and labels, and the words that a dialect does not have."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_a_comment_before_the_first_value_is_fine() -> None:
     ],
 )
 def test_a_line_that_cannot_be_read_is_one_mistake(steps: str) -> None:
-    """Of a faulty IF, WHILE, FOR, CASE, VALUE, ELSE, UNTIL or END, its own mistake is told alone."""
+    """A faulty IF, WHILE, FOR, CASE, VALUE, ELSE, UNTIL or END gives one error."""
     program = parse_file(f".PROGRAM p()\n{steps}\n.END\n")[0].parts[0]
     assert isinstance(program, ast.Program)
     assert any(isinstance(step.statement, ast.BadLine) for step in program.steps)
@@ -129,7 +129,7 @@ def columns(line: str, *, at_prompt: bool = False) -> list[int]:
 
 
 def of_step(statement: Statement) -> list[Diagnostic]:
-    """What V+ alone has, in a program of this statement."""
+    """Return the errors for words of V+ in a program of this statement."""
     span = statement.span
     return list(beyond(Program("p", (), (Step(None, statement, None, span=span),), None, span=span), vplus=False))
 
@@ -172,7 +172,7 @@ ALL = [
 
 
 def test_the_column_of_the_tables_decides() -> None:
-    """What is only of V+ is refused, and everything else but what else stands in its example is not."""
+    """Words that only V+ has are refused. Others are not, unless their example has a word of V+."""
     trees = {name: parse_step(example).statement for name, example, _ in ALL if name != "REMARK"}
     refused = {name for name, tree in trees.items() if any(name in one.detail for one in of_step(tree))}  # type: ignore[arg-type]
     assert refused == {name for name, _, where in ALL if where == "+"}

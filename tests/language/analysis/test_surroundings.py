@@ -1,4 +1,4 @@
-"""What a program finds in memory, and which names another may have been meant for."""
+"""Test the memory around a program, and names that another may have been meant for."""
 
 from __future__ import annotations
 

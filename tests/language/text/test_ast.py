@@ -1,4 +1,4 @@
-"""The values of a tree."""
+"""Test the values of a tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Memory of long programs is given back without holding others."""
+"""Test that the memory of long programs is freed without blocking others."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from vrs_cli.language.text.collector import FREED_AT_ONCE, collect_in_small_part
 
 
 class Owner:
-    """Has a long sequence."""
+    """An object with a long sequence."""
 
     def __init__(self, steps: tuple[object, ...]) -> None:
         self.steps = steps
 
 
 class Step:
-    """Says when it is freed."""
+    """An object that reports when it is freed."""
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def served() -> Iterator[None]:
 
 
 def owner_of(count: int) -> tuple[Owner, Callable[[], int]]:
-    """The owner of so many steps, and what tells how many are there."""
+    """Return the owner of so many steps, and a function that counts those still there."""
     owner = Owner(tuple(Step() for _ in range(count)))
     free_in_parts(owner, owner.steps)
     references = [weakref.ref(step) for step in owner.steps]

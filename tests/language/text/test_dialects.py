@@ -1,4 +1,4 @@
-"""Dialects: how operators group, which words there are, and where a file or an option says so."""
+"""Test dialects: the grouping of operators, the words, and how a file or an option names the dialect."""
 
 from __future__ import annotations
 

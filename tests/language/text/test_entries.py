@@ -1,4 +1,4 @@
-"""The usual lines of a section of variables, read without the grammar: as the grammar reads them."""
+"""Test that usual lines of a section, which are read without the grammar, give the same as the grammar."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_usual_entry_is_what_the_grammar_reads(head: tuple[str, ...], tail: li
 
 
 def by_grammar(text: str) -> Entry | str | None:
-    """Raises LineRefused."""
+    """Return the entry of a line by the grammar. Raises LineRefused."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vrs_cli.language.text.line_parser.usual_entry", lambda _text, _line: None)
         return _PARSER.entry(text, 7)
@@ -86,7 +86,7 @@ LONG = {
 
 @pytest.mark.parametrize("line", LONG.values(), ids=LONG)
 def test_a_long_line_is_refused_at_once(line: str) -> None:
-    """No pattern tries the ways to divide it one by one: that would take longer than tests may."""
+    """A pattern that tries all ways to divide a line would take too long."""
     assert _PARSER.numbers(line) is None
     with pytest.raises(LineRefused):
         _PARSER.entry(line, 1)

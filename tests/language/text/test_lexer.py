@@ -1,4 +1,4 @@
-"""Tokens: what the start of a statement and the tables decide."""
+"""Test tokens: the decisions by the first word of a statement and by the tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The parse table is kept whole or made anew; our parser and Lark's public one read every line alike."""
+"""Test that the parse table is cached whole or made anew, and that our parser and Lark's public one agree on every
+line.
+"""
 
 from __future__ import annotations
 
@@ -72,7 +74,7 @@ def test_a_table_of_another_grammar_is_not_taken(kept: Path) -> None:
 
 
 def spoilt(table: Table, how: str) -> Table:
-    """What a release of Lark might show in place of the table that we know."""
+    """Return a table in a form that another release of Lark might have."""
     if how == "a missing state":
         return table._replace(states=dict(list(table.states.items())[:-1]))
     if how == "no rule":
@@ -126,7 +128,7 @@ def test_every_rule_that_makes_something_has_a_method_that_makes_it() -> None:
 
 
 def lines() -> Iterator[str]:
-    """Lines of all sample programs, right and wrong, and random ones; and some of them with a part left out."""
+    """Yield lines of all sample programs, right and wrong, and random ones; and some of them with a part left out."""
     files = sorted((*ROOT.glob("programs/*.v2"), *ROOT.glob("tests/conformance/**/*.v2*")))
     found = {line for file in files for line in file.read_text(encoding="utf-8").splitlines()}
     random = Random(20)
@@ -146,7 +148,7 @@ def read(parser: LineParser, line: str, start: str) -> list[Token]:
 
 
 def outcome(parser: Any, tokens: list[Token], start: str) -> object:
-    """The tree; or the place and what would fit there; or the refusal of the builder."""
+    """Return the tree; or the place of a mistake and what would fit there; or the refusal of the builder."""
     try:
         return parser.parse(tokens, start)
     except DoesNotFit as error:

@@ -1,4 +1,4 @@
-"""Files in the languages of other makers are named at their first tell-tale line."""
+"""Test that files in languages of other makers are reported at their first typical line."""
 
 from __future__ import annotations
 

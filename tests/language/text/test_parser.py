@@ -1,4 +1,4 @@
-"""Lines and files to trees: values, places, and that nothing but diagnostics comes out of any text."""
+"""Test the trees of lines and files: values, places, and that every text gives trees or diagnostics."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_a_refusal_says_what_the_parser_would_have_taken(line: str, message: str
 
 
 def test_constants_can_be_named_where_something_is_defined() -> None:
-    """So that the analyzer can say that they are reserved."""
+    """The analyzer then says that they are reserved."""
     assert statement("PI = 3").target == Variable("pi", "", None, span=Span(1, 1, 3))
     assert statement("SET here = a").arguments == (Variable("here", "", None, span=Span(1, 5, 9)),)
     assert statement("FOR on = 1 TO 2").variable.name == "on"
@@ -271,7 +271,7 @@ def test_any_file_is_read(texts: list[str]) -> None:
     "text", ["; a\n\x1a\n.PROGRAM p\n.END\n", ".PROGRAM p\nTYPE 1\x1a\n.PROGRAM q\n.END\n\x1a\n;\n\x1a"]
 )
 def test_a_file_and_its_parts_have_the_same_mistakes(text: str) -> None:
-    """A Ctrl-Z is the end of a text only where it stands last."""
+    """A Ctrl-Z is the end of a text only as its last character."""
     whole = [(one.span.line, one.code) for one in parse_file(text)[1]]
     parts = [
         (one.span.line, one.code) for placed in parts_of(text, {}) for one in placed.translate(placed.part.diagnostics)

@@ -1,4 +1,4 @@
-"""The order of the operators, and where VAL-II's own differs."""
+"""Test the order of the operators, and the differences to VAL-II's own."""
 
 from __future__ import annotations
 
@@ -61,7 +61,9 @@ def test_lines_that_both_group_alike(text: str) -> None:
 
 
 def ranked(order: Order, items: list[str]) -> Any:
-    """The tree of a flat expression by looking for its loosest operator, the last of equals. Infix operators alone."""
+    """Return the tree of a flat expression of infix operators, by splitting at the loosest operator, the last of
+    equals.
+    """
     if len(items) == 1:
         return items[0]
     ranks = {at: order.infix[items[at]] for at in range(1, len(items), 2)}
@@ -82,7 +84,7 @@ def test_climbing_finds_the_loosest_operator(signs: list[str], order: Order) -> 
 
 
 def test_the_grammar_tells_the_order() -> None:
-    """The comment at the head of the grammar is the table in words."""
+    """The comment at the head of the grammar says the same as the table."""
     text = (grammar_dir() / "val2.lark").read_text(encoding="utf-8")
     line = next(line for line in text.splitlines() if line.startswith("//     :   -"))
     groups = [

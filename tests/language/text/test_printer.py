@@ -1,4 +1,4 @@
-"""The printer: canonical text, and the law that parsing it gives the same tree."""
+"""Test the printer: canonical text, and that parsing it gives the same tree."""
 
 from __future__ import annotations
 
@@ -257,7 +257,9 @@ ROWS = [
 
 
 def forms(row: Word) -> Iterator[str]:
-    """The row with every choice of its optional arguments; a comma holds the place of one before others."""
+    """Yield a row's form with every choice of its optional arguments; a comma stands for an omitted one before
+    others.
+    """
     for chosen in product(*((True, False) if argument.optional else (True,) for argument in row.arguments)):
         given = [SAMPLES_OF[one.shape] if there else "" for one, there in zip(row.arguments, chosen, strict=True)]
         values = [""] if row.value is None or row.value.optional else []

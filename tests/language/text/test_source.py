@@ -1,4 +1,4 @@
-"""Files: line ends, step numbers, sections, and going on after mistakes."""
+"""Test files: line ends, step numbers, sections, and reading on after mistakes."""
 
 from __future__ import annotations
 

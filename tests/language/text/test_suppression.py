@@ -1,4 +1,4 @@
-"""Comments that suppress warnings: of their line, or of the whole file."""
+"""Test comments that suppress the warnings of their line or of the whole file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EVERYTHING = [found(line, code) for line in range(1, LINES + 1) for code in (56,
 
 
 def commented(line: int, word: str, codes: Sequence[int] = ()) -> list[str]:
-    """A file with one comment that ends a line, counted from 1."""
+    """Return a file with one comment at the end of a line, counted from 1."""
     lines = ["MOVE a"] * LINES
     lines[line - 1] += f" ; vrs: {word} " + ", ".join(f"V{code:03d}" for code in codes)
     return lines

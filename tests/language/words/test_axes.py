@@ -1,4 +1,4 @@
-"""Transformations that are written as the axes of their frame, with rounded numbers."""
+"""Test transformations written as the axes of their frame, with rounded numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words of other languages lead to ours."""
+"""Test that words of other languages lead to ours."""
 
 import pytest
 

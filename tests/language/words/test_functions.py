@@ -1,4 +1,4 @@
-"""Every function by examples: what it gives, and how it fails."""
+"""Test every function by examples: its values, and its errors."""
 
 from __future__ import annotations
 

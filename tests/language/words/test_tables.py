@@ -1,4 +1,4 @@
-"""The tables of instructions and monitor commands: complete, and true to what the language reads."""
+"""Test that the tables of instructions and monitor commands are complete, and fit what the language reads."""
 
 from __future__ import annotations
 

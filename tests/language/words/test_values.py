@@ -1,4 +1,4 @@
-"""Numbers, their text, and the edge between mm and degrees and SI."""
+"""Test numbers, their text, and the conversion between mm, degrees and SI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows of the tables: their forms, and words that are cut short."""
+"""Test rows of the tables: their forms, and abbreviated words."""
 
 from __future__ import annotations
 

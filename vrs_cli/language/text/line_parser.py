@@ -14,7 +14,7 @@ import re
 import zlib
 from collections.abc import Callable, Container, Sequence
 from contextlib import suppress
-from functools import cache, lru_cache, partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
@@ -249,10 +249,8 @@ def _only_child_or(build: Callable[[list[Any]], Any], children: list[Any]) -> An
 
 
 def _with_children_of_helpers(build: Callable[[list[Any]], Any], helpers: tuple[bool, ...], children: list[Any]) -> Any:
-    own = list[Any]()
-    for helper, child in zip(helpers, children, strict=True):
-        own += child if helper else (child,)
-    return build(own)
+    pairs = zip(helpers, children, strict=True)
+    return build([one for helper, child in pairs for one in (child if helper else (child,))])
 
 
 # --- by Lark's public interface ------------------------------------------------------------------------------------
@@ -357,7 +355,7 @@ class LineParser:
     def numbers(self, text: str) -> tuple[tuple[float, ...], str | None] | None:
         """Return the numbers of a line that has nothing else, and the text of its comment; None for another line."""
         line, semicolon, comment = text.partition(";")
-        if _numbers().fullmatch(line) is None:
+        if re.fullmatch(_NUMBERS, line) is None:
             return None
         found = [signed_number(number) for number in line.replace(",", " ").split()]
         numbers = tuple(number for number in found if number is not None)
@@ -383,6 +381,7 @@ def _text(comment: Token | None) -> str | None:
 
 
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t,])"
+_NUMBERS = rf"[ \t]*{_NUMBER}(?:(?:[ \t]+|[ \t]*,[ \t]*){_NUMBER})*[ \t]*"
 _USUAL = (
     rf"[ \t]*(?P<sigil>#?)(?P<name>[A-Za-z][A-Za-z0-9._]*)(?:\[(?P<index>[0-9]{{1,9}})\])?"
     rf"[ \t]+(?P<numbers>{_NUMBER}(?:[ \t]+{_NUMBER})*)[ \t]*"
@@ -391,7 +390,7 @@ _USUAL = (
 
 def usual_entry(text: str, line: int) -> Entry | None:
     """Read a line of a section in its usual form, without the grammar. Return None for another form."""
-    match = _usual().fullmatch(text)
+    match = re.fullmatch(_USUAL, text)
     if match is None or match["name"].upper() in OPERATOR_WORDS:
         return None
     numbers = [signed_number(number) for number in match["numbers"].split()]
@@ -407,16 +406,6 @@ def usual_entry(text: str, line: int) -> Entry | None:
     return Entry(
         variable, tuple(number for number in numbers if number is not None), None, span=Span(line, first, last)
     )
-
-
-@cache
-def _numbers() -> re.Pattern[str]:
-    return re.compile(rf"[ \t]*{_NUMBER}(?:(?:[ \t]+|[ \t]*,[ \t]*){_NUMBER})*[ \t]*")
-
-
-@cache
-def _usual() -> re.Pattern[str]:
-    return re.compile(_USUAL)
 
 
 # --- why a line does not fit ------------------------------------------------------------------------------------------

@@ -493,7 +493,7 @@ def foreign_file(text: str) -> Diagnostic | None:
         capitals = text.upper()
         makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
     for maker in makers:
-        sure, likely = _patterns(maker)
+        sure, likely = (re.compile(rf"(?im)^[ \t]*(?:\d+[ \t]+)?({one})") for one in (maker.sure, maker.likely))
         found = [match.start(1) for match in likely.finditer(text)]
         proof = [match.start(1) for match in sure.finditer(text)]
         if (proof or len(found) >= MIN_LIKELY_LINES) and _prevails(text, len(found), len(proof)):
@@ -508,7 +508,7 @@ def foreign_file(text: str) -> Diagnostic | None:
 
 def has_program(text: str) -> bool:
     """Return whether a program of the text begins with .PROGRAM."""
-    return _program().search(text) is not None
+    return re.search(r"(?im)^[ \t]*\.PROGRAM\b", text) is not None
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
@@ -519,17 +519,6 @@ def _prevails(text: str, likely: int, sure: int) -> bool:
         return False
     steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))
     return sure > 0 or likely >= MIN_LIKELY_PART * steps
-
-
-@cache
-def _patterns(maker: Maker) -> tuple[re.Pattern[str], re.Pattern[str]]:
-    sure, likely = (re.compile(rf"(?im)^[ \t]*(?:\d+[ \t]+)?({one})") for one in (maker.sure, maker.likely))
-    return sure, likely
-
-
-@cache
-def _program() -> re.Pattern[str]:
-    return re.compile(r"(?im)^[ \t]*\.PROGRAM\b")
 
 
 def parse_file(

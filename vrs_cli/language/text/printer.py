@@ -47,12 +47,6 @@ def step_texts(program: Program) -> tuple[str, ...]:
 # --- files -------------------------------------------------------------------------------------------------------
 
 
-def _program_lines(program: Program) -> Iterator[str]:
-    yield program_header(program)
-    yield from _step_lines(program.steps)
-    yield ".END"
-
-
 def _section_lines(section: Section) -> Iterator[str]:
     remarks = ((number, 0, _comment(text)) for number, text in section.remarks)
     entries = ((i, 1, _with_comment(_entry_text(entry), entry.comment)) for i, entry in enumerate(section.entries))
@@ -96,7 +90,7 @@ def _with_comment(text: str, comment: str | None) -> str:
 
 
 _PARTS: Mapping[type, Callable[[Any], Iterable[str]]] = {
-    Program: _program_lines,
+    Program: lambda program: (program_header(program), *_step_lines(program.steps), ".END"),
     Section: _section_lines,
     ast.Comment: lambda comment: (_comment(comment.text),),
     ast.BadLine: lambda line: (line.text,),
